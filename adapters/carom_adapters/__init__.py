@@ -1,0 +1,1 @@
+"""The adapters that come with Carom, one module an engine. None imports its engine before a world is prepared."""

@@ -1,0 +1,69 @@
+"""Carom: a cross-check harness for disc collisions.
+
+The names below are loaded when they are first used, so ``import carom`` costs nothing and imports no optional part.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from carom.errors import CaromError, SceneError
+    from carom.physics.impact_law import resolve_impact
+    from carom.physics.time_of_impact import time_of_impact
+    from carom.registry import EngineInfo, engines
+    from carom.scene import Disc, Scene, Wall, load_scene, save_scene
+    from carom.solvers.pic import solve_pic
+    from carom.solvers.pic_framewise import solve_pic_framewise
+    from carom.solvers.pit import solve_pit
+    from carom.trace import Outcome, Trace
+
+__all__ = [
+    "CaromError",
+    "Disc",
+    "EngineInfo",
+    "Outcome",
+    "Scene",
+    "SceneError",
+    "Trace",
+    "Wall",
+    "engines",
+    "load_scene",
+    "resolve_impact",
+    "save_scene",
+    "solve_pic",
+    "solve_pic_framewise",
+    "solve_pit",
+    "time_of_impact",
+]
+
+_HOME = {
+    "CaromError": "carom.errors",
+    "Disc": "carom.scene",
+    "EngineInfo": "carom.registry",
+    "Outcome": "carom.trace",
+    "Scene": "carom.scene",
+    "SceneError": "carom.errors",
+    "Trace": "carom.trace",
+    "Wall": "carom.scene",
+    "engines": "carom.registry",
+    "load_scene": "carom.scene",
+    "resolve_impact": "carom.physics.impact_law",
+    "save_scene": "carom.scene",
+    "solve_pic": "carom.solvers.pic",
+    "solve_pic_framewise": "carom.solvers.pic_framewise",
+    "solve_pit": "carom.solvers.pit",
+    "time_of_impact": "carom.physics.time_of_impact",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(_HOME[name]), name)
+    message = f"module 'carom' has no attribute {name!r}"
+    raise AttributeError(message)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,197 @@
+"""THE SEAM: all of Carom that the author of an engine adapter imports.
+
+An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it under the entry-point
+group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures, joins
+the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities` declares.
+``docs/adapters.md`` builds one in forty lines.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from carom.errors import AdapterError
+from carom.scene import Disc, Need, Scene, Wall
+from carom.trace import Setting, wall_body
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = [
+    "Adapter",
+    "AdapterError",
+    "Capabilities",
+    "Contact",
+    "ContactTimes",
+    "Disc",
+    "Engine",
+    "Need",
+    "Observation",
+    "Profile",
+    "Scene",
+    "Setting",
+    "Wall",
+    "World",
+    "wall_body",
+]
+
+Vector = tuple[float, float]
+
+
+class ContactTimes(Enum):
+    """What the time that an engine gives a contact means; the value is the sentence shown."""
+
+    SOLVED = "solved for within the step"
+    STEP = "reported to the step"
+    INFERRED = "inferred by the adapter"
+    NONE = "not reported"
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Which engine an adapter drives, known without importing it.
+
+    Attributes:
+        name: What people call the engine.
+        module: Module to import; empty for a method that needs no installation of its own.
+        distribution: Distribution whose version counts.
+        install: The command that installs it, shown where it is missing.
+        no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
+    """
+
+    name: str
+    module: str = ""
+    distribution: str = ""
+    install: str = ""
+    no_wheel_from: tuple[int, int] | None = None
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """What an engine can do, declared. The harness skips on this alone, and says so.
+
+    Attributes:
+        walls: Half-plane walls.
+        immovable_discs: Discs of infinite mass.
+        gravity: Uniform gravity.
+        restitution: Least and greatest coefficient of restitution that is simulated as asked for.
+        restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
+        contact_times: What a reported contact time means.
+        continuous_detection: Whether a body can be kept from tunnelling through another within one step.
+        max_speed_m_s: Greatest speed that is simulated as asked for.
+        max_coordinate_m: Greatest distance from the origin that is simulated.
+        float_bits: Width of the engine's floating-point numbers.
+        deterministic: Whether two runs in one process are identical to the bit.
+    """
+
+    walls: bool = True
+    immovable_discs: bool = True
+    gravity: bool = False
+    restitution: tuple[float, float] = (1.0, 1.0)
+    restitution_combine: str = "pair"
+    contact_times: ContactTimes = ContactTimes.STEP
+    continuous_detection: bool = False
+    max_speed_m_s: float = math.inf
+    max_coordinate_m: float = math.inf
+    float_bits: int = 64
+    deterministic: bool = True
+
+
+@dataclass(frozen=True)
+class Profile:
+    """A named, attributed set of engine settings, a function of the step.
+
+    Attributes:
+        description: One sentence: what this profile stands for, and where its settings come from.
+        settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
+    """
+
+    description: str
+    settings: Callable[[float], Mapping[str, Setting]]
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """One contact that an engine reports for its last step.
+
+    Attributes:
+        first: The disc.
+        second: The other disc, of a higher number, or a wall, ``wall_body(k)``.
+        time_s: The time that the engine gives the contact, seconds from the start.
+        normal: Unit vector from first to second.
+        impulse_n_s: Impulse along the normal, newton seconds, 0 for a contact that did nothing; None where the engine
+            does not tell.
+        velocities: Velocities of first and second just before and just after, ``(first before, second before, first
+            after, second after)``, from a method that knows them; such a contact is an impact as it stands. None from
+            an engine: the harness then reads the velocities from the states around the contact.
+    """
+
+    first: int
+    second: int
+    time_s: float
+    normal: Vector
+    impulse_n_s: float | None = None
+    velocities: tuple[Vector, Vector, Vector, Vector] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """State of a world after its last step, and the contacts of that step.
+
+    Attributes:
+        position_m: Centres, shape ``(n, 2)``, metres.
+        velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
+        contacts: Contacts of the last step.
+        warning: What the engine's own warning counters say; not empty means that the state is not to be trusted.
+    """
+
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    contacts: tuple[Contact, ...] = ()
+    warning: str = ""
+
+
+class World(Protocol):
+    """One scene, built in one engine, at time 0."""
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings really used, read back from the engine where it can be read."""
+
+    def advance(self, steps: int) -> None:
+        """Take `steps` steps. This is the timed path: as near to the engine's own loop as its interface allows."""
+
+    def observe(self) -> Observation:
+        """Return the present state and the contacts of the last step. Never timed."""
+
+    def close(self) -> None:
+        """Release what the engine holds. Called once, also after an error."""
+
+
+@runtime_checkable
+class Adapter(Protocol):
+    """What the harness needs to know of an engine. Reading these attributes must not import the engine."""
+
+    @property
+    def name(self) -> str:
+        """Short name, the one given to ``--engine``."""
+
+    @property
+    def engine(self) -> Engine:
+        """The engine behind the adapter."""
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What the engine can do."""
+
+    @property
+    def profiles(self) -> Mapping[str, Profile]:
+        """Profiles by name; ``default`` and ``tuned`` at least."""
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        """Build the scene with settings of one of the profiles. Timed on its own, not by the step clock."""

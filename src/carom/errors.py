@@ -1,0 +1,60 @@
+"""Every error that Carom raises on purpose.
+
+All share one base class, so ``except CaromError`` is enough. Each message says what is wrong, where, and what to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+__all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Problem", "SceneError", "UnknownNameError"]
+
+
+class CaromError(Exception):
+    """Base of every deliberate error."""
+
+
+class InputError(CaromError, ValueError):
+    """An argument of a function is outside what the function is defined for."""
+
+
+class UnknownNameError(CaromError, LookupError):
+    """No scene, engine or profile has the name that was asked for."""
+
+
+class MissingExtraError(CaromError, ImportError):
+    """A part was asked for whose optional dependency is not installed."""
+
+
+class AdapterError(CaromError, RuntimeError):
+    """An engine or its adapter did something that the harness can't go on from."""
+
+
+class Problem(NamedTuple):
+    """One thing wrong with a scene: the path to the field, what is wrong, and the value found there."""
+
+    field: tuple[str | int, ...]
+    message: str
+
+    def __str__(self) -> str:
+        path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.field).lstrip(".")
+        return f"{path}: {self.message}" if path else self.message
+
+
+class SceneError(InputError):
+    """A scene, or the file that holds it, is not valid; `problems` lists every finding."""
+
+    #: More than this many findings are counted rather than shown: one bad column must not scroll the first line away.
+    SHOWN = 10
+
+    def __init__(self, problems: Sequence[Problem], source: str = "") -> None:
+        self.problems = tuple(problems)
+        self.source = source
+        super().__init__(self.problems, source)
+
+    def __str__(self) -> str:
+        lines = [str(problem) for problem in self.problems[: self.SHOWN]]
+        if len(self.problems) > self.SHOWN:
+            lines.append(f"and {len(self.problems) - self.SHOWN} more")
+        return "\n".join(f"{self.source}: {line}" if self.source else line for line in lines)

@@ -1,0 +1,77 @@
+"""Velocities just after a frictionless impact: Newton's law of restitution with conservation of momentum.
+
+The impulse acts along the line of centres only. With unit normal ``n`` from first to second, approach speed
+``w = (v1 - v2).n`` and restitution ``e``,
+
+    J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
+
+which conserves momentum, turns the normal relative velocity into ``-e`` times itself, and, for ``e = 1``, conserves
+kinetic energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/physics.md``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+__all__ = ["impulse", "resolve_impact"]
+
+
+def impulse(approach_speed: float, inverse_mass_1: float, inverse_mass_2: float, restitution: float) -> float:
+    """Return the impulse along the normal, newton seconds, of an impact at `approach_speed` > 0, metres a second.
+
+    The two inverse masses, 1/kg, must not both be zero: two immovable bodies never meet.
+    """
+    return (1.0 + restitution) * approach_speed / (inverse_mass_1 + inverse_mass_2)
+
+
+def resolve_impact(
+    v1: ArrayLike, m1: ArrayLike, v2: ArrayLike, m2: ArrayLike, normal: ArrayLike, restitution: ArrayLike = 1.0
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the velocities of both bodies just after an impact.
+
+    Args:
+        v1: Velocity of body 1 before, metres a second; shape ``(..., 2)``.
+        m1: Mass of body 1, kilograms, above 0; infinity is immovable; shape ``(...)``.
+        v2: Velocity of body 2 before.
+        m2: Mass of body 2; not both may be infinite.
+        normal: Direction from body 1 to body 2; shape ``(..., 2)``; its length does not matter, but must not be zero.
+        restitution: Coefficient of restitution, 0 to 1; shape ``(...)``.
+
+    Returns:
+        ``(v1', v2')``, each of the broadcast shape. Bodies that do not approach are returned unchanged: there is no
+        impact between them.
+
+    Raises:
+        InputError: A velocity or normal is not finite, a mass is not positive, both are infinite, or the restitution
+            is outside 0 to 1.
+    """
+    velocity1, velocity2, direction = (np.asarray(a, dtype=np.float64) for a in (v1, v2, normal))
+    mass1, mass2, e = (np.asarray(a, dtype=np.float64) for a in (m1, m2, restitution))
+    for name, array in (("v1", velocity1), ("v2", velocity2), ("normal", direction)):
+        if array.ndim == 0 or array.shape[-1] != 2:
+            raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
+        if not np.all(np.isfinite(array)):
+            raise InputError(f"{name} must be finite everywhere, got {array[~np.isfinite(array)].flat[0]}")
+    for name, array in (("m1", mass1), ("m2", mass2)):
+        if not np.all(array > 0):  # NaN fails this too
+            raise InputError(f"{name} must be above 0 (infinity is immovable), got {array[~(array > 0)].flat[0]}")
+    if np.any(np.isinf(mass1) & np.isinf(mass2)):
+        raise InputError("m1 and m2 must not both be infinite: two immovable bodies never collide")
+    if not np.all((e >= 0) & (e <= 1)):
+        raise InputError(f"restitution must lie in 0 to 1, got {e[~((e >= 0) & (e <= 1))].flat[0]}")
+    scale = np.max(np.abs(direction), axis=-1, keepdims=True)
+    if not np.all(scale > 0):
+        raise InputError("normal must not be of length zero")
+    direction = direction / scale
+    n = direction / np.hypot(direction[..., :1], direction[..., 1:])
+    approach = np.sum((velocity1 - velocity2) * n, axis=-1)
+    inverse1, inverse2 = 1.0 / mass1, 1.0 / mass2
+    j = np.where(approach > 0, (1.0 + e) * approach / (inverse1 + inverse2), 0.0)
+    return velocity1 - (j * inverse1)[..., None] * n, velocity2 + (j * inverse2)[..., None] * n

@@ -1,0 +1,359 @@
+"""What is simulated: discs, walls and a scene of them; validated, immutable, loaded from and saved to TOML or JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import tomllib
+from enum import StrEnum
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+import tomli_w
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    Strict,
+    ValidationError,
+    WithJsonSchema,
+)
+
+from carom.errors import Problem, SceneError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema"]
+
+#: A million discs written as JSON take about 100 MiB; a file above this size is not a scene.
+MAX_FILE_BYTES = 256 * 2**20
+
+
+def _plain(value: object) -> object:
+    """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""
+    tolist = getattr(value, "tolist", None)
+    return tolist() if callable(tolist) else value
+
+
+def _mass_from_text(value: object) -> object:
+    return math.inf if value == "inf" else _plain(value)
+
+
+def _non_zero(vector: tuple[float, float]) -> tuple[float, float]:
+    if vector == (0.0, 0.0):
+        raise ValueError("must not be of length zero")
+    return vector
+
+
+def _unit(vector: tuple[float, float]) -> tuple[float, float]:
+    # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
+    x, y = _non_zero(vector)
+    largest = max(abs(x), abs(y))
+    x, y = x / largest, y / largest
+    length = math.hypot(x, y)
+    return (x / length, y / length)
+
+
+def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
+    if not discs:
+        raise ValueError("must hold at least one disc")
+    return discs
+
+
+_Number = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
+_Vector = Annotated[tuple[_Number, _Number], BeforeValidator(_plain)]
+_Positive = Annotated[_Number, Field(gt=0)]
+_Coefficient = Annotated[_Number, Field(ge=0, le=1)]
+# JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
+_Mass = Annotated[
+    float,
+    Strict(),
+    Field(gt=0, allow_inf_nan=True),
+    BeforeValidator(_mass_from_text),
+    PlainSerializer(lambda mass: "inf" if math.isinf(mass) else mass, when_used="json"),
+    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "inf"}]}),
+]
+
+
+class Need(StrEnum):
+    """Something a scene asks of whoever simulates it; its value is how a report names it."""
+
+    WALLS = "walls"
+    IMMOVABLE = "immovable discs"
+    RESTITUTION = "restitution below 1"
+    GRAVITY = "gravity"
+
+
+class _Model(BaseModel):
+    """Frozen, closed to unknown fields, and raising SceneError where Pydantic would raise its own error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
+
+    def __init__(self, **data: Any) -> None:
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            raise SceneError([*_problems(error)]) from None
+
+
+def _problems(error: ValidationError) -> Iterator[Problem]:
+    for item in error.errors(include_url=False):
+        location = tuple(item["loc"])
+        cause = item.get("ctx", {}).get("error")
+        if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
+            for problem in cause.problems:
+                yield Problem(location + problem.field, problem.message)
+            continue
+        match item["type"]:
+            case "missing":
+                yield Problem(location, "is required, but missing")
+            case "extra_forbidden":
+                yield Problem(location, "is not a field of a scene; see `carom scenes --schema`")
+            case "too_long" | "too_short":
+                yield Problem(location, f"must hold two numbers, got {_shown(item['input'])}")
+            case "tuple_type":
+                yield Problem(location, f"must be a list, got {_shown(item['input'])}")
+            case _:
+                message = item["msg"].removeprefix("Value error, ").removeprefix("Input should ")
+                message = message if message.startswith("must") else f"must {message}"
+                yield Problem(location, f"{message}, got {_shown(item['input'])}")
+
+
+def _shown(value: object) -> str:
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python is willing to print
+        return "an integer of too many digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+class Disc(_Model):
+    """A circular rigid body that moves in a straight line between impacts.
+
+    Attributes:
+        position_m: Centre at time 0, metres.
+        velocity_m_s: Velocity at time 0, metres a second.
+        radius_m: Radius, metres, above 0.
+        mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is an immovable disc.
+    """
+
+    position_m: _Vector
+    velocity_m_s: _Vector = (0.0, 0.0)
+    radius_m: _Positive
+    mass_kg: _Mass = 1.0
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse an immovable disc that moves: it has no state in which it could stand still.
+
+        Raises:
+            SceneError: The mass is infinite and the velocity is not zero.
+        """
+        if self.immovable and self.velocity_m_s != (0.0, 0.0):
+            message = f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}"
+            raise SceneError([Problem(("velocity_m_s",), message)])
+
+    @property
+    def immovable(self) -> bool:
+        """Whether no impact moves this disc."""
+        return math.isinf(self.mass_kg)
+
+
+class Wall(_Model):
+    """A half-plane that no disc may enter.
+
+    Attributes:
+        point_m: Any point on the wall's surface, metres.
+        normal: Direction into the free side, of any length but zero; stored as a unit vector.
+    """
+
+    point_m: _Vector
+    normal: Annotated[_Vector, AfterValidator(_unit)]
+
+
+class Scene(_Model):
+    """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
+
+    Attributes:
+        name: What reports call the scene.
+        description: One or two sentences for a reader; free text.
+        discs: At least one disc.
+        walls: Half-planes; none by default.
+        restitution: Coefficient of restitution of every pair of discs, 0 to 1.
+        wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
+        gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
+        duration_s: How long the scene is simulated, seconds, above 0.
+        frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
+    """
+
+    name: Annotated[str, Field(min_length=1, max_length=200)]
+    description: str = ""
+    discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one)]
+    walls: tuple[Wall, ...] = ()
+    restitution: _Coefficient = 1.0
+    wall_restitution: _Coefficient = 1.0
+    gravity_m_s2: _Vector = (0.0, 0.0)
+    duration_s: _Positive
+    frame_rate_hz: _Positive = 60.0
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
+
+        Raises:
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain.
+        """
+        problems = [*_overlapping_discs(self), *_overlapping_walls(self)]
+        if problems:
+            raise SceneError(problems)
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """What this scene asks of a method, to be held against what the method declares."""
+        wanted = {
+            Need.WALLS: bool(self.walls),
+            Need.IMMOVABLE: any(disc.immovable for disc in self.discs),
+            Need.RESTITUTION: self.restitution < 1 or (bool(self.walls) and self.wall_restitution < 1),
+            Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
+        }
+        return frozenset(need for need, is_needed in wanted.items() if is_needed)
+
+    def step_count(self, dt_s: float) -> int:
+        """Number of steps of length `dt_s` that cover the duration; the last one may reach beyond it.
+
+        The quotient is taken exactly. When `duration_s` and `dt_s` are both the nearest float to what was meant (2 and
+        1/240, say) the exact quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53
+        for each of the two), which must not cost a step.
+        """
+        exact = Fraction(self.duration_s) / Fraction(dt_s)
+        nearest = round(exact)
+        if nearest > 0 and abs(exact - nearest) <= exact * Fraction(2, 2**53):
+            return nearest
+        return math.ceil(exact)
+
+
+def _input_rounding(*values: float) -> float:
+    """Largest error that a gap computed from these lengths can have without anybody having meant an overlap.
+
+    The gap of two discs takes six numbers, each the nearest float to what was written (half a unit in the last place of
+    the largest: 3 units in all), and five roundings of its own (under 3 units). A start that touches in the decimal
+    numbers of its file must not be refused for their binary rounding.
+    """
+    return 6 * math.ulp(max(abs(value) for value in values))
+
+
+def _overlapping_discs(scene: Scene) -> Iterator[Problem]:
+    """Sweep along x: only discs whose x-extents overlap are compared, all neighbours of one rank at a time."""
+    n = len(scene.discs)
+    table = np.array([(*disc.position_m, disc.radius_m, disc.immovable) for disc in scene.discs])
+    order = np.argsort(table[:, 0] - table[:, 2], kind="stable")
+    x, y, radius, immovable = table[order].T
+    reach = np.searchsorted(x - radius, x + radius, side="right")  # first rank that begins beyond this disc
+    for step in range(1, n):
+        a = np.flatnonzero(np.arange(n) + step < reach)
+        if not len(a):
+            return
+        b = a + step
+        with np.errstate(over="ignore"):
+            gap: NDArray[np.float64] = np.hypot(x[b] - x[a], y[b] - y[a]) - (radius[a] + radius[b])
+        for k in np.flatnonzero((gap < 0) & ~((immovable[a] == 1) & (immovable[b] == 1))):
+            values = (x[a[k]], y[a[k]], radius[a[k]], x[b[k]], y[b[k]], radius[b[k]])
+            if gap[k] < -_input_rounding(*values):
+                first, second = sorted((int(order[a[k]]), int(order[b[k]])))
+                yield Problem(
+                    ("discs", second, "position_m"),
+                    f"must not overlap discs[{first}] at the start, got {scene.discs[second].position_m}: "
+                    f"the two overlap by {-gap[k]:.3g} m; move them apart",
+                )
+
+
+def _overlapping_walls(scene: Scene) -> Iterator[Problem]:
+    for k, wall in enumerate(scene.walls):
+        for i, disc in enumerate(scene.discs):
+            if disc.immovable:
+                continue
+            x, y = disc.position_m[0] - wall.point_m[0], disc.position_m[1] - wall.point_m[1]
+            gap = x * wall.normal[0] + y * wall.normal[1] - disc.radius_m
+            if gap < -_input_rounding(*disc.position_m, *wall.point_m, disc.radius_m):
+                yield Problem(
+                    ("discs", i, "position_m"),
+                    f"must not overlap walls[{k}] at the start, got {disc.position_m}: "
+                    f"the disc reaches {-gap:.3g} m into it; move the disc, or turn the wall's normal round",
+                )
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scene file (the one published as ``carom/scene.schema.json``)."""
+    schema = Scene.model_json_schema()
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Load and validate the scene in a ``.toml`` or ``.json`` file.
+
+    Raises:
+        SceneError: The file can't be read, is no TOML or JSON, is too large, or holds no valid scene. The message
+            names the file, the field with its index, and the value.
+    """
+    path = Path(path)
+    try:
+        return Scene(**_parse(path))
+    except SceneError as error:
+        raise SceneError(error.problems, source=str(path)) from None
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    if path.suffix not in {".toml", ".json"}:
+        raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
+    try:
+        with path.open("rb") as file:
+            # Never trust a reported size: a pipe or a device has none.
+            data = file.read(MAX_FILE_BYTES + 1)
+    except OSError as error:
+        raise SceneError([Problem((), f"can't be read: {error.strerror or error}")]) from None
+    if len(data) > MAX_FILE_BYTES:
+        message = f"is larger than {MAX_FILE_BYTES >> 20} MiB, which no scene file needs"
+        raise SceneError([Problem((), message)])
+    kind = path.suffix[1:].upper()
+    try:
+        text = data.decode("utf-8")
+        content = tomllib.loads(text) if kind == "TOML" else json.loads(text)
+    except UnicodeDecodeError as error:
+        raise SceneError([Problem((), f"is not {kind}: byte {error.start} is not UTF-8 text")]) from None
+    except RecursionError:
+        raise SceneError([Problem((), f"is not a scene: its {kind} is nested too deeply")]) from None
+    except ValueError as error:
+        raise SceneError([Problem((), f"is not {kind}: {_shown_error(error)}")]) from None
+    if not isinstance(content, dict):
+        message = f"must hold an object with the fields of a scene, got {_shown(content)}"
+        raise SceneError([Problem((), message)])
+    return content
+
+
+def _shown_error(error: ValueError) -> str:
+    text = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return text if len(text) <= 200 else f"{text[:197]}..."
+
+
+def save_scene(scene: Scene, path: str | Path) -> None:
+    """Write a scene as TOML or JSON, by the path's ending; loading it again gives an equal scene.
+
+    Raises:
+        SceneError: The ending is neither ``.toml`` nor ``.json``.
+        OSError: The file can't be written.
+    """
+    path = Path(path)
+    if path.suffix == ".toml":
+        text = tomli_w.dumps(scene.model_dump(mode="python"))
+    elif path.suffix == ".json":
+        text = scene.model_dump_json(indent=2) + "\n"
+    else:
+        message = f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}"
+        raise SceneError([Problem((), message)], source=str(path))
+    path.write_text(text, encoding="utf-8")

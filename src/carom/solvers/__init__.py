@@ -1,0 +1,1 @@
+"""Carom's own methods, scene to trace: PIC event-driven, PIC frame by frame, and PIT."""

@@ -1,0 +1,155 @@
+"""The moving state of a scene's discs, and what an impact does to it: shared by every solver."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.physics.impact_law import impulse
+from carom.physics.time_of_impact import pair_time, wall_time
+from carom.scene import Need
+from carom.trace import ImpactRecord, wall_body
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+
+__all__ = ["Bodies", "require_supported"]
+
+Vector = tuple[float, float]
+
+
+def require_supported(scene: Scene, solver: str) -> None:
+    """Refuse a scene with gravity.
+
+    Raises:
+        InputError: The scene has gravity.
+    """
+    if Need.GRAVITY in scene.needs:
+        raise InputError(
+            f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; set it to [0, 0]"
+        )
+
+
+class Bodies:
+    """Positions and velocities of all discs, as plain floats: for a few discs these beat arrays.
+
+    Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. A
+    solver that moves all discs together keeps all clocks equal.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.x = [disc.position_m[0] for disc in scene.discs]
+        self.y = [disc.position_m[1] for disc in scene.discs]
+        self.vx = [disc.velocity_m_s[0] for disc in scene.discs]
+        self.vy = [disc.velocity_m_s[1] for disc in scene.discs]
+        self.time = [0.0] * len(scene.discs)
+        self.radius = [disc.radius_m for disc in scene.discs]
+        self.inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        self.walls = [(*wall.point_m, *wall.normal) for wall in scene.walls]
+        self.restitution = scene.restitution
+        self.wall_restitution = scene.wall_restitution
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def move_to(self, i: int, time_s: float) -> None:
+        """Bring disc `i` to `time_s` along its straight path."""
+        dt = time_s - self.time[i]
+        self.x[i] += self.vx[i] * dt
+        self.y[i] += self.vy[i] * dt
+        self.time[i] = time_s
+
+    def pair_impact_time(self, i: int, j: int) -> float:
+        """Absolute time of the next impact of discs `i` and `j` on their present paths, infinity for never.
+
+        It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair.
+        """
+        if self.inverse_mass[i] == 0.0 and self.inverse_mass[j] == 0.0:
+            return math.inf
+        start = max(self.time[i], self.time[j])
+        back_i, back_j = start - self.time[i], start - self.time[j]
+        return start + pair_time(
+            (self.x[j] + self.vx[j] * back_j) - (self.x[i] + self.vx[i] * back_i),
+            (self.y[j] + self.vy[j] * back_j) - (self.y[i] + self.vy[i] * back_i),
+            self.vx[j] - self.vx[i],
+            self.vy[j] - self.vy[i],
+            self.radius[i] + self.radius[j],
+        )
+
+    def wall_impact_time(self, i: int, k: int) -> float:
+        """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
+        px, py, nx, ny = self.walls[k]
+        gap = (self.x[i] - px) * nx + (self.y[i] - py) * ny - self.radius[i]
+        return self.time[i] + wall_time(gap, self.vx[i] * nx + self.vy[i] * ny)
+
+    def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
+        """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT."""
+        if self.inverse_mass[i] == 0.0 and self.inverse_mass[j] == 0.0:
+            return False
+        dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
+        approaching = dx * (self.vx[j] - self.vx[i]) + dy * (self.vy[j] - self.vy[i]) < 0.0
+        return approaching and math.hypot(dx, dy) <= self.radius[i] + self.radius[j]
+
+    def wall_approaches_and_overlaps(self, i: int, k: int) -> bool:
+        """Whether disc `i` approaches wall `k` and touches or overlaps it."""
+        px, py, nx, ny = self.walls[k]
+        approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
+        return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
+
+    def collide(self, first: int, second: int, time_s: float) -> ImpactRecord:
+        """Bring both bodies (a wall is negative) to `time_s` and give them their velocities after the impact."""
+        self.move_to(first, time_s)
+        if second < 0:
+            return self.collide_wall(first, wall_body(second))
+        self.move_to(second, time_s)
+        return self.collide_pair(first, second)
+
+    def collide_pair(self, i: int, j: int) -> ImpactRecord:
+        """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
+
+        The normal is the line of centres as it stands: overlapped, where the impact is found late.
+        """
+        dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
+        distance = math.hypot(dx, dy)
+        nx, ny = dx / distance, dy / distance
+        before_i, before_j = self._velocity(i), self._velocity(j)
+        approach = (self.vx[i] - self.vx[j]) * nx + (self.vy[i] - self.vy[j]) * ny
+        push = impulse(approach, self.inverse_mass[i], self.inverse_mass[j], self.restitution)
+        self._push(i, -push * nx, -push * ny)
+        self._push(j, push * nx, push * ny)
+        return ImpactRecord(self.time[i], i, j, (nx, ny), before_i, before_j, self._velocity(i), self._velocity(j))
+
+    def collide_wall(self, i: int, k: int) -> ImpactRecord:
+        """Give disc `i` its velocity after its impact on wall `k`, which it approaches."""
+        _, _, nx, ny = self.walls[k]
+        before = self._velocity(i)
+        change = (1.0 + self.wall_restitution) * (before[0] * nx + before[1] * ny)
+        self.vx[i] -= change * nx
+        self.vy[i] -= change * ny
+        rest = (0.0, 0.0)
+        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, self._velocity(i), rest)
+
+    def positions_at(self, time_s: float) -> NDArray[np.float64]:
+        """Centres at `time_s` on the present straight paths, metres, shape ``(n, 2)``."""
+        return np.array(
+            [
+                (self.x[i] + self.vx[i] * (time_s - self.time[i]), self.y[i] + self.vy[i] * (time_s - self.time[i]))
+                for i in range(len(self))
+            ]
+        )
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities, metres a second, shape ``(n, 2)``."""
+        return np.array([self.vx, self.vy]).T.copy()
+
+    def _velocity(self, i: int) -> Vector:
+        return (self.vx[i], self.vy[i])
+
+    def _push(self, i: int, impulse_x: float, impulse_y: float) -> None:
+        self.vx[i] += impulse_x * self.inverse_mass[i]
+        self.vy[i] += impulse_y * self.inverse_mass[i]

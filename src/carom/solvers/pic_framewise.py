@@ -1,0 +1,106 @@
+"""PIC as the source paper's Algorithm 2: frame by frame, stopping at each impact on the way to the next frame.
+
+The printed algorithm carries out one impact a frame; its own figure 9 needs several. Here a frame goes on until no
+impact is left in it, which is what the figure shows. The impacts are those of the event-driven form, found by other
+means: every pair is solved for anew at each frame and after each impact. A disc's stored position is that of its last
+impact, and its position at a frame is computed from there, so frames add no rounding, and the impacts come out
+identical to the bit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.solvers.bodies import Bodies, require_supported
+from carom.solvers.impact_log import ImpactLog
+from carom.trace import Outcome, Trace, impact_array, wall_body
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+
+__all__ = ["FramewiseRun", "solve_pic_framewise"]
+
+
+class FramewiseRun:
+    """A run of Algorithm 2, taken forward frame by frame."""
+
+    def __init__(self, scene: Scene) -> None:
+        require_supported(scene, "PIC")
+        self.bodies = Bodies(scene)
+        self.log = ImpactLog(scene)
+        self.time_s = 0.0
+        self.predictions = 0
+
+    def advance_frame(self, next_frame_s: float, *, closed: bool = False) -> Outcome:
+        """Go to the next frame instant, stopping at every impact before it (and, where `closed`, on it)."""
+        while True:
+            time_s, first, second = min(self._upcoming(), default=(math.inf, 0, 0))
+            if time_s > next_frame_s or (time_s == next_frame_s and not closed):
+                break
+            self.time_s = max(self.time_s, time_s)
+            self.log.add(self.bodies.collide(first, second, self.time_s))
+            if self.log.at_standstill:
+                return Outcome.STANDSTILL
+        self.time_s = next_frame_s
+        return Outcome.COMPLETED
+
+    def positions(self) -> NDArray[np.float64]:
+        """Centres now, metres, shape ``(n, 2)``."""
+        return self.bodies.positions_at(self.time_s)
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities now, metres a second, shape ``(n, 2)``."""
+        return self.bodies.velocities()
+
+    def _upcoming(self) -> Iterator[tuple[float, int, int]]:
+        bodies = self.bodies
+        n = len(bodies)
+        self.predictions += n * (n - 1) // 2 + n * len(bodies.walls)
+        for i in range(n):
+            for j in range(i + 1, n):
+                yield bodies.pair_impact_time(i, j), i, j
+            for k in range(len(bodies.walls)):
+                yield bodies.wall_impact_time(i, k), i, wall_body(k)
+
+
+def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
+    """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
+
+    Args:
+        scene: The scene; no gravity.
+        frame_rate_hz: Frames a second; the scene's own by default.
+
+    Raises:
+        InputError: The scene has gravity, or the frame rate is not a positive number.
+    """
+    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
+    if not 0 < rate < math.inf:
+        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    run = FramewiseRun(scene)
+    frames = scene.step_count(1.0 / rate)
+    outcome = Outcome.COMPLETED
+    for frame in range(1, frames + 1):
+        last = frame == frames
+        outcome = run.advance_frame(scene.duration_s if last else frame / rate, closed=last)
+        if outcome is not Outcome.COMPLETED:
+            break
+    return Trace(
+        method="pic (Algorithm 2)",
+        scene_name=scene.name,
+        impacts=impact_array(run.log.records),
+        final_position_m=run.positions(),
+        final_velocity_m_s=run.velocities(),
+        end_time_s=run.time_s,
+        outcome=outcome,
+        dt_s=1.0 / rate,
+        ambiguous=tuple(run.log.ambiguous),
+        counts={"frames": frames, "predictions": run.predictions},
+    )

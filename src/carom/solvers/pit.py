@@ -1,0 +1,97 @@
+"""PIT, periodic interference test: the source paper's Algorithm 1, to the letter.
+
+At every frame instant, and nowhere else, each pair is asked: approaching? then: overlapping? then: new velocities,
+along the line of centres as it stands at that frame. Positions are never corrected. So an impact is late by up to a
+frame, its normal is turned by what the discs moved meanwhile, and one whose overlap falls between two frames is missed.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from carom.errors import InputError
+from carom.solvers.bodies import Bodies, require_supported
+from carom.solvers.impact_log import ImpactLog
+from carom.trace import Outcome, Trace, impact_array
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+
+__all__ = ["FrameSampledRun", "solve_pit"]
+
+
+class FrameSampledRun:
+    """A PIT run, taken forward frame by frame.
+
+    Within a frame the pairs are tested in the order of their indices, then the walls; each test sees the velocities
+    that the earlier ones of the frame left.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        require_supported(scene, "PIT")
+        self.bodies = Bodies(scene)
+        self.log = ImpactLog(scene)
+        self.time_s = 0.0
+        self.pair_tests = 0
+
+    def advance_frame(self, next_frame_s: float) -> None:
+        """Test for interference at the present frame instant, then move every disc to the next one."""
+        bodies, log = self.bodies, self.log
+        n, walls = len(bodies), len(bodies.walls)
+        for i in range(n):
+            for j in range(i + 1, n):
+                if bodies.pair_approaches_and_overlaps(i, j):
+                    log.add(bodies.collide_pair(i, j))
+        for i in range(n):
+            for k in range(walls):
+                if bodies.wall_approaches_and_overlaps(i, k):
+                    log.add(bodies.collide_wall(i, k))
+        self.pair_tests += n * (n - 1) // 2 + n * walls
+        for i in range(n):
+            bodies.move_to(i, next_frame_s)
+        self.time_s = next_frame_s
+
+    def positions(self) -> NDArray[np.float64]:
+        """Centres now, metres, shape ``(n, 2)``."""
+        return self.bodies.positions_at(self.time_s)
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Velocities now, metres a second, shape ``(n, 2)``."""
+        return self.bodies.velocities()
+
+
+def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
+    """Run a scene by PIT.
+
+    Frame k stands at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
+
+    Args:
+        scene: The scene; no gravity.
+        frame_rate_hz: Frames a second; the scene's own by default.
+
+    Raises:
+        InputError: The scene has gravity, or the frame rate is not a positive number.
+    """
+    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
+    if not 0 < rate < math.inf:
+        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    run = FrameSampledRun(scene)
+    frames = scene.step_count(1.0 / rate)
+    for frame in range(1, frames + 1):
+        run.advance_frame(scene.duration_s if frame == frames else frame / rate)
+    return Trace(
+        method="pit",
+        scene_name=scene.name,
+        impacts=impact_array(run.log.records),
+        final_position_m=run.positions(),
+        final_velocity_m_s=run.velocities(),
+        end_time_s=run.time_s,
+        outcome=Outcome.COMPLETED,
+        dt_s=1.0 / rate,
+        ambiguous=tuple(run.log.ambiguous),
+        counts={"frames": frames, "pair_tests": run.pair_tests},
+    )

@@ -1,0 +1,140 @@
+"""What happened: the impacts, final state, outcome, settings and work counts of one run of one method."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = [
+    "IMPACT_DTYPE",
+    "ImpactRecord",
+    "Outcome",
+    "Samples",
+    "Setting",
+    "Trace",
+    "impact_array",
+    "kinetic_energy",
+    "wall_body",
+]
+
+#: A setting of a method, as a report shows it.
+Setting = float | int | bool | str
+
+#: One collision. `second` of a wall is ``-1 - k``; `normal` is the unit vector from first to second.
+IMPACT_DTYPE = np.dtype(
+    [
+        ("time_s", "f8"),
+        ("first", "i8"),
+        ("second", "i8"),
+        ("normal", "f8", 2),
+        ("velocity_first_before", "f8", 2),
+        ("velocity_second_before", "f8", 2),
+        ("velocity_first_after", "f8", 2),
+        ("velocity_second_after", "f8", 2),
+    ]
+)
+
+Vector = tuple[float, float]
+
+
+class ImpactRecord(NamedTuple):
+    """One row of `Trace.impacts`, in the order of `IMPACT_DTYPE`. Seconds, metres a second."""
+
+    time_s: float
+    first: int
+    second: int
+    normal: Vector
+    velocity_first_before: Vector
+    velocity_second_before: Vector
+    velocity_first_after: Vector
+    velocity_second_after: Vector
+
+
+def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
+    impacts = np.array([tuple(record) for record in records], dtype=IMPACT_DTYPE)
+    impacts.flags.writeable = False
+    return impacts
+
+
+def wall_body(wall: int) -> int:
+    """Return the body number of the k-th wall, ``-1 - k``; discs are numbered from 0."""
+    return -1 - wall
+
+
+class Outcome(Enum):
+    """How a run ended; the value is the sentence shown."""
+
+    COMPLETED = "ran to the end of the scene"
+    MAX_IMPACTS = "stopped after the number of impacts asked for"
+    STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
+    RESET = "the engine silently reset its state"
+    NON_FINITE = "the state is no longer finite"
+
+
+@dataclass(frozen=True)
+class Samples:
+    """States at chosen instants, for drawing.
+
+    Attributes:
+        time_s: Shape ``(k,)``, seconds.
+        position_m: Shape ``(k, n, 2)``, metres.
+    """
+
+    time_s: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """All that one run of one method produced.
+
+    Attributes:
+        method: Name of the method or engine.
+        scene_name: Name of the scene.
+        impacts: Structured array of `IMPACT_DTYPE`, in order of reported time.
+        final_position_m: Shape ``(n, 2)``, at `end_time_s`.
+        final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
+        end_time_s: The scene's duration, or the last impact that was let through.
+        outcome: How the run ended.
+        dt_s: Step or frame length; 0 where there are no frames.
+        effective_time_s: Shape ``(len(impacts),)``: where the free-flight lines before and after each impact meet; NaN
+            where they do not. None where the method was not sampled and the reported time is the instant itself.
+        ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
+            gives them no unique answer, and the order taken is a convention.
+        samples: States for drawing, where asked for.
+        profile: Name of the profile, empty where a solver was called directly.
+        settings: The settings really used, read back from the engine where it can be read.
+        counts: Work counts: steps, pair tests, predictions and so on.
+        notes: What the method itself warned of.
+    """
+
+    method: str
+    scene_name: str
+    impacts: NDArray[np.void]
+    final_position_m: NDArray[np.float64]
+    final_velocity_m_s: NDArray[np.float64]
+    end_time_s: float
+    outcome: Outcome = Outcome.COMPLETED
+    dt_s: float = 0.0
+    effective_time_s: NDArray[np.float64] | None = None
+    ambiguous: tuple[int, ...] = ()
+    samples: Samples | None = None
+    profile: str = ""
+    settings: Mapping[str, Setting] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
+def kinetic_energy(scene: Scene, velocity_m_s: NDArray[np.float64]) -> float:
+    """Return the kinetic energy of the movable discs, joules. `velocity_m_s` has shape ``(n, 2)``."""
+    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    return float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
