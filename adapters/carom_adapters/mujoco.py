@@ -1,1 +1,3 @@
+"""Adapter of mujoco."""
+
 adapter = None

@@ -68,7 +68,7 @@ class PicAdapter:
     capabilities = Capabilities(restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, continuous_detection=True)
     profiles: Mapping[str, Profile] = {
         "default": Profile(
-            "The source paper's Algorithm 2: frame by frame, every pair solved for anew, all impacts of a frame in order.",
+            "The source paper's Algorithm 2: frame by frame, every pair solved for anew, all impacts of a frame.",
             lambda dt_s: {"dt_s": dt_s, "form": "framewise"},
         ),
         "tuned": Profile(

@@ -1,1 +1,3 @@
+"""Adapter of pybullet."""
+
 adapter = None

@@ -1,1 +1,3 @@
+"""Adapter of pymunk."""
+
 adapter = None

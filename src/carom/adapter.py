@@ -1,8 +1,9 @@
 """THE SEAM: all of Carom that the author of an engine adapter imports.
 
 An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it under the entry-point
-group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures, joins
-the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities` declares.
+group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures,
+joins the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities`
+declares.
 ``docs/adapters.md`` builds one in forty lines.
 """
 

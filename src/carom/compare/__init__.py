@@ -1,0 +1,1 @@
+"""Scoring: align the impacts of two traces, measure the errors, pass a verdict."""

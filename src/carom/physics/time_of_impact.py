@@ -4,10 +4,10 @@ With ``d = c2 - c1``, ``u = v2 - v1`` and ``R = r1 + r2`` the discs touch when `
 
     a t^2 + 2 b t + c = 0,   a = u.u,   b = d.u,   c = d.d - R^2 = (|d| - R)(|d| + R).
 
-They can only collide while approaching (``b < 0``). Apart (``c > 0``) and with ``D = b^2 - a c > 0``, the earlier root is
-``t = c / (-b + sqrt(D))``: of the two ways of writing that root this one adds numbers of one sign, so nothing cancels.
-``D`` itself is taken as ``a R^2 - (d x u)^2``, equal by Lagrange's identity, because ``b^2 - a c`` loses the miss
-distance of discs that are far apart. The derivation and the errors of the printed formulas are in ``docs/physics.md``.
+They can only collide while approaching (``b < 0``). Apart (``c > 0``) and with ``D = b^2 - a c > 0``, the earlier root
+is ``t = c / (-b + sqrt(D))``: of the two ways of writing that root this one adds numbers of one sign, so nothing
+cancels. ``D`` itself is taken as ``a R^2 - (d x u)^2``, equal by Lagrange's identity, because ``b^2 - a c`` loses the
+miss distance of discs that are far apart. The derivation and the errors of the printed formulas are in ``docs/physics.md``.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """

@@ -1,0 +1,1 @@
+"""The report of a cross-check: HTML, Markdown, JSON lines and JUnit XML, with figures."""

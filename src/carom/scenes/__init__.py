@@ -1,0 +1,6 @@
+"""The catalogue: scenes with known answers that no code of Carom's made."""
+
+from carom.scenes.catalogue import catalogue, find_scenes
+from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, deviation
+
+__all__ = ["CatalogueScene", "KnownAnswer", "KnownImpact", "catalogue", "deviation", "find_scenes"]
