@@ -9,10 +9,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from carom.compare import Score, compare
     from carom.errors import CaromError, SceneError
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
     from carom.registry import EngineInfo, engines
+    from carom.runner import Results, cross_check, run
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
     from carom.solvers.pic import solve_pic
     from carom.solvers.pic_framewise import solve_pic_framewise
@@ -24,13 +26,18 @@ __all__ = [
     "Disc",
     "EngineInfo",
     "Outcome",
+    "Results",
     "Scene",
     "SceneError",
+    "Score",
     "Trace",
     "Wall",
+    "compare",
+    "cross_check",
     "engines",
     "load_scene",
     "resolve_impact",
+    "run",
     "save_scene",
     "solve_pic",
     "solve_pic_framewise",
@@ -43,13 +50,18 @@ _HOME = {
     "Disc": "carom.scene",
     "EngineInfo": "carom.registry",
     "Outcome": "carom.trace",
+    "Results": "carom.runner",
     "Scene": "carom.scene",
     "SceneError": "carom.errors",
+    "Score": "carom.compare",
     "Trace": "carom.trace",
     "Wall": "carom.scene",
+    "compare": "carom.compare",
+    "cross_check": "carom.runner",
     "engines": "carom.registry",
     "load_scene": "carom.scene",
     "resolve_impact": "carom.physics.impact_law",
+    "run": "carom.runner",
     "save_scene": "carom.scene",
     "solve_pic": "carom.solvers.pic",
     "solve_pic_framewise": "carom.solvers.pic_framewise",

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from carom.scene import Scene
+from carom.scene import Scene
 
 __all__ = [
     "IMPACT_DTYPE",
@@ -76,7 +75,7 @@ class Outcome(Enum):
     COMPLETED = "ran to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
-    RESET = "the engine silently reset its state"
+    WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
 
 
@@ -99,7 +98,7 @@ class Trace:
 
     Attributes:
         method: Name of the method or engine.
-        scene_name: Name of the scene.
+        scene: The scene that was run.
         impacts: Structured array of `IMPACT_DTYPE`, in order of reported time.
         final_position_m: Shape ``(n, 2)``, at `end_time_s`.
         final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
@@ -118,7 +117,7 @@ class Trace:
     """
 
     method: str
-    scene_name: str
+    scene: Scene
     impacts: NDArray[np.void]
     final_position_m: NDArray[np.float64]
     final_velocity_m_s: NDArray[np.float64]

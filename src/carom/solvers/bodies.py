@@ -39,7 +39,8 @@ class Bodies:
     """Positions and velocities of all discs, as plain floats: for a few discs these beat arrays.
 
     Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. A
-    solver that moves all discs together keeps all clocks equal.
+    solver that moves all discs together keeps all clocks equal. An immovable disc's clock stays at 0: what is predicted
+    of it must not depend on who else has met it meanwhile.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -50,6 +51,7 @@ class Bodies:
         self.time = [0.0] * len(scene.discs)
         self.radius = [disc.radius_m for disc in scene.discs]
         self.inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        self.last_partner: list[int | None] = [None] * len(scene.discs)
         self.walls = [(*wall.point_m, *wall.normal) for wall in scene.walls]
         self.restitution = scene.restitution
         self.wall_restitution = scene.wall_restitution
@@ -59,6 +61,8 @@ class Bodies:
 
     def move_to(self, i: int, time_s: float) -> None:
         """Bring disc `i` to `time_s` along its straight path."""
+        if self.inverse_mass[i] == 0.0:
+            return
         dt = time_s - self.time[i]
         self.x[i] += self.vx[i] * dt
         self.y[i] += self.vy[i] * dt
@@ -67,9 +71,11 @@ class Bodies:
     def pair_impact_time(self, i: int, j: int) -> float:
         """Absolute time of the next impact of discs `i` and `j` on their present paths, infinity for never.
 
-        It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair.
+        It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
+        have just met each other never meet again on these paths: what rounding leaves of their approach (all of it that
+        there is, where the restitution is 0) must not become an impact, and another, without end.
         """
-        if self.inverse_mass[i] == 0.0 and self.inverse_mass[j] == 0.0:
+        if self._has_just_met(i, j) and self._has_just_met(j, i):
             return math.inf
         start = max(self.time[i], self.time[j])
         back_i, back_j = start - self.time[i], start - self.time[j]
@@ -83,6 +89,8 @@ class Bodies:
 
     def wall_impact_time(self, i: int, k: int) -> float:
         """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
+        if self.last_partner[i] == wall_body(k):
+            return math.inf
         px, py, nx, ny = self.walls[k]
         gap = (self.x[i] - px) * nx + (self.y[i] - py) * ny - self.radius[i]
         return self.time[i] + wall_time(gap, self.vx[i] * nx + self.vy[i] * ny)
@@ -104,9 +112,11 @@ class Bodies:
     def collide(self, first: int, second: int, time_s: float) -> ImpactRecord:
         """Bring both bodies (a wall is negative) to `time_s` and give them their velocities after the impact."""
         self.move_to(first, time_s)
+        self.last_partner[first] = second
         if second < 0:
             return self.collide_wall(first, wall_body(second))
         self.move_to(second, time_s)
+        self.last_partner[second] = first
         return self.collide_pair(first, second)
 
     def collide_pair(self, i: int, j: int) -> ImpactRecord:
@@ -118,11 +128,12 @@ class Bodies:
         distance = math.hypot(dx, dy)
         nx, ny = dx / distance, dy / distance
         before_i, before_j = self._velocity(i), self._velocity(j)
+        time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         approach = (self.vx[i] - self.vx[j]) * nx + (self.vy[i] - self.vy[j]) * ny
         push = impulse(approach, self.inverse_mass[i], self.inverse_mass[j], self.restitution)
         self._push(i, -push * nx, -push * ny)
         self._push(j, push * nx, push * ny)
-        return ImpactRecord(self.time[i], i, j, (nx, ny), before_i, before_j, self._velocity(i), self._velocity(j))
+        return ImpactRecord(time_s, i, j, (nx, ny), before_i, before_j, self._velocity(i), self._velocity(j))
 
     def collide_wall(self, i: int, k: int) -> ImpactRecord:
         """Give disc `i` its velocity after its impact on wall `k`, which it approaches."""
@@ -146,6 +157,10 @@ class Bodies:
     def velocities(self) -> NDArray[np.float64]:
         """Velocities, metres a second, shape ``(n, 2)``."""
         return np.array([self.vx, self.vy]).T.copy()
+
+    def _has_just_met(self, i: int, j: int) -> bool:
+        """Whether disc `i` is on the path that its impact with `j` gave it; an immovable disc is always on its own."""
+        return self.inverse_mass[i] == 0.0 or self.last_partner[i] == j
 
     def _velocity(self, i: int) -> Vector:
         return (self.vx[i], self.vy[i])

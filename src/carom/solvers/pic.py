@@ -104,7 +104,7 @@ def solve_pic(scene: Scene, *, max_impacts: int | None = None) -> Trace:
     outcome = run.advance_to(scene.duration_s, max_impacts)
     return Trace(
         method="pic",
-        scene_name=scene.name,
+        scene=scene,
         impacts=impact_array(run.log.records),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),

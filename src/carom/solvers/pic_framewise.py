@@ -94,7 +94,7 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
             break
     return Trace(
         method="pic (Algorithm 2)",
-        scene_name=scene.name,
+        scene=scene,
         impacts=impact_array(run.log.records),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),

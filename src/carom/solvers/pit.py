@@ -85,7 +85,7 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
         run.advance_frame(scene.duration_s if frame == frames else frame / rate)
     return Trace(
         method="pit",
-        scene_name=scene.name,
+        scene=scene,
         impacts=impact_array(run.log.records),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),

@@ -1,0 +1,132 @@
+"""Which observed impact is which reference impact: hit or miss, decided before any error is measured.
+
+Each pair of bodies is aligned on its own, in order (an alignment never crosses), with as many matches as possible and,
+among those, the least total time difference. An observed impact can only be a given reference impact if it falls in
+that impact's *window*: between the neighbouring reference impacts of its bodies, since outside it the bodies are, in
+the reference, on other paths. A frame-sampled method stamps an impact up to two steps late (one to notice it, one more
+where the stamp is that of the step's end), so the window is that much longer at either end.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.trace import Trace
+
+__all__ = ["Alignment", "align"]
+
+#: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
+LATEST_STAMP_STEPS = 2
+
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """Which impact of a reference is which of an observed trace.
+
+    Attributes:
+        matched: Index pairs ``(reference, observed)`` in order of reference time.
+        missed: Reference impacts that were not observed.
+        spurious: Observed impacts that the reference does not have.
+        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step could
+            not yet have reported them.
+    """
+
+    matched: tuple[tuple[int, int], ...]
+    missed: tuple[int, ...]
+    spurious: tuple[int, ...]
+    undecided: tuple[int, ...]
+
+
+def align(reference: Trace, observed: Trace) -> Alignment:
+    """Align the impacts of two traces of one scene."""
+    slack = LATEST_STAMP_STEPS * observed.dt_s
+    windows = _windows(reference, slack)
+    observed_by_pair = _by_pair(observed.impacts)
+    matched: list[tuple[int, int]] = []
+    for pair, expected in _by_pair(reference.impacts).items():
+        found = observed_by_pair.get(pair, [])
+        matched += _align_pair(expected, found, reference.impacts["time_s"], observed.impacts["time_s"], windows)
+    matched.sort()
+    hit = {r for r, _ in matched}
+    used = {o for _, o in matched}
+    unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
+    # A run is as long as the scene; an impact in its last steps has no later step in which it could be reported.
+    last_reportable = observed.end_time_s - slack
+    late = {r for r in unmatched if reference.impacts["time_s"][r] > last_reportable}
+    return Alignment(
+        matched=tuple(matched),
+        missed=tuple(r for r in unmatched if r not in late),
+        spurious=tuple(o for o in range(len(observed.impacts)) if o not in used),
+        undecided=tuple(sorted(late)),
+    )
+
+
+def _by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
+    indices: dict[Pair, list[int]] = defaultdict(list)
+    for k, (first, second) in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
+        indices[first, second].append(k)
+    return indices
+
+
+def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
+    """Earliest and latest time at which each reference impact may be observed."""
+    impacts = reference.impacts
+    rows = list(zip(impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True))
+    # Standing still through an impact, an immovable disc or a wall is on no path that the impact could end.
+    moved = impacts["velocity_second_before"] != impacts["velocity_second_after"]
+    times: dict[int, list[float]] = defaultdict(list)
+    bodies: list[list[int]] = []
+    for k, (time, first, second) in enumerate(rows):
+        involved = [first, second] if second >= 0 and moved[k].any() else [first]
+        bodies.append(involved)
+        for body in involved:
+            times[body].append(time)
+    windows = []
+    for (time, _, _), involved in zip(rows, bodies, strict=True):
+        earliest, latest = -math.inf, math.inf
+        for body in involved:
+            mine = times[body]
+            before, after = bisect_left(mine, time), bisect_right(mine, time)
+            earliest = max(earliest, mine[before - 1] if before > 0 else -math.inf)
+            latest = min(latest, mine[after] if after < len(mine) else math.inf)
+        windows.append((earliest - slack, latest + slack))
+    return windows
+
+
+def _align_pair(
+    expected: list[int],
+    found: list[int],
+    reference_time: NDArray[np.float64],
+    observed_time: NDArray[np.float64],
+    windows: list[tuple[float, float]],
+) -> list[tuple[int, int]]:
+    """Monotone alignment of one pair's impacts by dynamic programming, the cost (unmatched, total time difference)."""
+    rows, columns = len(expected), len(found)
+    cost = [[(rows - r + columns - c, 0.0) for c in range(columns + 1)] for r in range(rows + 1)]
+    for r in range(rows - 1, -1, -1):
+        early, late = windows[expected[r]]
+        for c in range(columns - 1, -1, -1):
+            skip_one, skip_other = cost[r + 1][c], cost[r][c + 1]
+            best = min((skip_one[0] + 1, skip_one[1]), (skip_other[0] + 1, skip_other[1]))
+            if early <= observed_time[found[c]] <= late:
+                difference = abs(float(observed_time[found[c]] - reference_time[expected[r]]))
+                best = min(best, (cost[r + 1][c + 1][0], cost[r + 1][c + 1][1] + difference))
+            cost[r][c] = best
+    matched, r, c = [], 0, 0
+    while r < rows and c < columns:
+        if cost[r][c] == (cost[r + 1][c][0] + 1, cost[r + 1][c][1]):
+            r += 1
+        elif cost[r][c] == (cost[r][c + 1][0] + 1, cost[r][c + 1][1]):
+            c += 1
+        else:
+            matched.append((expected[r], found[c]))
+            r, c = r + 1, c + 1
+    return matched

@@ -1,0 +1,142 @@
+"""What a comparison finds: errors, verdicts with their reasons, and a grade."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+__all__ = ["Finding", "Grade", "ImpactError", "Scales", "Score", "Verdict"]
+
+
+class Verdict(Enum):
+    """What is wrong, if anything; the value is the sentence shown. The first four are the source paper's cases."""
+
+    MISSED = "an impact is missed"
+    LATE = "found late: wrong time and path"
+    WRONG_DIRECTION = "wrong direction after the bounce"
+    MULTIPLE_MISSED = "several impacts are missed"
+    EARLY = "found before it happens"
+    SPURIOUS = "an impact that does not happen"
+    ENERGY_GAINED = "energy is gained"
+    ENERGY_LOST = "energy is lost"
+    CUT_SHORT = "the run ended before the scene did"
+    CONVENTION = "the scene has no unique answer"
+    CONFORMS = "agrees with the reference to rounding"
+
+
+class Grade(Enum):
+    """A grade that a reader can use; the value is the sentence shown."""
+
+    EXACT = "exact: to rounding"
+    SAMPLED = "sampled: no worse than PIT at the same step"
+    INACCURATE = "inaccurate: finds every impact, worse than PIT"
+    WRONG = "wrong: misses or invents an impact"
+    UNGRADED = "not graded: the scene has no unique answer"
+
+
+@dataclass(frozen=True)
+class Scales:
+    """The scene's own length, speed and time, by which errors are divided so that units do not matter.
+
+    Attributes:
+        length_m: Radius of the largest disc.
+        speed_m_s: Greatest speed of any disc in the reference.
+        time_s: The scene's duration.
+        energy_j: Kinetic energy of the movable discs at the start.
+    """
+
+    length_m: float
+    speed_m_s: float
+    time_s: float
+    energy_j: float
+
+
+@dataclass(frozen=True)
+class ImpactError:
+    """Errors of one matched impact, observed less reference.
+
+    Attributes:
+        reference: Index in the reference's impacts.
+        observed: Index in the observed impacts.
+        reported_time_s: Error of the time that the method gives, seconds.
+        effective_time_s: Error of the instant at which the path turned, seconds; NaN where that is not known.
+        along_normal: Velocity error along the reference's normal, the worse of the two bodies, over the scene's speed.
+        across_normal: The same across it.
+        velocity: Length of the velocity error, the worse of the two bodies, over the scene's speed.
+        direction_rad: Angle between observed and reference velocity after, the worse of the two bodies; a body that
+            rests in either has none.
+        normal_rad: Angle between observed and reference normal.
+        restitution: Effective coefficient of restitution along the observed normal; NaN where nothing approached.
+    """
+
+    reference: int
+    observed: int
+    reported_time_s: float
+    effective_time_s: float
+    along_normal: float
+    across_normal: float
+    velocity: float
+    direction_rad: float
+    normal_rad: float
+    restitution: float
+
+    @property
+    def time_s(self) -> float:
+        """Error of the effective time where it is known, else of the reported time."""
+        return self.reported_time_s if self.effective_time_s != self.effective_time_s else self.effective_time_s
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One verdict and the numbers it was derived from, as a sentence."""
+
+    verdict: Verdict
+    reason: str
+
+
+@dataclass(frozen=True)
+class Score:
+    """How an observed trace compares with the reference.
+
+    Attributes:
+        expected: Number of impacts in the reference.
+        errors: One entry a matched impact.
+        missed: Indices of missed reference impacts.
+        spurious: Indices of observed impacts that the reference does not have.
+        undecided: Indices of reference impacts too close to the end of the run to have been reported.
+        time_error_s: Largest time error by magnitude, with its sign; effective where known. NaN without a match.
+        velocity_error: Largest velocity error of a matched impact, over the scene's speed. NaN without a match.
+        direction_error_rad: Largest direction error. NaN without a match.
+        final_position_error: Largest distance of a disc from its final place, over the scene's length.
+        final_velocity_error: Largest error of a final velocity, over the scene's speed.
+        energy_error: Final kinetic energy less the reference's, over the energy at the start; 0 where that is 0.
+        momentum_error: Length of the error of the final momentum of the movable discs, over their mass and speed.
+        sampling_velocity_error: `velocity_error` of PIT at the same step; NaN where that was not given.
+        sampling_missed: How many impacts PIT at the same step misses; None where that was not given.
+        findings: Verdicts, each with its reason; at least one.
+        grade: The grade.
+        scales: What errors were divided by.
+    """
+
+    expected: int
+    errors: tuple[ImpactError, ...]
+    missed: tuple[int, ...]
+    spurious: tuple[int, ...]
+    undecided: tuple[int, ...]
+    time_error_s: float
+    velocity_error: float
+    direction_error_rad: float
+    final_position_error: float
+    final_velocity_error: float
+    energy_error: float
+    momentum_error: float
+    sampling_velocity_error: float
+    sampling_missed: int | None
+    findings: tuple[Finding, ...]
+    grade: Grade
+    scales: Scales
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The verdicts without their reasons."""
+        return tuple(finding.verdict for finding in self.findings)

@@ -1,0 +1,229 @@
+"""Running a scene on an engine, and cross-checking many scenes on many engines against PIC."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from carom.compare import compare
+from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.registry import EngineInfo, engines, load_adapter
+from carom.runner.drive import profile_settings
+from carom.runner.environment import environment
+from carom.runner.execute import Executor
+from carom.runner.results import Cell, Results, Row
+from carom.scene import Scene
+from carom.scenes import CatalogueScene, KnownAnswer, deviation
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit import solve_pit
+from carom.trace import Trace
+
+__all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
+
+DEFAULT_TIME_LIMIT_S = 60.0
+DEFAULT_PROFILES = ("default", "tuned")
+
+#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
+REFINEMENT = 4
+REFINEMENTS = 3
+
+Progress = Callable[[int, int, str], None]
+
+
+def default_dts(scene: Scene) -> tuple[float, ...]:
+    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
+    return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
+
+
+def run(
+    scene: Scene, engine: str, *, dt: float, profile: str = "tuned", time_limit_s: float = DEFAULT_TIME_LIMIT_S
+) -> Trace:
+    """Run a scene on an engine, in a process of its own, and return what happened.
+
+    Args:
+        scene: The scene.
+        engine: Name of an adapter, as `carom.engines()` lists it.
+        dt: Step, seconds.
+        profile: Name of one of its profiles.
+        time_limit_s: The engine is ended after so many seconds.
+
+    Raises:
+        UnknownNameError: There is no such engine or profile.
+        InputError: `dt` or `time_limit_s` is not a positive number.
+        AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
+    """
+    _require_positive(dt=dt, time_limit_s=time_limit_s)
+    load_adapter(engine)
+    with Executor(1, time_limit_s) as executor:
+        row = executor.observe(Cell(scene, engine, profile, dt), samples=True)
+    if row.trace is None:
+        where = f"{engine} ({profile}, dt = {dt:g} s) on {scene.name!r}"
+        raise AdapterError(f"{where}: {row.status.value}: {row.reason}")
+    return row.trace
+
+
+def cross_check(
+    scenes: Iterable[Scene | CatalogueScene],
+    engine_names: Sequence[str] | None = None,
+    *,
+    dts: Sequence[float] | None = None,
+    profiles: Sequence[str] = DEFAULT_PROFILES,
+    jobs: int | None = None,
+    time_limit_s: float = DEFAULT_TIME_LIMIT_S,
+    timing: bool = True,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Results:
+    """Run every scene on every engine with every profile at every step, and score each run against PIC.
+
+    Args:
+        scenes: Scenes, of one's own or of the catalogue; no two of one name.
+        engine_names: Names of adapters; every one that is installed by default.
+        dts: Steps, seconds; by default those of `default_dts` for each scene.
+        profiles: Names of profiles. Where two profiles of an engine have the same settings, only the later one is run.
+        jobs: How many cells are observed at a time; as many as there are cores by default.
+        time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
+        timing: Whether to time each cell too, in a pass of its own in which nothing else runs.
+        progress: Called with (done, all, what) as cells finish.
+        command: The command line to print in the report.
+
+    Raises:
+        InputError: No scenes, two scenes of one name, or a number that is not positive.
+        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
+    """
+    started = time.perf_counter()
+    _require_positive(time_limit_s=time_limit_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())})
+    plain, answers = _sort_out(scenes)
+    infos = _chosen(engine_names)
+    cells = list(_cells(plain, infos, dts, profiles))
+    references = {scene.name: trace for scene in plain if (trace := _solved(solve_pic, scene)) is not None}
+    sampling = _sampling(cells)
+    done, total = 0, len(cells) * (2 if timing else 1)
+
+    def score(row: Row) -> Row:
+        reference = references.get(row.cell.scene.name)
+        if row.trace is None or reference is None:
+            return row
+        pit = sampling[row.cell.scene.name, row.cell.dt_s]
+        return replace(row, score=compare(reference, row.trace, sampling=pit))
+
+    def report(row: Row) -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, total, f"{row.cell.scene.name} on {row.cell.engine}")
+
+    rows: dict[int, Row] = {}
+    with Executor(jobs, time_limit_s) as executor:
+        for index, row in executor.observe_all(cells, score):
+            rows[index] = row
+            report(row)
+        if timing:
+            for index in range(len(cells)):
+                rows[index] = executor.time(rows[index])
+                report(rows[index])
+    return Results(
+        rows=_with_ratios([rows[index] for index in range(len(cells))]),
+        references=references,
+        known={
+            name: (answer, deviation(references[name], answer, references[name].scene))
+            for name, answer in answers.items()
+            if name in references
+        },
+        engines=tuple(infos),
+        environment=environment({info.engine: info.version for info in infos if info.available}),
+        command=command,
+        elapsed_s=time.perf_counter() - started,
+    )
+
+
+def _require_positive(**values: float) -> None:
+    for name, value in values.items():
+        if not 0 < value < math.inf:
+            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+
+
+def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], dict[str, KnownAnswer]]:
+    plain: list[Scene] = []
+    answers: dict[str, KnownAnswer] = {}
+    for entry in scenes:
+        if isinstance(entry, CatalogueScene):
+            answers[entry.name] = entry.known
+            plain.append(entry.scene)
+        else:
+            plain.append(entry)
+    if not plain:
+        raise InputError("there is no scene to run")
+    names = [scene.name for scene in plain]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
+    return plain, answers
+
+
+def _chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+    known = {info.name: info for info in engines()}
+    for name in names or ():
+        if name not in known:
+            raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(known)}")
+    return [info for info in known.values() if names is None or info.name in names]
+
+
+def _cells(
+    scenes: Sequence[Scene], infos: Sequence[EngineInfo], dts: Sequence[float] | None, profiles: Sequence[str]
+) -> Iterator[Cell]:
+    offered = {profile: None for info in infos for profile in info.profiles}
+    for profile in profiles:
+        if profile not in offered:
+            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
+    for scene in scenes:
+        steps = tuple(dts) if dts else default_dts(scene)
+        for info in infos:
+            for refinement, dt_s in enumerate(sorted(set(steps), reverse=True)):
+                for profile in _distinct(info, profiles, dt_s):
+                    yield Cell(scene, info.name, profile, dt_s, refinement)
+
+
+def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
+    """Return the profiles to run of an engine, without those that would only run the same settings again."""
+    if not info.profiles:  # the adapter can't be loaded: one row says why
+        return [profiles[-1]]
+    adapter = load_adapter(info.name)
+    by_settings = {
+        tuple(sorted(profile_settings(adapter, profile, dt_s).items())): profile
+        for profile in profiles
+        if profile in info.profiles
+    }
+    return sorted(by_settings.values(), key=list(profiles).index)
+
+
+def _solved(solve: Callable[[Scene], Trace], scene: Scene) -> Trace | None:
+    try:
+        return solve(scene)
+    except InputError:  # the solvers don't support the scene yet, and every row will say so
+        return None
+
+
+def _sampling(cells: Sequence[Cell]) -> Mapping[tuple[str, float], Trace | None]:
+    """PIT at each step that is run: what sampling alone costs there."""
+    wanted = {(cell.scene.name, cell.dt_s): cell for cell in cells}
+    return {
+        key: _solved(lambda scene, dt_s=cell.dt_s: solve_pit(scene, frame_rate_hz=1.0 / dt_s), cell.scene)  # type: ignore[misc] # mypy can't infer a lambda with a default
+        for key, cell in wanted.items()
+    }
+
+
+def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
+    pit = {
+        (row.cell.scene.name, row.cell.dt_s): row.timing.advance_s
+        for row in rows
+        if row.cell.engine == "pit" and row.timing is not None
+    }
+    return tuple(
+        replace(row, time_ratio=row.timing.advance_s / pit[key])
+        if row.timing is not None and (key := (row.cell.scene.name, row.cell.dt_s)) in pit
+        else row
+        for row in rows
+    )

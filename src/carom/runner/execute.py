@@ -1,0 +1,120 @@
+"""Carrying out cells: each in a worker process of its engine's own, several at a time, none able to harm another."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import ExitStack
+from dataclasses import replace
+from threading import local
+from types import TracebackType
+from typing import Self, TypeVar
+
+from carom.errors import AdapterError
+from carom.registry import load_adapter, unavailable_reason
+from carom.runner.drive import Timing, profile_settings
+from carom.runner.messages import Failure, Request
+from carom.runner.plan import unsupported_reason
+from carom.runner.process import Crashed, TimedOut, Worker
+from carom.runner.results import Cell, Row, Status
+from carom.trace import Trace
+
+__all__ = ["Executor"]
+
+#: Timed runs of a cell; the median of three throws one disturbed run away.
+TIMING_RUNS = 3
+
+
+Kind = TypeVar("Kind")
+
+
+class Executor:
+    """Runs cells in worker processes, one for each engine and thread; used as a context manager, it ends them all."""
+
+    def __init__(self, jobs: int | None, time_limit_s: float) -> None:
+        self._jobs = jobs or os.cpu_count() or 1
+        self._time_limit_s = time_limit_s
+        self._stack = ExitStack()
+        self._of_thread = local()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._stack.close()
+
+    def observe(self, cell: Cell, *, samples: bool) -> Row:
+        """Run one cell and return its row, not scored yet; whatever goes wrong is the row's status and reason."""
+        refused = _refusal(cell)
+        if refused is not None:
+            return refused
+        answer = self._ask(cell, Request(cell.engine, cell.scene, cell.profile, cell.dt_s, samples=samples))
+        return answer if isinstance(answer, Row) else Row(cell, Status.RAN, trace=_as(Trace, answer))
+
+    def observe_all(self, cells: Sequence[Cell], finish: Callable[[Row], Row]) -> Iterator[tuple[int, Row]]:
+        """Run many cells, yielding ``(index, row)`` as they finish; `finish` scores a row in the cell's own thread.
+
+        States are kept for drawing at each scene's coarsest step only.
+        """
+
+        def job(cell: Cell) -> Row:
+            return finish(self.observe(cell, samples=cell.refinement == 0))
+
+        with ThreadPoolExecutor(max_workers=self._jobs) as pool:
+            futures = {pool.submit(job, cell): index for index, cell in enumerate(cells)}
+            try:
+                for future in as_completed(futures):
+                    yield futures[future], future.result()
+            except BaseException:
+                pool.shutdown(wait=False, cancel_futures=True)
+                self._stack.close()  # ends the engines, and with them the threads that wait for their answers
+                raise
+
+    def time(self, row: Row) -> Row:
+        """Time the cell of a row that was run; the caller sees to it that nothing else is running."""
+        if row.status is not Status.RAN:
+            return row
+        cell = row.cell
+        request = Request(cell.engine, cell.scene, cell.profile, cell.dt_s, timing_runs=TIMING_RUNS)
+        answer = self._ask(cell, request)
+        return row if isinstance(answer, Row) else replace(row, timing=_as(Timing, answer))
+
+    def _ask(self, cell: Cell, request: Request) -> Trace | Timing | Row:
+        try:
+            answer = self._worker(cell.engine).ask(request, self._time_limit_s)
+        except Crashed as error:
+            return Row(cell, Status.CRASHED, str(error))
+        except TimedOut as error:
+            return Row(cell, Status.TIMED_OUT, str(error))
+        return Row(cell, Status.FAILED, answer.message) if isinstance(answer, Failure) else answer
+
+    def _worker(self, engine: str) -> Worker:
+        if not hasattr(self._of_thread, "workers"):
+            self._of_thread.workers = {}
+        workers: dict[str, Worker] = self._of_thread.workers
+        if engine not in workers:
+            workers[engine] = self._stack.enter_context(Worker())
+        return workers[engine]
+
+
+def _as(kind: type[Kind], answer: object) -> Kind:
+    if not isinstance(answer, kind):
+        raise AdapterError(f"a worker answered with {type(answer).__name__} where {kind.__name__} was asked for")
+    return answer
+
+
+def _refusal(cell: Cell) -> Row | None:
+    """Return the row of a cell that can't be run, decided without starting the engine."""
+    try:
+        adapter = load_adapter(cell.engine)
+    except AdapterError as error:
+        return Row(cell, Status.UNAVAILABLE, str(error))
+    missing = unavailable_reason(adapter.engine)
+    if missing:
+        return Row(cell, Status.UNAVAILABLE, missing)
+    profile_settings(adapter, cell.profile, cell.dt_s)
+    unsupported = unsupported_reason(cell.scene, adapter.capabilities, cell.dt_s)
+    return Row(cell, Status.UNSUPPORTED, unsupported) if unsupported else None

@@ -1,0 +1,187 @@
+"""From an engine's states and contacts, step by step, to impacts.
+
+One impact is one impact: a contact that an engine keeps for several steps is joined, and its velocities are those just
+before its first step and just after its last. A method that knows the velocities around a contact is taken at its word.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.adapter import Contact, Observation
+from carom.scene import Scene
+from carom.trace import IMPACT_DTYPE, ImpactRecord, Vector, impact_array
+
+__all__ = ["ImpactCollector"]
+
+_AT_REST: Vector = (0.0, 0.0)
+
+
+@dataclass
+class _OpenContact:
+    """A contact that may go on in the next step."""
+
+    reported_s: float
+    normal: Vector
+    before_first: Vector
+    before_second: Vector
+    after_first: Vector
+    after_second: Vector
+    start_s: float
+    start: Observation
+    end_s: float
+    end: Observation
+    alone: bool
+
+    def separates(self) -> bool:
+        """Whether the contact's own impulses so far have turned approach into separation."""
+        nx, ny = self.normal
+        ux, uy = self.after_second[0] - self.after_first[0], self.after_second[1] - self.after_first[1]
+        return ux * nx + uy * ny > 0.0
+
+
+class ImpactCollector:
+    """Takes the observation after each step and gives the impacts of the whole run."""
+
+    def __init__(self, scene: Scene, start: Observation) -> None:
+        self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        self._last = start
+        self._last_s = 0.0
+        self._open: dict[tuple[int, int], _OpenContact] = {}
+        self._done: list[tuple[ImpactRecord, float]] = []
+
+    def add(self, time_s: float, now: Observation) -> None:
+        """Take in the state and contacts of the step that ended at `time_s`."""
+        before = self._last
+        active: dict[tuple[int, int], Contact] = {}
+        for contact in now.contacts:
+            if contact.velocities is not None:
+                key = (contact.first, contact.second)
+                record = ImpactRecord(contact.time_s, *key, contact.normal, *contact.velocities)
+                self._done.append((record, contact.time_s))
+            elif self._acted(contact, before, now):
+                active[contact.first, contact.second] = contact
+        touched = [body for pair in active for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
+        velocity = {body: _row(before.velocity_m_s, body) for body in touched}
+        for pair in [pair for pair in self._open if pair not in active]:
+            self._close(pair)
+        for pair, contact in active.items():
+            self._extend(pair, contact, velocity, touched, before, time_s, now)
+        self._last, self._last_s = now, time_s
+
+    def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+        """Return the impacts in order of reported time, and the effective time of each."""
+        for pair in list(self._open):
+            self._close(pair)
+        ordered = sorted(self._done, key=lambda item: item[0].time_s)
+        if not ordered:
+            return np.zeros(0, IMPACT_DTYPE), np.zeros(0)
+        return impact_array(record for record, _ in ordered), np.array([effective for _, effective in ordered])
+
+    def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
+        """Whether a reported contact changed anything: engines also report contacts of zero impulse."""
+        if contact.impulse_n_s is not None:
+            return contact.impulse_n_s > 0.0
+        bodies = [body for body in (contact.first, contact.second) if body >= 0]
+        return any(_row(before.velocity_m_s, body) != _row(now.velocity_m_s, body) for body in bodies)
+
+    def _extend(
+        self,
+        pair: tuple[int, int],
+        contact: Contact,
+        velocity: dict[int, Vector],
+        touched: list[int],
+        before: Observation,
+        time_s: float,
+        now: Observation,
+    ) -> None:
+        """Open a contact or take one on by a step; `velocity` holds what the step's earlier contacts made of it."""
+        ahead = {body: velocity.get(body, _AT_REST) for body in pair}
+        alone = all(touched.count(body) <= 1 for body in pair)
+        for body, sign in ((pair[0], -1.0), (pair[1], 1.0)):
+            if body not in velocity:
+                continue
+            if touched.count(body) == 1 or contact.impulse_n_s is None:
+                velocity[body] = _row(now.velocity_m_s, body)
+            else:  # several contacts in one step are told apart by their impulses
+                push = sign * contact.impulse_n_s * self._inverse_mass[body]
+                vx, vy = velocity[body]
+                velocity[body] = (vx + push * contact.normal[0], vy + push * contact.normal[1])
+        after = {body: velocity.get(body, _AT_REST) for body in pair}
+        known = self._open.get(pair)
+        if known is not None and known.separates() and _approaches(pair, ahead, contact.normal):
+            # Bounced off already, and pushed together again by a third body: that is a second impact.
+            self._close(pair)
+            known = None
+        if known is None:
+            self._open[pair] = _OpenContact(
+                reported_s=contact.time_s,
+                normal=contact.normal,
+                before_first=ahead[pair[0]],
+                before_second=ahead[pair[1]],
+                after_first=after[pair[0]],
+                after_second=after[pair[1]],
+                start_s=self._last_s,
+                start=before,
+                end_s=time_s,
+                end=now,
+                alone=alone,
+            )
+        else:
+            known.after_first, known.after_second = after[pair[0]], after[pair[1]]
+            known.end_s, known.end = time_s, now
+            known.alone = known.alone and alone
+
+    def _close(self, pair: tuple[int, int]) -> None:
+        contact = self._open.pop(pair)
+        record = ImpactRecord(
+            contact.reported_s,
+            *pair,
+            contact.normal,
+            contact.before_first,
+            contact.before_second,
+            contact.after_first,
+            contact.after_second,
+        )
+        self._done.append((record, _effective_time(pair, contact) if contact.alone else math.nan))
+
+
+def _effective_time(pair: tuple[int, int], contact: _OpenContact) -> float:
+    """Instant at which the free-flight lines before and after the contact come nearest, by least squares.
+
+    With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
+    d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
+    linear function of t with slope u0 - u1, is least.
+    """
+    d0, u0 = _relative(pair, contact.start)
+    d1, u1 = _relative(pair, contact.end)
+    slope = u0 - u1
+    squared = float(slope @ slope)
+    if squared == 0.0:
+        return math.nan
+    # Measured from the contact's start, so that a late contact is as exact as an early one.
+    offset = d0 - (d1 - u1 * (contact.end_s - contact.start_s))
+    return contact.start_s - float(offset @ slope) / squared
+
+
+def _relative(pair: tuple[int, int], state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    first, second = pair
+    if second < 0:
+        return -state.position_m[first], -state.velocity_m_s[first]
+    return (
+        state.position_m[second] - state.position_m[first],
+        state.velocity_m_s[second] - state.velocity_m_s[first],
+    )
+
+
+def _approaches(pair: tuple[int, int], velocity: dict[int, Vector], normal: Vector) -> bool:
+    first, second = velocity[pair[0]], velocity[pair[1]]
+    return (second[0] - first[0]) * normal[0] + (second[1] - first[1]) * normal[1] < 0.0
+
+
+def _row(array: NDArray[np.float64], body: int) -> Vector:
+    return (float(array[body, 0]), float(array[body, 1]))

@@ -1,0 +1,41 @@
+"""What a run needs, and why a method can't give it: derived from the scene and the declared capabilities alone."""
+
+from __future__ import annotations
+
+import math
+
+from carom.adapter import Capabilities
+from carom.scene import Need, Scene
+
+__all__ = ["unsupported_reason"]
+
+#: The engines count steps in a C int.
+MAX_STEPS = 2**31 - 1
+
+
+def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) -> str:
+    """Return why a method that declares these capabilities can't run the scene; empty where it can."""
+    needs = scene.needs
+    for need, supported in (
+        (Need.WALLS, capabilities.walls),
+        (Need.IMMOVABLE, capabilities.immovable_discs),
+        (Need.GRAVITY, capabilities.gravity),
+    ):
+        if need in needs and not supported:
+            suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
+            return f"the scene has {need.value}, which this method does not support{suffix}"
+    low, high = capabilities.restitution
+    used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
+    used += [("wall_restitution", scene.wall_restitution)] if scene.walls else []
+    for name, value in used:
+        if not low <= value <= high:
+            return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    if fastest > capabilities.max_speed_m_s:
+        return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
+    farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
+    if farthest > capabilities.max_coordinate_m:
+        return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
+    if scene.duration_s / dt_s > MAX_STEPS:
+        return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
+    return ""

@@ -1,0 +1,140 @@
+"""The parent's side of a worker process: starts it, asks it, and survives whatever an engine does to it."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import queue
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from types import TracebackType
+from typing import Self
+
+from carom.runner.drive import Timing
+from carom.runner.messages import Failure, Request
+from carom.trace import Trace
+
+__all__ = ["Crashed", "TimedOut", "Worker"]
+
+Answer = Trace | Timing | Failure
+
+
+class Crashed(Exception):  # noqa: N818 - the name of what happened, as the report has it
+    """The worker process ended without an answer."""
+
+
+class TimedOut(Exception):  # noqa: N818 - the name of what happened, as the report has it
+    """The worker process gave no answer in time and was killed."""
+
+
+class Worker:
+    """One worker process, started at the first request and again after a crash or a time-out."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._closed = False
+        self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+        self._folder = tempfile.TemporaryDirectory(prefix="carom-", ignore_cleanup_errors=True)
+        self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the worker
+
+    def ask(self, request: Request, time_limit_s: float) -> Answer:
+        """Send a request and return its answer.
+
+        Raises:
+            Crashed: The process ended; the message says how, and what it last printed.
+            TimedOut: No answer came within `time_limit_s`.
+        """
+        if self._closed:
+            raise Crashed("the cross-check was ended")
+        process = self._process or self._start()
+        assert process.stdin is not None  # noqa: S101 - it was opened with a pipe
+        try:
+            pickle.dump(request, process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            process.stdin.flush()
+            answer = self._answers.get(timeout=time_limit_s)
+        except BrokenPipeError:
+            answer = None
+        except queue.Empty:
+            self._kill()
+            raise TimedOut(f"no answer within {time_limit_s:g} s") from None
+        if answer is None:
+            raise Crashed(self._obituary())
+        return answer
+
+    def close(self) -> None:
+        """End the process and remove what it left. A request that still waits for its answer is told of a crash."""
+        self._closed = True
+        self._kill()
+        self._printed.close()
+        self._folder.cleanup()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
+        # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
+        path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
+        self._printed.seek(0)
+        self._printed.truncate()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "carom.runner.worker"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._printed,
+            cwd=self._folder.name,
+            env={**os.environ, "PYTHONPATH": path},
+            start_new_session=True,  # Ctrl-C in the terminal reaches the parent alone
+        )
+        self._process = process
+        self._answers = queue.SimpleQueue()
+        threading.Thread(target=_read, args=(process, self._answers), daemon=True).start()
+        return process
+
+    def _obituary(self) -> str:
+        process = self._process
+        self._process = None
+        if process is None:
+            return "the worker process ended"
+        code = process.wait()
+        _close_pipes(process)
+        how = f"the engine's process was ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        self._printed.seek(0)
+        printed = [line.strip() for line in self._printed.read().decode(errors="replace").splitlines() if line.strip()]
+        return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
+
+    def _kill(self) -> None:
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+            _close_pipes(self._process)
+            self._process = None
+
+
+def _close_pipes(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            try:
+                pipe.close()
+            except BrokenPipeError:
+                continue
+
+
+def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> None:
+    """Pass on answers until the process ends; None says that it has."""
+    assert process.stdout is not None  # noqa: S101 - it was opened with a pipe
+    while True:
+        try:
+            answer: Answer = pickle.load(process.stdout)  # noqa: S301 - written by our own child process
+        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+            answers.put(None)
+            return
+        answers.put(answer)

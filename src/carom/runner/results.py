@@ -1,0 +1,113 @@
+"""What a cross-check yields: one row for each scene, engine, profile and step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from carom.compare import Grade, Score
+from carom.registry import EngineInfo
+from carom.runner.drive import Timing
+from carom.runner.environment import Environment
+from carom.scene import Scene
+from carom.scenes import KnownAnswer
+from carom.trace import Trace
+
+__all__ = ["Cell", "Results", "Row", "Status", "ViolationLevel"]
+
+
+class Status(Enum):
+    """Whether a cell was run; the value is the sentence shown."""
+
+    RAN = "ran"
+    UNSUPPORTED = "unsupported"
+    UNAVAILABLE = "unavailable"
+    CRASHED = "crashed"
+    TIMED_OUT = "timed out"
+    FAILED = "the adapter raised an error"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is to be run: one scene on one engine with one profile at one step.
+
+    Attributes:
+        scene: The scene.
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        dt_s: Step, seconds.
+        refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
+    """
+
+    scene: Scene
+    engine: str
+    profile: str
+    dt_s: float
+    refinement: int = 0
+
+
+@dataclass(frozen=True)
+class Row:
+    """What came of a cell.
+
+    Attributes:
+        cell: What was asked for.
+        status: Whether it was run.
+        reason: Why it was not run, empty where it was.
+        trace: What happened; None where it was not run.
+        score: How that compares with the reference; None where it was not run.
+        timing: Its two clocks; None where it was not timed.
+        time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None where either
+            was not timed.
+    """
+
+    cell: Cell
+    status: Status
+    reason: str = ""
+    trace: Trace | None = None
+    score: Score | None = None
+    timing: Timing | None = None
+    time_ratio: float | None = None
+
+    @property
+    def grade(self) -> Grade | None:
+        """The grade, None where the cell was not run."""
+        return self.score.grade if self.score else None
+
+
+class ViolationLevel(Enum):
+    """What `carom run` and a test suite count as a violation."""
+
+    WRONG = "wrong"
+    INACCURATE = "inaccurate"
+    SAMPLED = "sampled"
+
+    def violated_by(self, row: Row) -> bool:
+        """Whether the row's grade is this bad or worse; a cell that was not run violates nothing."""
+        order = (Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG)
+        levels = {"sampled": 0, "inaccurate": 1, "wrong": 2}
+        return row.grade in order[levels[self.value] :]
+
+
+@dataclass(frozen=True)
+class Results:
+    """All rows of a cross-check, and what they were held against.
+
+    Attributes:
+        rows: In the order scene, engine, profile, step.
+        references: The PIC trace of each scene, by the scene's name.
+        known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
+        engines: What was known of each engine asked for.
+        environment: Machine and versions.
+        command: The command that makes this again; empty where the cross-check was called from Python.
+        elapsed_s: Wall-clock seconds of the whole cross-check.
+    """
+
+    rows: tuple[Row, ...]
+    references: Mapping[str, Trace]
+    known: Mapping[str, tuple[KnownAnswer, float]]
+    engines: tuple[EngineInfo, ...]
+    environment: Environment
+    command: str
+    elapsed_s: float

@@ -1,0 +1,55 @@
+"""The worker process: takes requests on standard input, runs them on an engine, answers on what was standard output.
+
+Run as ``python -m carom.runner.worker`` by `carom.runner.process` only. Engines print, abort and hang; here they do it
+to nobody else. What they print goes where standard error goes, which the parent keeps for the reason of a crash.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+from typing import BinaryIO
+
+from carom.errors import CaromError
+from carom.registry import load_adapter
+from carom.runner.drive import Timing, observe_run, time_run
+from carom.runner.messages import Failure, Request
+from carom.trace import Trace
+
+__all__ = ["main"]
+
+
+def _answer(request: Request) -> Trace | Timing | Failure:
+    try:
+        adapter = load_adapter(request.engine)
+        if request.timing_runs:
+            return time_run(adapter, request.scene, request.profile, request.dt_s, runs=request.timing_runs)
+        return observe_run(adapter, request.scene, request.profile, request.dt_s, samples=request.samples)
+    except CaromError as error:
+        return Failure(str(error))
+    except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this cell's reason
+        return Failure(f"{type(error).__name__}: {error}")
+
+
+def main() -> None:
+    """Serve requests until standard input ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends this process
+    requests: BinaryIO = os.fdopen(os.dup(0), "rb")
+    answers: BinaryIO = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # from here on whatever an engine prints can't be mistaken for an answer
+    null = os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null, 0)
+    while True:
+        try:
+            request: Request = pickle.load(requests)  # noqa: S301 - written by our own parent process
+        except EOFError:
+            return
+        pickle.dump(_answer(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
+        answers.flush()
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
