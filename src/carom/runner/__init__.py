@@ -1,6 +1,6 @@
 """Running scenes on engines: plan, drive, worker processes, and the cross-check of many."""
 
 from carom.runner.cross_check import cross_check, default_dts, run
-from carom.runner.results import Cell, Results, Row, Status, ViolationLevel
+from carom.runner.results import Cell, Results, Row, Status, violates
 
-__all__ = ["Cell", "Results", "Row", "Status", "ViolationLevel", "cross_check", "default_dts", "run"]
+__all__ = ["Cell", "Results", "Row", "Status", "cross_check", "default_dts", "run", "violates"]

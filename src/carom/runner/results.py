@@ -14,7 +14,7 @@ from carom.scene import Scene
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
 
-__all__ = ["Cell", "Results", "Row", "Status", "ViolationLevel"]
+__all__ = ["Cell", "Results", "Row", "Status", "violates"]
 
 
 class Status(Enum):
@@ -76,18 +76,13 @@ class Row:
         return self.score.grade if self.score else None
 
 
-class ViolationLevel(Enum):
-    """What `carom run` and a test suite count as a violation."""
+#: From best to worst; what has no unique answer has no place in the order.
+_WORSENING = (Grade.EXACT, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG)
 
-    WRONG = "wrong"
-    INACCURATE = "inaccurate"
-    SAMPLED = "sampled"
 
-    def violated_by(self, row: Row) -> bool:
-        """Whether the row's grade is this bad or worse; a cell that was not run violates nothing."""
-        order = (Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG)
-        levels = {"sampled": 0, "inaccurate": 1, "wrong": 2}
-        return row.grade in order[levels[self.value] :]
+def violates(row: Row, fail_on: Grade) -> bool:
+    """Whether the row's grade is `fail_on` or worse; a row that was not run, or not graded, violates nothing."""
+    return row.grade in _WORSENING[_WORSENING.index(fail_on) :]
 
 
 @dataclass(frozen=True)

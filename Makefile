@@ -1,0 +1,40 @@
+# A machine with CPython 3.11, pip and make is enough; uv is used where it is present.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALLED := $(VENV)/installed
+REPORT ?= reports/latest
+
+.PHONY: help report test check clean
+
+help:
+	@echo "make report   install everything, run the built-in suite, write $(REPORT)/index.html"
+	@echo "make test     install everything, run the tests"
+	@echo "make check    lint, format, types, import contracts"
+	@echo "make clean    remove $(VENV) and caches"
+
+# Deviations of the engines are what the report is there to show, so they do not fail it; a crash does.
+report: $(INSTALLED)
+	$(BIN)/carom run --report $(REPORT) --fail-on never
+
+test: $(INSTALLED)
+	$(BIN)/python -m pytest -n auto
+
+check: $(INSTALLED)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+$(INSTALLED): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Carom needs CPython 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + ": make PYTHON=python3.11 ...")'
+	@if command -v uv >/dev/null 2>&1; then \
+		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[all,dev]'; \
+	else \
+		$(PYTHON) -m venv $(VENV) && $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[all,dev]'; \
+	fi
+	@touch $(INSTALLED)
+
+clean:
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
