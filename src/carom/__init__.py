@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carom.compare import Score, compare
+    from carom.comparator import Score, compare
     from carom.errors import CaromError, SceneError
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
@@ -53,10 +53,10 @@ _HOME = {
     "Results": "carom.runner",
     "Scene": "carom.scene",
     "SceneError": "carom.errors",
-    "Score": "carom.compare",
+    "Score": "carom.comparator",
     "Trace": "carom.trace",
     "Wall": "carom.scene",
-    "compare": "carom.compare",
+    "compare": "carom.comparator",
     "cross_check": "carom.runner",
     "engines": "carom.registry",
     "load_scene": "carom.scene",

@@ -206,7 +206,7 @@ def _cross_check(
 
 
 def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
-    from carom.compare import Grade
+    from carom.comparator import Grade
     from carom.runner import Status, violates
 
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}

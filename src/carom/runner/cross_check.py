@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from carom.compare import compare
+from carom.comparator import compare
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo, engines, load_adapter
 from carom.runner.drive import profile_settings

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation
 from carom.scene import Scene
-from carom.trace import IMPACT_DTYPE, ImpactRecord, Vector, impact_array
+from carom.trace import ImpactRecord, Vector, impact_array
 
 __all__ = ["ImpactCollector"]
 
@@ -25,6 +25,7 @@ _AT_REST: Vector = (0.0, 0.0)
 class _OpenContact:
     """A contact that may go on in the next step."""
 
+    number: int
     reported_s: float
     normal: Vector
     before_first: Vector
@@ -52,7 +53,8 @@ class ImpactCollector:
         self._last = start
         self._last_s = 0.0
         self._open: dict[tuple[int, int], _OpenContact] = {}
-        self._done: list[tuple[ImpactRecord, float]] = []
+        self._done: list[tuple[int, ImpactRecord, float]] = []
+        self._begun = 0
 
     def add(self, time_s: float, now: Observation) -> None:
         """Take in the state and contacts of the step that ended at `time_s`."""
@@ -62,7 +64,7 @@ class ImpactCollector:
             if contact.velocities is not None:
                 key = (contact.first, contact.second)
                 record = ImpactRecord(contact.time_s, *key, contact.normal, *contact.velocities)
-                self._done.append((record, contact.time_s))
+                self._done.append((self._next_number(), record, contact.time_s))
             elif self._acted(contact, before, now):
                 active[contact.first, contact.second] = contact
         touched = [body for pair in active for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
@@ -77,10 +79,14 @@ class ImpactCollector:
         """Return the impacts in order of reported time, and the effective time of each."""
         for pair in list(self._open):
             self._close(pair)
-        ordered = sorted(self._done, key=lambda item: item[0].time_s)
-        if not ordered:
-            return np.zeros(0, IMPACT_DTYPE), np.zeros(0)
-        return impact_array(record for record, _ in ordered), np.array([effective for _, effective in ordered])
+        # Of impacts with one time stamp, the one that began first comes first.
+        ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
+        effective = np.array([effective for _, _, effective in ordered], dtype=np.float64)
+        return impact_array(record for _, record, _ in ordered), effective
+
+    def _next_number(self) -> int:
+        self._begun += 1
+        return self._begun
 
     def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse."""
@@ -119,6 +125,7 @@ class ImpactCollector:
             known = None
         if known is None:
             self._open[pair] = _OpenContact(
+                number=self._next_number(),
                 reported_s=contact.time_s,
                 normal=contact.normal,
                 before_first=ahead[pair[0]],
@@ -147,7 +154,8 @@ class ImpactCollector:
             contact.after_first,
             contact.after_second,
         )
-        self._done.append((record, _effective_time(pair, contact) if contact.alone else math.nan))
+        effective = _effective_time(pair, contact) if contact.alone else math.nan
+        self._done.append((contact.number, record, effective))
 
 
 def _effective_time(pair: tuple[int, int], contact: _OpenContact) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from carom.compare import Grade, Score
+from carom.comparator import Grade, Score
 from carom.registry import EngineInfo
 from carom.runner.drive import Timing
 from carom.runner.environment import Environment

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from carom.compare.align import Alignment
-from carom.compare.score import Finding, Grade, ImpactError, Scales, Verdict
+from carom.comparator.measure import Measured
+from carom.comparator.score import Finding, Grade, ImpactError, Scales, Verdict
 from carom.trace import Outcome, Trace
 
 __all__ = ["THRESHOLDS", "Thresholds", "findings", "grade"]
@@ -31,15 +31,9 @@ class Thresholds:
 THRESHOLDS = Thresholds()
 
 
-def findings(
-    reference: Trace,
-    observed: Trace,
-    alignment: Alignment,
-    errors: tuple[ImpactError, ...],
-    energy_error: float,
-    scales: Scales,
-) -> tuple[Finding, ...]:
+def findings(reference: Trace, observed: Trace, measured: Measured, scales: Scales) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
+    alignment, errors, energy_error = measured.alignment, measured.errors, measured.energy_error
     found: list[Finding] = []
     if reference.ambiguous:
         at = reference.impacts["time_s"][reference.ambiguous[0]]
@@ -94,33 +88,30 @@ def _bodies(impact: object) -> str:
     return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {-1 - second}'}"
 
 
-def grade(
-    reference: Trace,
-    observed: Trace,
-    alignment: Alignment,
-    errors: tuple[ImpactError, ...],
-    energy_error: float,
-    scales: Scales,
-    sampling: tuple[ImpactError, ...] | None,
-) -> Grade:
-    """Grade a comparison; `sampling` are the errors of PIT at the same step, None where that was not run."""
+def grade(reference: Trace, observed: Trace, measured: Measured, sampling: Measured | None, scales: Scales) -> Grade:
+    """Grade a comparison; `sampling` is what was measured of PIT at the same step, None where that was not run."""
+    alignment, errors = measured.alignment, measured.errors
     if reference.ambiguous:
         return Grade.UNGRADED
     if alignment.missed or alignment.spurious or observed.outcome is not reference.outcome:
         return Grade.WRONG
-    time, velocity = _worst(errors)
-    exact_time = THRESHOLDS.rounding * scales.time_s
-    if time <= exact_time and velocity <= THRESHOLDS.rounding and abs(energy_error) <= THRESHOLDS.rounding:
+    rounding, rounding_s = THRESHOLDS.rounding, THRESHOLDS.rounding * scales.time_s
+    time_s, velocity = _worst(errors)
+    if time_s <= rounding_s and velocity <= rounding and abs(measured.energy_error) <= rounding:
         return Grade.EXACT
-    if sampling is not None and abs(energy_error) <= THRESHOLDS.energy:
-        # Held against PIT where both have an error: an impact that PIT misses can't be found worse than by PIT.
-        common = {error.reference for error in sampling}
-        time, velocity = _worst(tuple(error for error in errors if error.reference in common))
-        pit_time, pit_velocity = _worst(sampling)
+    if sampling is None:
+        return Grade.INACCURATE
+    # Held against PIT where both have an error: an impact that PIT misses can't be found worse than by PIT.
+    common = {error.reference for error in sampling.errors}
+    time_s, velocity = _worst(tuple(error for error in errors if error.reference in common))
+    pit_time_s, pit_velocity = _worst(sampling.errors)
+    no_worse = (
         # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
-        if time <= max(pit_time, observed.dt_s) + exact_time and velocity <= pit_velocity + THRESHOLDS.rounding:
-            return Grade.SAMPLED
-    return Grade.INACCURATE
+        time_s <= max(pit_time_s, observed.dt_s) + rounding_s
+        and velocity <= pit_velocity + rounding
+        and abs(measured.energy_error) <= max(abs(sampling.energy_error), THRESHOLDS.energy)
+    )
+    return Grade.SAMPLED if no_worse else Grade.INACCURATE
 
 
 def _worst(errors: tuple[ImpactError, ...]) -> tuple[float, float]:

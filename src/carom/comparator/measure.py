@@ -1,0 +1,141 @@
+"""The errors of matched impacts and of final states, scaled by the scene's own length, speed and time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import Alignment, align
+from carom.comparator.score import ImpactError, Scales
+from carom.scene import Scene
+from carom.trace import Trace, kinetic_energy
+
+__all__ = ["Measured", "measure", "scales_of"]
+
+
+def scales_of(scene: Scene, reference: Trace) -> Scales:
+    """Return the scene's own length, speed and time. A scene in which nothing moves has speed 1 m/s."""
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    after = (reference.impacts["velocity_first_after"], reference.impacts["velocity_second_after"])
+    speed = float(np.max(np.hypot(*np.concatenate([start, *after]).T)))
+    return Scales(
+        length_m=max(disc.radius_m for disc in scene.discs),
+        speed_m_s=speed or 1.0,
+        time_s=scene.duration_s,
+        energy_j=kinetic_energy(scene, start),
+    )
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All that is measured of one trace against a reference; what it means is for the verdict to say.
+
+    Attributes:
+        alignment: Which impact is which.
+        errors: One entry a matched impact.
+        energy_error: Final kinetic energy less the reference's, over that at the start; where nothing moved, 0.
+        momentum_error: Length of the error of the final momentum of the movable discs, over their mass and the speed.
+        final_position_error: Largest distance of a disc from its final place, over the scene's length.
+        final_velocity_error: Largest error of a final velocity, over the scene's speed.
+    """
+
+    alignment: Alignment
+    errors: tuple[ImpactError, ...]
+    energy_error: float
+    momentum_error: float
+    final_position_error: float
+    final_velocity_error: float
+
+    @property
+    def worst_time_s(self) -> float:
+        """Largest time error by magnitude, with its sign; NaN without a match."""
+        return max((error.time_s for error in self.errors), key=abs, default=math.nan)
+
+    @property
+    def worst_velocity(self) -> float:
+        """Largest velocity error over the scene's speed; NaN without a match."""
+        return max((error.velocity for error in self.errors), default=math.nan)
+
+    @property
+    def worst_direction_rad(self) -> float:
+        """Largest direction error; NaN without a match."""
+        return max((error.direction_rad for error in self.errors), default=math.nan)
+
+
+def measure(reference: Trace, observed: Trace, scales: Scales) -> Measured:
+    """Align a trace with the reference and measure every error."""
+    alignment = align(reference, observed)
+    return Measured(
+        alignment=alignment,
+        errors=_impact_errors(reference, observed, alignment, scales),
+        energy_error=_energy_error(reference, observed, scales),
+        momentum_error=_momentum_error(reference, observed, scales),
+        final_position_error=_largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m,
+        final_velocity_error=_largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s)
+        / scales.speed_m_s,
+    )
+
+
+def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+    if scales.energy_j == 0.0:
+        return 0.0
+    scene = reference.scene
+    found = kinetic_energy(scene, observed.final_velocity_m_s)
+    return (found - kinetic_energy(scene, reference.final_velocity_m_s)) / scales.energy_j
+
+
+def _largest_row(difference: NDArray[np.float64]) -> float:
+    return float(np.max(np.hypot(*difference.T)))
+
+
+def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> tuple[ImpactError, ...]:
+    effective = observed.effective_time_s
+    errors = []
+    for r, o in alignment.matched:
+        expected, found = reference.impacts[r], observed.impacts[o]
+        normal = expected["normal"]
+        difference = np.array(
+            [found[name] - expected[name] for name in ("velocity_first_after", "velocity_second_after")]
+        )
+        along = difference @ normal
+        across = difference @ np.array([-normal[1], normal[0]])
+        reference_time = float(expected["time_s"])
+        errors.append(
+            ImpactError(
+                reference=r,
+                observed=o,
+                reported_time_s=float(found["time_s"]) - reference_time,
+                effective_time_s=math.nan if effective is None else float(effective[o]) - reference_time,
+                along_normal=float(np.max(np.abs(along))) / scales.speed_m_s,
+                across_normal=float(np.max(np.abs(across))) / scales.speed_m_s,
+                velocity=float(np.max(np.hypot(*difference.T))) / scales.speed_m_s,
+                direction_rad=max(
+                    _angle(found[name], expected[name]) for name in ("velocity_first_after", "velocity_second_after")
+                ),
+                normal_rad=_angle(found["normal"], normal),
+                restitution=_restitution(found),
+            )
+        )
+    return tuple(errors)
+
+
+def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
+    """Angle between two vectors, radians; 0 where either is zero and so has no direction."""
+    return abs(math.atan2(float(a[0] * b[1] - a[1] * b[0]), float(a @ b)))
+
+
+def _restitution(impact: np.void) -> float:
+    before = float((impact["velocity_second_before"] - impact["velocity_first_before"]) @ impact["normal"])
+    after = float((impact["velocity_second_after"] - impact["velocity_first_after"]) @ impact["normal"])
+    return -after / before if before < 0 else math.nan
+
+
+def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in reference.scene.discs])
+    if not mass.any():
+        return 0.0
+    difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
+    return float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s)

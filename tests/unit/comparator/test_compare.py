@@ -1,0 +1,219 @@
+"""Planted faults: a copy of the reference with one thing made wrong must come back as exactly that fault."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from carom import Disc, Scene, compare, solve_pic, solve_pit
+from carom.comparator import Grade, Verdict
+from carom.errors import InputError
+from carom.trace import Outcome, Trace
+
+SPEED = 5.0
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Three discs in line: 0 strikes 1 at 0.2 s, 1 strikes 2 at 0.6 s, on different lines, so normals differ."""
+    return Scene(
+        name="three",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(SPEED, 0), radius_m=0.5),
+            Disc(position_m=(1.8, 0.6), radius_m=0.5),
+            Disc(position_m=(4.5, 2.4), radius_m=0.5),
+        ],
+        duration_s=2.0,
+    )
+
+
+@pytest.fixture
+def reference(scene: Scene) -> Trace:
+    """The scene's PIC trace."""
+    trace = solve_pic(scene)
+    assert len(trace.impacts) == 2
+    return trace
+
+
+def changed(trace: Trace, impacts: NDArray[np.void]) -> Trace:
+    return dataclasses.replace(trace, impacts=impacts, dt_s=1 / 60)
+
+
+def test_a_trace_conforms_to_itself(reference: Trace) -> None:
+    """A trace compared with itself is exact, with errors of exactly zero."""
+    score = compare(reference, reference)
+    assert score.grade is Grade.EXACT
+    assert score.verdicts == (Verdict.CONFORMS,)
+    assert (score.time_error_s, score.velocity_error, score.energy_error, score.momentum_error) == (0, 0, 0, 0)
+
+
+def test_a_late_impact_is_late_by_what_was_planted(reference: Trace) -> None:
+    """An impact moved 0.3 steps later comes back as late by just that."""
+    impacts = reference.impacts.copy()
+    impacts["time_s"][1] += 0.3 / 60
+    score = compare(reference, changed(reference, impacts))
+    assert score.verdicts == (Verdict.LATE,)
+    assert score.time_error_s == pytest.approx(0.3 / 60, abs=4 * math.ulp(1.0))
+    assert "0.3 steps" in score.findings[0].reason
+
+
+def test_an_early_impact_is_early(reference: Trace) -> None:
+    """An impact moved earlier is called early, not late."""
+    impacts = reference.impacts.copy()
+    impacts["time_s"][0] -= 0.001
+    score = compare(reference, changed(reference, impacts))
+    assert score.verdicts == (Verdict.EARLY,)
+
+
+def test_a_dropped_impact_is_missed(reference: Trace) -> None:
+    """A dropped impact is missed, the other one still matches its own, and the grade is wrong."""
+    score = compare(reference, changed(reference, reference.impacts[1:]))
+    assert score.missed == (0,)
+    assert score.spurious == ()
+    assert [error.reference for error in score.errors] == [1]
+    assert score.verdicts == (Verdict.MISSED,)
+    assert score.grade is Grade.WRONG
+
+
+def test_two_dropped_impacts_are_several_missed(reference: Trace) -> None:
+    """With no impact left, the verdict is that of the paper's fourth case."""
+    score = compare(reference, changed(reference, reference.impacts[:0]))
+    assert score.missed == (0, 1)
+    assert score.verdicts == (Verdict.MULTIPLE_MISSED,)
+    assert math.isnan(score.velocity_error)
+
+
+def test_a_doubled_impact_is_spurious_once(reference: Trace) -> None:
+    """An impact reported twice is matched once, and the copy is spurious."""
+    impacts = np.concatenate([reference.impacts, reference.impacts[1:]])
+    impacts["time_s"][2] += 0.01
+    score = compare(reference, changed(reference, impacts))
+    assert score.spurious == (2,)
+    assert score.missed == ()
+    assert score.verdicts == (Verdict.SPURIOUS,)
+
+
+def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) -> None:
+    """An impact given to another pair is one missed and one spurious, never one with a large error."""
+    impacts = reference.impacts.copy()
+    impacts["second"][0] = 2
+    score = compare(reference, changed(reference, impacts))
+    assert (score.missed, score.spurious) == ((0,), (0,))
+
+
+def test_a_turned_normal_is_measured(reference: Trace) -> None:
+    """A normal turned by one degree comes back as one degree."""
+    impacts = reference.impacts.copy()
+    angle = math.radians(1.0)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    impacts["normal"][0] = turn @ impacts["normal"][0]
+    error = compare(reference, changed(reference, impacts)).errors[0]
+    assert error.normal_rad == pytest.approx(angle, abs=4 * math.ulp(1.0))
+
+
+def test_a_velocity_error_is_split_along_and_across_the_normal(reference: Trace) -> None:
+    """An error planted along the normal is found along it and not across, over the scene's own speed."""
+    impacts = reference.impacts.copy()
+    impacts["velocity_first_after"][0] += 0.25 * impacts["normal"][0]
+    error = compare(reference, changed(reference, impacts)).errors[0]
+    assert error.along_normal == pytest.approx(0.25 / SPEED, abs=4 * math.ulp(1.0))
+    assert error.across_normal == pytest.approx(0.0, abs=4 * math.ulp(1.0))
+    assert error.velocity == pytest.approx(0.25 / SPEED, abs=4 * math.ulp(1.0))
+
+
+def test_a_wrong_direction_is_called_so(reference: Trace) -> None:
+    """A velocity turned by ten degrees after the bounce is a wrong direction, by ten degrees."""
+    impacts = reference.impacts.copy()
+    angle = math.radians(10.0)
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    impacts["velocity_first_after"][1] = turn @ impacts["velocity_first_after"][1]
+    score = compare(reference, changed(reference, impacts))
+    assert Verdict.WRONG_DIRECTION in score.verdicts
+    assert math.degrees(score.direction_error_rad) == pytest.approx(10.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(("factor", "verdict"), [(1.01, Verdict.ENERGY_GAINED), (0.99, Verdict.ENERGY_LOST)])
+def test_energy_is_held_against_that_of_the_start(reference: Trace, factor: float, verdict: Verdict) -> None:
+    """All final velocities one per cent too fast gain 2.01 % of energy; one per cent too slow lose 1.99 %."""
+    wrong = dataclasses.replace(reference, final_velocity_m_s=reference.final_velocity_m_s * factor)
+    score = compare(reference, wrong)
+    assert score.verdicts == (verdict,)
+    assert score.energy_error == pytest.approx(factor**2 - 1, rel=1e-12)
+
+
+def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
+    """A trace that ended before the scene did is cut short, with the engine's own words, and graded wrong."""
+    cut = dataclasses.replace(
+        reference, impacts=reference.impacts[:1], outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3
+    )
+    score = compare(reference, cut)
+    assert score.verdicts == (Verdict.CUT_SHORT,)
+    assert "bad state" in score.findings[0].reason
+    assert score.undecided == (1,)
+    assert score.grade is Grade.WRONG
+
+
+def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace) -> None:
+    """PIT is no worse than PIT: found late, but of the grade `sampled`; without PIT to compare, inaccurate."""
+    pit = solve_pit(scene)
+    assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
+    assert compare(reference, pit).grade is Grade.INACCURATE
+
+
+def test_worse_than_pit_is_inaccurate(scene: Scene, reference: Trace) -> None:
+    """A method that finds every impact, but with a larger velocity error than PIT's, is inaccurate."""
+    pit = solve_pit(scene)
+    impacts = pit.impacts.copy()
+    impacts["velocity_first_after"] *= 1.2
+    worse = dataclasses.replace(pit, impacts=impacts)
+    assert compare(reference, worse, sampling=pit).grade is Grade.INACCURATE
+
+
+def test_a_scene_without_a_unique_answer_is_not_graded() -> None:
+    """Where a reference impact shares a disc with another at one instant, the verdict is `convention`."""
+    cradle = Scene(
+        name="touching",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(2, 0), radius_m=0.5),
+            Disc(position_m=(3, 0), radius_m=0.5),
+        ],
+        duration_s=3,
+    )
+    reference = solve_pic(cradle)
+    score = compare(reference, reference)
+    assert score.grade is Grade.UNGRADED
+    assert Verdict.CONVENTION in score.verdicts
+
+
+def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
+    """Two traces of different scenes can't be compared, and the message names both."""
+    other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
+    with pytest.raises(InputError, match="'three'.*'other'"):
+        compare(reference, other)
+
+
+@pytest.mark.parametrize("power", [-20, 20])
+def test_units_do_not_matter(scene: Scene, power: int) -> None:
+    """The same scene with lengths scaled by a power of two gets the same scaled errors to the bit."""
+    factor = 2.0**power
+    scaled = Scene(
+        name="scaled",
+        discs=[
+            Disc(
+                position_m=tuple(factor * c for c in disc.position_m),
+                velocity_m_s=tuple(factor * c for c in disc.velocity_m_s),
+                radius_m=factor * disc.radius_m,
+            )
+            for disc in scene.discs
+        ],
+        duration_s=scene.duration_s,
+    )
+    plain = compare(solve_pic(scene), solve_pit(scene))
+    other = compare(solve_pic(scaled), solve_pit(scaled))
+    assert (plain.velocity_error, plain.time_error_s) == (other.velocity_error, other.time_error_s)
+    assert plain.final_position_error == other.final_position_error

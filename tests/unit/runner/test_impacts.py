@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene
+from carom.adapter import Contact, Observation
+from carom.runner.impacts import ImpactCollector
+
+DT = 0.1
+ALONG_X = (1.0, 0.0)
+
+
+def state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Observation:
+    """Discs on the x axis, each as (x, velocity along x)."""
+    position = np.array([(x, 0.0) for x, _ in discs])
+    velocity = np.array([(v, 0.0) for _, v in discs])
+    return Observation(position, velocity, contacts)
+
+
+def scene_of(start: Observation) -> Scene:
+    return Scene(
+        name="line",
+        discs=[
+            Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=0.1)
+            for p, v in zip(start.position_m, start.velocity_m_s, strict=True)
+        ],
+        duration_s=1,
+    )
+
+
+def collect(start: Observation, *steps: Observation) -> tuple[list[tuple[float, int, int]], ImpactCollector]:
+    collector = ImpactCollector(scene_of(start), start)
+    for k, step in enumerate(steps, start=1):
+        collector.add(k * DT, step)
+    impacts, _ = collector.finish()
+    return [(float(i["time_s"]), int(i["first"]), int(i["second"])) for i in impacts], collector
+
+
+def test_a_contact_of_several_steps_is_one_impact() -> None:
+    """A soft contact that acts in three steps is one impact, from the velocity before the first to after the last."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    touch = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(0.1, state((0.10, 0.6), (1.0, 0.4), contacts=touch))
+    collector.add(0.2, state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)))
+    collector.add(0.3, state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)))
+    collector.add(0.4, state((0.15, 0.0), (1.25, 1.0)))
+    impacts, _ = collector.finish()
+    assert len(impacts) == 1
+    assert impacts[0]["time_s"] == 0.0
+    assert impacts[0]["velocity_first_before"].tolist() == [1.0, 0.0]
+    assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
+
+
+def test_a_contact_of_zero_impulse_is_no_impact() -> None:
+    """A contact that an engine reports but that did nothing does not count."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    found, _ = collect(start, state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),)))
+    assert found == []
+
+
+def test_without_impulses_a_change_of_velocity_decides() -> None:
+    """Where an engine tells no impulse, a contact counts if a velocity changed in its step."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
+    hit = state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
+    found, _ = collect(start, idle, hit)
+    assert found == [(0.1, 0, 1)]
+
+
+def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses() -> None:
+    """In a chain resolved within one step, the middle disc's velocities are those between its two impacts."""
+    start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
+    contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(0.1, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
+    impacts, effective = collector.finish()
+    assert [(i["first"], i["second"]) for i in impacts] == [(0, 1), (1, 2)]
+    assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
+    assert impacts[1]["velocity_first_before"].tolist() == [1.0, 0.0]
+    assert impacts[1]["velocity_first_after"].tolist() == [0.0, 0.0]
+    assert np.isnan(effective).all()  # no free flight between the two: nothing to meet
+
+
+def test_a_pair_pushed_together_again_by_a_third_body_collides_twice() -> None:
+    """A pair that had bounced off and approaches again at the next step is a second impact, not the first going on."""
+    start = state((0.0, 1.0), (1.0, 0.0), (2.0, -3.0))
+    first = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 4.0))
+    second = (Contact(0, 1, 0.1, ALONG_X, 3.0),)
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(0.1, state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first))
+    collector.add(0.2, state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second))
+    impacts, _ = collector.finish()
+    assert [(i["first"], i["second"], float(i["time_s"])) for i in impacts] == [(0, 1, 0.0), (1, 2, 0.0), (0, 1, 0.1)]
+
+
+@pytest.mark.parametrize("turn_s", [0.0125, 0.05, 0.0875])
+def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
+    """Free-flight lines that meet at an instant within the step give that instant back."""
+    start = state((0.0, 2.0), (1.0, -1.0))
+    left = 2.0 * turn_s - 1.0 * (DT - turn_s)
+    right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(DT, state((left, -1.0), (right, 2.0), contacts=(Contact(0, 1, DT, ALONG_X, 3.0),)))
+    impacts, effective = collector.finish()
+    assert impacts["time_s"].tolist() == [DT]
+    # Positions of order 1 rounded to half an ulp, divided by a relative velocity change of 6.
+    assert effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
+
+
+def test_the_effective_time_off_a_wall_is_where_the_path_turned() -> None:
+    """A wall has no path: only the disc's own lines meet."""
+    start = state((0.0, 2.0))
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(DT, state((2.0 * 0.03 - 2.0 * 0.07, -2.0), contacts=(Contact(0, -1, 0.0, ALONG_X, 4.0),)))
+    _, effective = collector.finish()
+    assert effective[0] == pytest.approx(0.03, abs=4 * math.ulp(1.0))
+
+
+def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
+    """A contact that carries velocities is an impact as it stands, several of one pair in one step included."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
+    twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))
+    found, _ = collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=twice))
+    assert found == [(0.01, 0, 1), (0.05, 0, 1)]
+
+
+def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
+    """A run without impacts has an empty impact array with all its fields."""
+    collector = ImpactCollector(scene_of(state((0.0, 1.0))), state((0.0, 1.0)))
+    impacts, effective = collector.finish()
+    assert len(impacts) == len(effective) == 0
+    assert "time_s" in (impacts.dtype.names or ())
