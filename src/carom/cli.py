@@ -111,7 +111,8 @@ def run(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. All of the catalogue by default."
+            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
+            "All of the catalogue by default."
         ),
     ] = None,
     engine: Annotated[
@@ -121,7 +122,8 @@ def run(
         list[str] | None,
         typer.Option(
             "--dt",
-            help="Step in seconds, such as 1/240; repeatable. By default each scene's own frame, a quarter and a sixteenth of it.",
+            help="Step in seconds, such as 1/240; repeatable. "
+            "By default each scene's own frame, a quarter and a sixteenth of it.",
         ),
     ] = None,
     profile: Annotated[

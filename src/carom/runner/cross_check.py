@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from carom.comparator import compare
@@ -17,7 +17,6 @@ from carom.runner.results import Cell, Results, Row
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic
-from carom.solvers.pit import solve_pit
 from carom.trace import Trace
 
 __all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
@@ -29,7 +28,11 @@ DEFAULT_PROFILES = ("default", "tuned")
 REFINEMENT = 4
 REFINEMENTS = 3
 
+#: PIT stands for sampling itself: every method is held against it at its own step.
+SAMPLING = ("pit", "tuned")
+
 Progress = Callable[[int, int, str], None]
+Key = tuple[str, str, str, float]
 
 
 def default_dts(scene: Scene) -> tuple[float, ...]:
@@ -98,34 +101,38 @@ def cross_check(
     plain, answers = _sort_out(scenes)
     infos = _chosen(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
-    references = {scene.name: trace for scene in plain if (trace := _solved(solve_pic, scene)) is not None}
-    sampling = _sampling(cells)
-    done, total = 0, len(cells) * (2 if timing else 1)
+    references = {scene.name: trace for scene in plain if (trace := _reference(scene)) is not None}
+    pit_cells = _sampling_cells(cells)
+    others = [cell for cell in cells if (cell.engine, cell.profile) != SAMPLING]
+    done, total = 0, len(pit_cells) + len(others) + (len(cells) if timing else 0)
+    rows: dict[Key, Row] = {}
+
+    def report(row: Row) -> None:
+        nonlocal done
+        done += 1
+        rows[_key(row.cell)] = row
+        if progress is not None:
+            progress(done, total, f"{row.cell.scene.name} on {row.cell.engine}")
 
     def score(row: Row) -> Row:
         reference = references.get(row.cell.scene.name)
         if row.trace is None or reference is None:
             return row
-        pit = sampling[row.cell.scene.name, row.cell.dt_s]
-        return replace(row, score=compare(reference, row.trace, sampling=pit))
+        pit = rows[_key(replace(row.cell, engine=SAMPLING[0], profile=SAMPLING[1]))]
+        return replace(row, score=compare(reference, row.trace, sampling=pit.trace))
 
-    def report(row: Row) -> None:
-        nonlocal done
-        done += 1
-        if progress is not None:
-            progress(done, total, f"{row.cell.scene.name} on {row.cell.engine}")
-
-    rows: dict[int, Row] = {}
     with Executor(jobs, time_limit_s) as executor:
-        for index, row in executor.observe_all(cells, score):
-            rows[index] = row
+        for row in executor.observe_all(pit_cells):
             report(row)
-        if timing:
-            for index in range(len(cells)):
-                rows[index] = executor.time(rows[index])
-                report(rows[index])
+        for row in executor.observe_all(others):
+            report(score(row))
+        for cell in cells:
+            row = rows[_key(cell)] if (cell.engine, cell.profile) != SAMPLING else score(rows[_key(cell)])
+            rows[_key(cell)] = row
+            if timing:
+                report(executor.time(row))
     return Results(
-        rows=_with_ratios([rows[index] for index in range(len(cells))]),
+        rows=_with_ratios([rows[_key(cell)] for cell in cells]),
         references=references,
         known={
             name: (answer, deviation(references[name], answer, references[name].scene))
@@ -199,20 +206,22 @@ def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[st
     return sorted(by_settings.values(), key=list(profiles).index)
 
 
-def _solved(solve: Callable[[Scene], Trace], scene: Scene) -> Trace | None:
+def _reference(scene: Scene) -> Trace | None:
     try:
-        return solve(scene)
-    except InputError:  # the solvers don't support the scene yet, and every row will say so
+        return solve_pic(scene)
+    except InputError:  # PIC does not support the scene yet, and every row will say so
         return None
 
 
-def _sampling(cells: Sequence[Cell]) -> Mapping[tuple[str, float], Trace | None]:
-    """PIT at each step that is run: what sampling alone costs there."""
-    wanted = {(cell.scene.name, cell.dt_s): cell for cell in cells}
-    return {
-        key: _solved(lambda scene, dt_s=cell.dt_s: solve_pit(scene, frame_rate_hz=1.0 / dt_s), cell.scene)  # type: ignore[misc] # mypy can't infer a lambda with a default
-        for key, cell in wanted.items()
-    }
+def _sampling_cells(cells: Sequence[Cell]) -> list[Cell]:
+    """PIT on each scene at each step that is run, asked for or not: what sampling alone costs there."""
+    engine, profile = SAMPLING
+    return list({(c.scene.name, c.dt_s): replace(c, engine=engine, profile=profile) for c in cells}.values())
+
+
+def _key(cell: Cell) -> Key:
+    """Return what tells a cell from the others of a cross-check, in which no two scenes have one name."""
+    return (cell.scene.name, cell.engine, cell.profile, cell.dt_s)
 
 
 def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:

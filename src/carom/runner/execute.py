@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from dataclasses import replace
@@ -54,20 +54,13 @@ class Executor:
         answer = self._ask(cell, Request(cell.engine, cell.scene, cell.profile, cell.dt_s, samples=samples))
         return answer if isinstance(answer, Row) else Row(cell, Status.RAN, trace=_as(Trace, answer))
 
-    def observe_all(self, cells: Sequence[Cell], finish: Callable[[Row], Row]) -> Iterator[tuple[int, Row]]:
-        """Run many cells, yielding ``(index, row)`` as they finish; `finish` scores a row in the cell's own thread.
-
-        States are kept for drawing at each scene's coarsest step only.
-        """
-
-        def job(cell: Cell) -> Row:
-            return finish(self.observe(cell, samples=cell.refinement == 0))
-
+    def observe_all(self, cells: Sequence[Cell]) -> Iterator[Row]:
+        """Run many cells, yielding each row as it finishes; states are kept for drawing at the coarsest step only."""
         with ThreadPoolExecutor(max_workers=self._jobs) as pool:
-            futures = {pool.submit(job, cell): index for index, cell in enumerate(cells)}
+            futures = [pool.submit(self.observe, cell, samples=cell.refinement == 0) for cell in cells]
             try:
                 for future in as_completed(futures):
-                    yield futures[future], future.result()
+                    yield future.result()
             except BaseException:
                 pool.shutdown(wait=False, cancel_futures=True)
                 self._stack.close()  # ends the engines, and with them the threads that wait for their answers

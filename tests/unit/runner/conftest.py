@@ -1,0 +1,99 @@
+"""A distribution of hostile adapters, as somebody else's would be installed: found by its entry points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from carom import registry
+
+HOSTILE = """
+import os, sys, time
+import numpy as np
+from carom.adapter import Capabilities, Engine, Observation, Profile
+
+class World:
+    settings = {"dt_s": 0.1}
+
+    def __init__(self, scene, how):
+        self.scene, self.how, self.steps = scene, how, 0
+
+    def advance(self, steps):
+        self.steps += steps
+        print("chatter on standard output")
+        print("chatter on standard error", file=sys.stderr)
+        match self.how:
+            case "aborts":
+                print("assertion failed in solver.c:42", file=sys.stderr, flush=True)
+                os.abort()
+            case "exits":
+                os._exit(7)
+            case "hangs":
+                time.sleep(3600)
+            case "raises":
+                raise ZeroDivisionError("inertia")
+            case "litters":
+                open("ENGINE_LOG.TXT", "w").write("noise")
+
+    def observe(self):
+        position = np.array([disc.position_m for disc in self.scene.discs])
+        velocity = np.array([disc.velocity_m_s for disc in self.scene.discs])
+        if self.how == "goes-nan":
+            position = position * np.nan
+        warning = "BADQACC: state reset" if self.how == "warns" and self.steps > 2 else ""
+        return Observation(position, velocity, (), warning)
+
+    def close(self):
+        pass
+
+class Adapter:
+    engine = Engine("Hostile")
+    capabilities = Capabilities()
+
+    def __init__(self, how):
+        self.name = how
+        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def prepare(self, scene, settings):
+        return World(scene, self.name)
+
+class Missing(Adapter):
+    engine = Engine("Missing", module="surely_not_installed", install="pip install surely-not-installed")
+
+class OnlyDiscs(Adapter):
+    capabilities = Capabilities(walls=False, max_speed_m_s=10.0, restitution=(0.5, 1.0))
+
+aborts, exits, hangs, raises, litters, goes_nan, warns = (
+    Adapter(how) for how in ("aborts", "exits", "hangs", "raises", "litters", "goes-nan", "warns")
+)
+missing, only_discs = Missing("missing"), OnlyDiscs("only-discs")
+"""
+
+ENTRY_POINTS = """[carom.adapters]
+aborts = hostile:aborts
+exits = hostile:exits
+hangs = hostile:hangs
+raises = hostile:raises
+litters = hostile:litters
+goes-nan = hostile:goes_nan
+warns = hostile:warns
+missing = hostile:missing
+only-discs = hostile:only_discs
+broken = hostile:no_such_name
+"""
+
+
+@pytest.fixture
+def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Adapters that abort, exit, hang, raise, litter, go NaN, warn, are missing, or can't be loaded."""
+    (tmp_path / "hostile.py").write_text(HOSTILE)
+    info = tmp_path / "hostile-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(ENTRY_POINTS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
+    yield
+    registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found

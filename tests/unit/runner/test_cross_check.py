@@ -1,0 +1,205 @@
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import carom
+from carom import Disc, Scene, Wall
+from carom.comparator import Grade, Verdict
+from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.runner import Status, default_dts
+from carom.trace import Outcome
+
+pytestmark = pytest.mark.usefixtures("hostile")
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Two discs that meet head-on after one second."""
+    return Scene(
+        name="meeting",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5),
+        ],
+        duration_s=2.0,
+    )
+
+
+def statuses(results: carom.Results) -> dict[str, Status]:
+    return {row.cell.engine: row.status for row in results.rows}
+
+
+def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
+    """An engine that aborts, exits or raises is a row with its reason; every other row is as if it had run alone."""
+    results = carom.cross_check(
+        [scene], ["pic", "pit", "aborts", "exits", "raises"], dts=[0.1], profiles=["tuned"], timing=False
+    )
+    assert statuses(results) == {
+        "pic": Status.RAN,
+        "pit": Status.RAN,
+        "aborts": Status.CRASHED,
+        "exits": Status.CRASHED,
+        "raises": Status.FAILED,
+    }
+    reasons = {row.cell.engine: row.reason for row in results.rows}
+    assert "SIGABRT" in reasons["aborts"]
+    assert "assertion failed in solver.c:42" in reasons["aborts"]
+    assert "exit code 7" in reasons["exits"]
+    assert "ZeroDivisionError: inertia" in reasons["raises"]
+    assert next(row.grade for row in results.rows if row.cell.engine == "pic") is Grade.EXACT
+
+
+def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
+    """An engine that gives no answer in time is ended, and its row says after how long."""
+    results = carom.cross_check([scene], ["hangs"], dts=[0.1], profiles=["tuned"], timing=False, time_limit_s=1.5)
+    assert statuses(results) == {"hangs": Status.TIMED_OUT}
+    assert "1.5 s" in results.rows[0].reason
+
+
+def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
+    """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
+    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    assert row.trace is not None
+    assert row.trace.outcome is Outcome.NON_FINITE
+    assert row.grade is Grade.WRONG
+    assert np.isfinite(row.trace.final_position_m).all()
+
+
+def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
+    """An engine that warns of its state is cut short with its own words, and what came before is kept."""
+    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    assert row.trace is not None
+    assert row.trace.outcome is Outcome.WARNED
+    assert row.trace.counts["steps"] == 2
+    assert row.score is not None
+    assert row.score.verdicts[0] is Verdict.CUT_SHORT
+    assert "BADQACC" in row.score.findings[0].reason
+
+
+def test_chatter_and_litter_stay_with_the_engine(
+    scene: Scene, capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What an engine prints reaches neither standard output nor error, and its log file not the working folder."""
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    carom.run(scene, "litters", dt=0.5)
+    assert capfd.readouterr() == ("", "")
+    assert list(here.iterdir()) == []
+
+
+def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
+    """A missing engine, a broken adapter and a scene beyond the declared capabilities each give their reason."""
+    walled = Scene(name="walled", discs=scene.discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=1)
+    fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
+    soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
+    falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
+    results = carom.cross_check(
+        [walled, fast, soft, falling], ["missing", "only-discs", "broken"], dts=[0.1], profiles=["tuned"], timing=False
+    )
+    reasons = {(row.cell.scene.name, row.cell.engine): (row.status, row.reason) for row in results.rows}
+    assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
+    assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
+    assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
+    assert "no_such_name" in reasons["walled", "broken"][1]
+    for name, words in (
+        ("walled", "walls"),
+        ("fast", "11 m/s, and this method's limit is 10 m/s"),
+        ("soft", "restitution is 0.25"),
+        ("falling", "gravity"),
+    ):
+        status, reason = reasons[name, "only-discs"]
+        assert status is Status.UNSUPPORTED
+        assert words in reason
+
+
+def test_a_scene_with_gravity_is_unsupported_everywhere_for_now() -> None:
+    """Until a solver supports gravity, every row of such a scene says so, and nothing crashes."""
+    falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81), duration_s=1)
+    results = carom.cross_check([falling], ["pic", "pit"], timing=False)
+    assert {row.status for row in results.rows} == {Status.UNSUPPORTED}
+    assert all("gravity" in row.reason for row in results.rows)
+
+
+def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
+    """`carom.run` raises one error whose message holds engine, profile, step, scene and reason."""
+    with pytest.raises(AdapterError, match=r"aborts \(tuned, dt = 0.1 s\) on 'meeting': crashed: .*SIGABRT"):
+        carom.run(scene, "aborts", dt=0.1)
+    with pytest.raises(AdapterError, match="unavailable: surely_not_installed is not installed"):
+        carom.run(scene, "missing", dt=0.1)
+
+
+def test_run_gives_the_trace_of_the_method_itself(scene: Scene) -> None:
+    """PIC through the seam, in another process, gives PIC's own impacts and final state to the bit."""
+    direct, through = carom.solve_pic(scene), carom.run(scene, "pic", dt=1 / 60)
+    assert (direct.impacts == through.impacts).all()
+    assert (direct.final_velocity_m_s == through.final_velocity_m_s).all()
+    assert through.settings["form"] == "event-driven"
+    assert through.samples is not None
+    assert through.samples.position_m.shape == (121, 2, 2)
+
+
+def test_pit_through_the_seam_is_pit(scene: Scene) -> None:
+    """PIT through the seam finds the impacts that PIT finds when called directly."""
+    direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
+    assert (direct.impacts == through.impacts).all()
+
+
+@pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
+def test_a_step_that_is_no_step_is_refused(scene: Scene, dt: float) -> None:
+    """A step that is not a positive number is refused by name and value, before any engine starts."""
+    with pytest.raises(InputError, match="dt"):
+        carom.run(scene, "pit", dt=dt)
+    with pytest.raises(InputError, match=r"dts\[1\]"):
+        carom.cross_check([scene], ["pit"], dts=[0.1, dt])
+
+
+def test_unknown_names_are_refused_with_what_there_is(scene: Scene) -> None:
+    """An unknown engine or profile is refused with the names that exist."""
+    with pytest.raises(UnknownNameError, match=r"no engine is named 'pimunk'; there are: .*pymunk"):
+        carom.cross_check([scene], ["pimunk"])
+    with pytest.raises(UnknownNameError, match="profile 'fast'; there are: default, tuned"):
+        carom.cross_check([scene], ["pit"], profiles=["fast"])
+
+
+def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
+    """A cross-check needs a scene, and scenes that a report can tell apart."""
+    with pytest.raises(InputError, match="no scene"):
+        carom.cross_check([], ["pit"])
+    with pytest.raises(InputError, match="two scenes have the name 'meeting'"):
+        carom.cross_check([scene, scene], ["pit"])
+
+
+def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
+    """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
+    assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
+    results = carom.cross_check([scene], ["pit"], timing=False)
+    assert [(row.cell.dt_s, row.cell.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
+
+
+def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
+    """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False)
+    assert [(row.cell.engine, row.cell.profile) for row in results.rows] == [
+        ("pic", "default"),
+        ("pic", "tuned"),
+        ("pit", "tuned"),
+    ]
+
+
+def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
+    """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
+    calls: list[tuple[int, int, str]] = []
+    results = carom.cross_check(
+        [scene], ["pic", "pit"], dts=[0.1], profiles=["tuned"], progress=lambda *call: calls.append(call)
+    )
+    ratios = {row.cell.engine: row.time_ratio for row in results.rows}
+    assert ratios["pit"] == 1.0
+    assert ratios["pic"] is not None
+    assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
+    assert [done for done, _, _ in calls] == [1, 2, 3, 4]
+    assert {total for _, total, _ in calls} == {4}

@@ -1,0 +1,187 @@
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+import carom
+from carom.cli import app
+
+SCENE = """
+name = "mine"
+duration_s = 2.0
+
+[[discs]]
+position_m = [0.0, 0.0]
+velocity_m_s = [1.0, 0.0]
+radius_m = 0.5
+
+[[discs]]
+position_m = [3.0, 0.3]
+velocity_m_s = [-1.0, 0.0]
+radius_m = 0.5
+"""
+
+
+@pytest.fixture
+def scene_file(tmp_path: Path) -> Path:
+    path = tmp_path / "my-scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def carom_command(*arguments: str) -> Result:
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def test_a_scene_of_ones_own_runs_and_conforms(scene_file: Path) -> None:
+    """A file of one's own runs through PIC at a step given as a fraction, and exact is exit code 0."""
+    result = carom_command("run", str(scene_file), "--engine", "pic", "--dt", "1/240", "--no-timing")
+    assert result.exit_code == 0, result.output
+    assert "mine" in result.output
+    assert "exact" in result.output
+
+
+def test_a_violation_is_exit_code_1_and_the_line_can_be_moved() -> None:
+    """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail."""
+    arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing")
+    assert carom_command(*arguments).exit_code == 1
+    assert carom_command(*arguments, "--fail-on", "never").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "no-such-file.toml"), "can't be read"),
+        (("run", "paper/mised"), "did you mean 'paper/missed'"),
+        (("run", "paper/missed", "--engine", "pimunk"), "no engine is named 'pimunk'"),
+        (
+            ("run", "paper/missed", "--dt", "fast"),
+            "--dt must be a number of seconds such as 1/240 or 0.004, got 'fast'",
+        ),
+        (("run", "paper/missed", "--dt", "1/0"), "--dt must be a number"),
+        (("run", "paper/missed", "--dt", "-1"), "--dt must be above 0"),
+        (("run", "paper/missed", "--profile", "best", "-e", "pit"), "no engine asked for has a profile 'best'"),
+        (("run", "paper/missed", "--time-limit", "0"), "time_limit_s must be a positive number"),
+        (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
+    ],
+)
+def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], words: str) -> None:
+    """Every bad argument ends in one sentence that names it, with exit code 2 and no traceback."""
+    result = carom_command(*arguments)
+    assert result.exit_code == 2
+    assert words in result.output
+    assert "Traceback" not in result.output
+
+
+def test_a_bad_scene_names_file_field_index_and_value(tmp_path: Path) -> None:
+    """A bad field of a scene file is named with file, index and value, with exit code 2."""
+    path = tmp_path / "bad.toml"
+    path.write_text(SCENE.replace("radius_m = 0.5", "radius_m = -0.5", 1))
+    result = carom_command("run", str(path), "-e", "pic")
+    assert result.exit_code == 2
+    assert f"{path}: discs[0].radius_m: must be greater than 0, got -0.5" in result.output.replace("\n", "")
+
+
+def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
+    scene_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An engine asked for by name but not installed is exit code 3, its reason in the output."""
+    from carom.runner import execute
+
+    monkeypatch.setattr(execute, "unavailable_reason", lambda _engine: "it is on strike")
+    result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "0.1", "--no-timing")
+    assert result.exit_code == 3
+    assert "it is on strike" in result.output
+
+
+def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
+    """An engine that gives no answer in time is exit code 4."""
+    result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "1e-7", "--no-timing", "--time-limit", "0.5")
+    assert result.exit_code == 4, result.output
+    assert "timed out" in result.output
+
+
+def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
+    """`carom scenes` lists every scene, shows one as a file that loads again, and saves files to edit."""
+    listed = carom_command("scenes").output
+    assert "paper/missed" in listed
+    shown = carom_command("scenes", "paper/missed").output
+    path = tmp_path / "copy.toml"
+    path.write_text(shown)
+    assert carom.load_scene(path).name == "paper/missed"
+    saved = carom_command("scenes", "paper", "--save", str(tmp_path / "mine"))
+    assert saved.exit_code == 0
+    assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
+
+
+def test_the_schema_is_printed_as_json() -> None:
+    """`carom scenes --schema` prints the JSON Schema of a scene file."""
+    assert "discs" in json.loads(carom_command("scenes", "--schema").output)["properties"]
+
+
+def test_engines_lists_each_with_version_or_reason() -> None:
+    """`carom engines` names all five built-in methods, each with a version or why it is unavailable."""
+    output = carom_command("engines").output
+    for info in carom.engines():
+        assert info.name in output
+        assert info.version in output if info.available else "unavailable" in output
+
+
+def test_help_imports_nothing_heavy() -> None:
+    """`carom --help` imports neither NumPy nor Pydantic nor an engine, so that it feels instant."""
+    code = (
+        "import sys; from carom.cli import app\n"
+        "try: app(['--help'])\nexcept SystemExit: pass\n"
+        "heavy = {'numpy', 'pydantic', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2'} & set(sys.modules)\n"
+        "sys.exit(f'imported {heavy}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
+    """Ctrl-C in a long run ends it with exit code 130 and a sentence, leaves no report and no process behind."""
+    report = tmp_path / "report"
+    command = [
+        sys.executable,
+        "-m",
+        "carom",
+        "run",
+        str(scene_file),
+        "-e",
+        "pit",
+        "--dt",
+        "1e-7",
+        "--report",
+        str(report),
+    ]
+    process = subprocess.Popen(
+        command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 30
+    while not (children := _children(process.pid)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert children
+    time.sleep(0.5)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "interrupted" in error
+    assert "Traceback" not in error
+    assert not report.exists()
+    assert not any(Path(f"/proc/{child}").exists() for child in children)
+
+
+def _children(pid: int) -> list[int]:
+    try:
+        return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except FileNotFoundError:
+        return [os.getpid()]  # a system without /proc: the exit code alone has to do
