@@ -3,14 +3,43 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.scene import Scene
-from carom.trace import Trace, Vector
+from carom.trace import kinetic_energy
 
-__all__ = ["CatalogueScene", "KnownAnswer", "KnownImpact", "deviation"]
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from numpy.typing import ArrayLike
+
+    from carom.scene import Scene
+    from carom.trace import Trace, Vector
+
+__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation"]
+
+
+class Tag(StrEnum):
+    """A word to choose scenes by: ``tag:walls`` is a pattern of `find_scenes`."""
+
+    WALLS = "walls"
+    IMMOVABLE = "immovable"
+    INELASTIC = "inelastic"
+    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form says everything
+    IN_LINE = "in-line"  # the motion is along one line
+    CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
+    UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
+    GRAZING = "grazing"
+    FAST = "fast"  # a disc that passes more than its own diameter between two frames
+    MASS_RATIO = "mass-ratio"  # of 100 or more
+    NO_IMPACT = "no-impact"
+    CONVENTION = "convention"  # simultaneous contact: physics gives no unique answer
+    CONSERVED = "conserved"  # only conserved quantities are known, not each impact
 
 
 @dataclass(frozen=True)
@@ -22,7 +51,7 @@ class KnownImpact:
         first: The disc, the lower number of two.
         second: The other disc, or the wall, ``-1 - k``.
         velocity_first_after: Metres a second.
-        velocity_second_after: Metres a second.
+        velocity_second_after: Metres a second; None for a wall, which has none.
     """
 
     time_s: float
@@ -36,13 +65,17 @@ class KnownImpact:
 class KnownAnswer:
     """What mathematics or a cited source says of a scene. It is never computed by the code that it is to test.
 
+    Beside what is listed here, one thing is known of every scene: at its end no two bodies overlap.
+
     Attributes:
         source: Where the answer comes from: the theorem, the closed form or the citation, in one sentence.
         impacts: The first impacts of the scene, in order; all of them where `count` equals their number.
         count: How many impacts the scene has in its duration, where that is known.
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
-        convention: Why the scene has no unique answer; empty where it has one.
+        final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
+        convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
+            it has one.
     """
 
     source: str
@@ -50,61 +83,124 @@ class KnownAnswer:
     count: int | None = None
     final_velocity_m_s: tuple[Vector, ...] | None = None
     final_position_m: tuple[Vector, ...] | None = None
+    final_kinetic_energy_j: float | None = None
     convention: str = ""
+
+
+class Staged(NamedTuple):
+    """A scene with its known answer: both come from the same few numbers, so one function makes both."""
+
+    scene: Scene
+    known: KnownAnswer
+
+
+#: Makes the scene of this name and description, and its known answer.
+Builder = Callable[[str, str], Staged]
 
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue.
+    """A scene of the catalogue. Listing it costs nothing: the scene and its answer are built when first asked for.
 
     Attributes:
-        scene: The scene; its name is ``group/name``.
-        shows: What it shows, in one sentence.
-        known: Its known answer.
+        name: Full name, ``group/name``; the scene's own name.
+        shows: What it shows, in one sentence; the scene's own description.
+        build: Makes the scene and its answer from the two above.
         tags: Words to choose scenes by.
     """
 
-    scene: Scene
+    name: str
     shows: str
-    known: KnownAnswer
-    tags: frozenset[str] = field(default_factory=frozenset)
+    build: Builder
+    tags: frozenset[Tag] = frozenset()
+
+    @cached_property
+    def _staged(self) -> Staged:
+        return self.build(self.name, self.shows)
 
     @property
-    def name(self) -> str:
-        """Full name, ``group/name``."""
-        return self.scene.name
+    def scene(self) -> Scene:
+        """The scene, validated."""
+        return self._staged.scene
+
+    @property
+    def known(self) -> KnownAnswer:
+        """Its known answer."""
+        return self._staged.known
 
     @property
     def group(self) -> str:
         """The part before the stroke."""
-        return self.scene.name.partition("/")[0]
+        return self.name.partition("/")[0]
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Return the largest deviation of a trace from the known answer; infinite where an impact is missing or wrong.
 
-    Times are divided by the scene's duration, velocities by the greatest speed known, positions by the greatest extent
-    of the start, so that the figure has no unit.
+    Times are divided by the scene's duration, velocities by the greatest speed at the start or in the answer, positions
+    and the deepest overlap at the end by the greatest extent of the start, energies by the known one, so that the
+    figure has no unit. A value that is not a number deviates infinitely. Where the answer rests on a convention, a
+    deviation may mean no more than that another one was followed.
     """
     if known.count is not None and len(trace.impacts) != known.count:
         return math.inf
     if len(trace.impacts) < len(known.impacts):
         return math.inf
-    speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
-    extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
-    worst = 0.0
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         if (expected.first, expected.second) != (found["first"], found["second"]):
             return math.inf
-        worst = max(worst, abs(expected.time_s - float(found["time_s"])) / scene.duration_s)
-        for velocity, name in (
-            (expected.velocity_first_after, "velocity_first_after"),
-            (expected.velocity_second_after, "velocity_second_after"),
-        ):
-            if velocity is not None:
-                worst = max(worst, float(np.max(np.abs(found[name] - velocity))) / speed)
+    worst = max(_deviations(trace, known, scene), default=0.0)
+    return max(worst, _deepest_overlap(trace, scene))
+
+
+def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
+    speed, extent = _greatest_speed(known, scene), _extent(scene)
+    for expected, found in zip(known.impacts, trace.impacts, strict=False):
+        yield _apart(found["time_s"], expected.time_s, scene.duration_s)
+        if expected.velocity_first_after is not None:
+            yield _apart(found["velocity_first_after"], expected.velocity_first_after, speed)
+        if expected.velocity_second_after is not None:
+            yield _apart(found["velocity_second_after"], expected.velocity_second_after, speed)
     if known.final_velocity_m_s is not None:
-        worst = max(worst, float(np.max(np.abs(trace.final_velocity_m_s - known.final_velocity_m_s))) / speed)
+        yield _apart(trace.final_velocity_m_s, known.final_velocity_m_s, speed)
     if known.final_position_m is not None:
-        worst = max(worst, float(np.max(np.abs(trace.final_position_m - known.final_position_m))) / extent)
-    return worst
+        yield _apart(trace.final_position_m, known.final_position_m, extent)
+    if known.final_kinetic_energy_j is not None:
+        energy = kinetic_energy(scene, trace.final_velocity_m_s)
+        yield _apart(energy, known.final_kinetic_energy_j, known.final_kinetic_energy_j)
+
+
+def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
+    difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
+    # A comparison with NaN is always false, so a NaN let through here would pass for no deviation at all.
+    return math.inf if math.isnan(difference) else difference
+
+
+def _greatest_speed(known: KnownAnswer, scene: Scene) -> float:
+    velocities = [disc.velocity_m_s for disc in scene.discs]
+    for impact in known.impacts:
+        velocities += [v for v in (impact.velocity_first_after, impact.velocity_second_after) if v is not None]
+    return max(math.hypot(*velocity) for velocity in velocities) or 1.0
+
+
+def _extent(scene: Scene) -> float:
+    return max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
+
+
+def _deepest_overlap(trace: Trace, scene: Scene) -> float:
+    """Deepest overlap of two bodies at the end, in units of the scene's extent; 0 where there is none."""
+    position = np.asarray(trace.final_position_m, dtype=np.float64)
+    if not np.all(np.isfinite(position)):
+        return math.inf
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    movable = np.array([not disc.immovable for disc in scene.discs])
+    deepest = 0.0
+    for i in range(len(radius) - 1):
+        rest = slice(i + 1, None)
+        distance = np.hypot(*(position[rest] - position[i]).T)
+        overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
+        deepest = max(deepest, float(np.max(overlap)))
+    for wall in scene.walls:
+        reach = radius - (position - wall.point_m) @ np.array(wall.normal)
+        deepest = max(deepest, float(np.max(np.where(movable, reach, 0.0))))
+    return deepest / _extent(scene)

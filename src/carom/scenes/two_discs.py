@@ -1,0 +1,237 @@
+"""Classics of two discs: one impact, or none, each with its closed form."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+from carom.scene import Scene
+from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
+from carom.scenes.known_answer import CatalogueScene, Staged, Tag
+
+__all__ = ["two_discs"]
+
+_NEWTON = (
+    "Written backwards from the impact; velocities from conservation of momentum and Newton's law of restitution, in "
+    "the frame of the centre of mass"
+)
+
+
+def _meeting(
+    name: str,
+    shows: str,
+    *,
+    velocity: tuple[complex, complex],
+    radius_m: tuple[float, float],
+    mass_kg: tuple[float, float] = (1.0, 1.0),
+    offset: float = 0.0,
+    restitution: float = 1.0,
+    time_s: float,
+    duration_s: float,
+    source: str = _NEWTON,
+) -> Staged:
+    """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
+    (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
+    normal = normal_of_offset(v0 - v1, offset)
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)],
+        restitution=restitution,
+        duration_s=duration_s,
+    )
+    after = after_impact(m0, v0, m1, v1, normal, restitution)
+    return Staged(scene, complete_answer(scene, [impact(time_s, 0, 1, *after)], source))
+
+
+def _head_on(name: str, shows: str) -> Staged:
+    return _meeting(
+        name,
+        shows,
+        velocity=(4 + 0j, -2 + 0j),
+        radius_m=(0.2, 0.3),
+        mass_kg=(1.0, 3.0),
+        restitution=0.5,
+        time_s=0.71,
+        duration_s=1.5,
+    )
+
+
+def _oblique_3_4_5(name: str, shows: str) -> Staged:
+    # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
+    return _meeting(
+        name,
+        shows,
+        velocity=(5 + 0j, 0j),
+        radius_m=(0.25, 0.25),
+        offset=3 / 5,
+        time_s=0.42,
+        duration_s=1.25,
+        source="Equal masses exchange the normal parts of their velocities: 5 m/s splits into 4 and 3 at a right angle",
+    )
+
+
+def _inelastic_oblique(name: str, shows: str) -> Staged:
+    return _meeting(
+        name,
+        shows,
+        velocity=(3 + 1j, -2 + 0.5j),
+        radius_m=(0.3, 0.2),
+        mass_kg=(2.0, 1.0),
+        offset=-0.4,
+        restitution=0.5,
+        time_s=0.57,
+        duration_s=1.5,
+    )
+
+
+def _perfectly_inelastic(name: str, shows: str) -> Staged:
+    # Powers of two throughout: the common velocity is exact, so rounding cannot make the pair approach once more.
+    return _meeting(
+        name,
+        shows,
+        velocity=(4 + 0j, 0j),
+        radius_m=(0.25, 0.25),
+        restitution=0.0,
+        time_s=0.71875,
+        duration_s=1.5,
+    )
+
+
+def _graze(name: str, shows: str) -> Staged:
+    return _meeting(name, shows, velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
+
+
+def _mass_ratio_1000(name: str, shows: str) -> Staged:
+    return _meeting(
+        name,
+        shows,
+        velocity=(2 + 0j, 0j),
+        radius_m=(0.5, 0.1),
+        mass_kg=(500.0, 0.5),
+        offset=0.3,
+        time_s=0.43,
+        duration_s=1.25,
+    )
+
+
+def _bullet(name: str, shows: str) -> Staged:
+    # 1.7 m between two frames, and a target .5 m across.
+    return _meeting(
+        name,
+        shows,
+        velocity=(100 + 0j, 0j),
+        radius_m=(0.05, 0.25),
+        mass_kg=(0.1, 2.0),
+        offset=-0.3,
+        time_s=0.171,
+        duration_s=0.5,
+    )
+
+
+def _deflection(name: str, shows: str) -> Staged:
+    radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
+    contact = radius + fixed
+    miss_distance = contact / 2
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(start_x, -miss_distance), complex(speed, 0), radius), disc(0j, 0j, fixed, math.inf)],
+        duration_s=1.25,
+    )
+    time = (-start_x - math.sqrt(contact**2 - miss_distance**2)) / speed
+    deflection = math.pi - 2 * math.asin(miss_distance / contact)
+    # The fixed disc lies to the left of the path, so the moving one turns to the right.
+    after = speed * cmath.exp(-1j * deflection)
+    source = "Deflection pi - 2 asin(b/R) by a rigid sphere: Landau and Lifshitz, Mechanics, section 18, problem 1"
+    return Staged(scene, complete_answer(scene, [impact(time, 0, 1, after, 0j)], source))
+
+
+def _miss(name: str, shows: str) -> Staged:
+    # Nearest after .6 s, at 1.001 contact distances.
+    contact, speed, nearest = 0.5, 3.0, 0.6
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(-speed * nearest, 0), complex(speed, 0), 0.3), disc(1.001j * contact, 0j, 0.2)],
+        duration_s=1.25,
+    )
+    return Staged(scene, complete_answer(scene, [], "The least distance of the centres exceeds the sum of the radii"))
+
+
+def _touching_apart(name: str, shows: str) -> Staged:
+    radius = 0.25
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(-radius, 0), -1 + 0.5j, radius), disc(complex(radius, 0), 2 + 0.25j, radius)],
+        duration_s=1.0,
+    )
+    return Staged(scene, complete_answer(scene, [], "Bodies that do not approach exchange no impulse"))
+
+
+def two_discs() -> list[CatalogueScene]:
+    """Return the classics of two discs."""
+    pair = frozenset({Tag.TWO_BODIES})
+    return [
+        CatalogueScene(
+            "classics/head-on",
+            "Masses 1 and 3 meet head-on with restitution 1/2.",
+            _head_on,
+            pair | {Tag.IN_LINE, Tag.INELASTIC},
+        ),
+        CatalogueScene(
+            "classics/oblique-3-4-5",
+            "A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle.",
+            _oblique_3_4_5,
+            pair,
+        ),
+        CatalogueScene(
+            "classics/inelastic-oblique",
+            "Two unequal discs, both moving, meet off centre with restitution 1/2.",
+            _inelastic_oblique,
+            pair | {Tag.INELASTIC},
+        ),
+        CatalogueScene(
+            "classics/perfectly-inelastic",
+            "A disc runs into an equal one at rest with restitution 0, and both go on together.",
+            _perfectly_inelastic,
+            pair | {Tag.IN_LINE, Tag.INELASTIC},
+        ),
+        CatalogueScene(
+            "classics/deflection",
+            "A disc bounces off an immovable one and turns by 120 degrees.",
+            _deflection,
+            pair | {Tag.IMMOVABLE},
+        ),
+        CatalogueScene(
+            "classics/graze",
+            "A disc grazes another at .999 of the contact distance: a short, shallow overlap.",
+            _graze,
+            pair | {Tag.GRAZING},
+        ),
+        CatalogueScene(
+            "classics/miss",
+            "A disc passes another at 1.001 of the contact distance: no impact.",
+            _miss,
+            pair | {Tag.GRAZING, Tag.NO_IMPACT},
+        ),
+        CatalogueScene(
+            "classics/touching-apart",
+            "Two discs touch at the start and move apart: no impact.",
+            _touching_apart,
+            pair | {Tag.NO_IMPACT},
+        ),
+        CatalogueScene(
+            "classics/mass-ratio-1000",
+            "A disc of 500 kg sweeps one of half a kilogram away.",
+            _mass_ratio_1000,
+            pair | {Tag.MASS_RATIO},
+        ),
+        CatalogueScene(
+            "classics/bullet",
+            "A small disc at 100 m/s strikes another: it passes its target whole between two frames.",
+            _bullet,
+            pair | {Tag.FAST},
+        ),
+    ]

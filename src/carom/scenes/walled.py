@@ -1,0 +1,157 @@
+"""Classics with walls: unfolding, mirror images and the ladder of wall restitution."""
+
+from __future__ import annotations
+
+import math
+
+from carom.scene import Scene, Wall
+from carom.scenes.closed_forms import (
+    after_impact,
+    after_wall,
+    complete_answer,
+    disc,
+    impact,
+    normal_of_offset,
+    unit,
+    vector,
+)
+from carom.scenes.known_answer import CatalogueScene, KnownImpact, Staged, Tag
+
+__all__ = ["box_walls", "walled"]
+
+
+def box_walls(width_m: float, height_m: float) -> list[Wall]:
+    """Return the walls of a box with one corner at the origin: left, right, bottom, top."""
+    return [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(width_m, 0.0), normal=(-1.0, 0.0)),
+        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+        Wall(point_m=(0.0, height_m), normal=(0.0, -1.0)),
+    ]
+
+
+def _box(name: str, shows: str) -> Staged:
+    radius, width, height = 0.2, 2.4, 1.6
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(start + complex(radius, radius), velocity, radius)],
+        walls=box_walls(width, height),
+        duration_s=2.5,
+    )
+
+    def crossings(start: float, speed: float, length: float) -> list[float]:
+        """Times at which a straight path crosses the mirror images of the far wall, the near one, the far one, ..."""
+        count = math.floor((start + speed * scene.duration_s) / length)
+        return [(n * length - start) / speed for n in range(1, count + 1)]
+
+    # Walls in the order in which each coordinate meets them: it moves up at first.
+    events = [(t, (1, 0)[n % 2], True) for n, t in enumerate(crossings(start.real, velocity.real, width - 2 * radius))]
+    events += [
+        (t, (3, 2)[n % 2], False) for n, t in enumerate(crossings(start.imag, velocity.imag, height - 2 * radius))
+    ]
+    impacts = []
+    for time, wall, is_x in sorted(events):
+        velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
+        impacts.append(impact(time, 0, -1 - wall, velocity))
+    source = (
+        "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
+    )
+    return Staged(scene, complete_answer(scene, impacts, source))
+
+
+def _restitution_ladder(name: str, shows: str) -> Staged:
+    radius, width, e = 0.1, 1.7, 0.8
+    start_x, velocity = 0.6, 11 + 0.3j
+    first, length = width - radius - start_x, width - 2 * radius
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(start_x, 0), velocity, radius)],
+        walls=box_walls(width, width)[:2],
+        wall_restitution=e,
+        duration_s=3.0,
+    )
+    impacts: list[KnownImpact] = []
+    while True:
+        n = len(impacts)
+        # 1/e + 1/e^2 + ... + 1/e^n, each crossing taking 1/e times as long as the one before.
+        time = (first + length * (e**-n - 1) / (1 - e)) / velocity.real
+        if time > scene.duration_s:
+            break
+        across = (-1.0) ** (n + 1) * velocity.real * e ** (n + 1)
+        impacts.append(impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
+    source = (
+        "Each wall leaves e of the speed across, so the crossing times are a geometric series; the speed along stays"
+    )
+    return Staged(scene, complete_answer(scene, impacts, source))
+
+
+def _slanted_wall(name: str, shows: str) -> Staged:
+    radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(radius * normal - velocity * time, velocity, radius)],
+        # Any point of the wall will do; this one lies 2 m off the place of impact.
+        walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
+        wall_restitution=e,
+        duration_s=1.5,
+    )
+    source = (
+        "Written backwards from the impact: the velocity along the wall stays, that across it is turned round times e"
+    )
+    return Staged(scene, complete_answer(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source))
+
+
+def _bank_shot(name: str, shows: str) -> Staged:
+    radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
+    outgoing = incoming.conjugate()
+    struck = complex(0, radius) + outgoing * (time_2 - time_1)
+    normal = normal_of_offset(outgoing, 0.4)
+    after, target_after = after_impact(1.0, outgoing, 1.0, 0j, normal)
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[
+            disc(complex(0, radius) - incoming * time_1, incoming, radius),
+            disc(struck + 2 * radius * normal, 0j, radius),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        duration_s=1.75,
+    )
+    impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
+    source = "Written backwards from both impacts: the path to the wall is the mirror image of the path from it"
+    return Staged(scene, complete_answer(scene, impacts, source))
+
+
+def walled() -> list[CatalogueScene]:
+    """Return the classics with walls."""
+    wall = frozenset({Tag.WALLS})
+    return [
+        CatalogueScene(
+            "classics/box",
+            "One disc in a box: its many bounces are one straight line, unfolded.",
+            _box,
+            wall | {Tag.CHAIN},
+        ),
+        CatalogueScene(
+            "classics/restitution-ladder",
+            "A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before.",
+            _restitution_ladder,
+            wall | {Tag.INELASTIC, Tag.CHAIN},
+        ),
+        CatalogueScene(
+            "classics/slanted-wall",
+            "A disc bounces off a slanted wall of restitution 3/4.",
+            _slanted_wall,
+            wall | {Tag.TWO_BODIES, Tag.INELASTIC},
+        ),
+        CatalogueScene(
+            "classics/bank-shot",
+            "A disc bounces off a wall and then strikes another disc.",
+            _bank_shot,
+            wall | {Tag.CHAIN},
+        ),
+    ]

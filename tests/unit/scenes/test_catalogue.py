@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import math
+import re
+
+import pytest
+
+from carom.errors import UnknownNameError
+from carom.scene import Need
+from carom.scenes import CatalogueScene, Tag, catalogue, find_scenes
+
+ENTRIES = list(catalogue().values())
+each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
+
+
+def names(*patterns: str) -> list[str]:
+    return [entry.name for entry in find_scenes(patterns)]
+
+
+def test_a_full_name_finds_its_scene() -> None:
+    """A full name finds that scene and no other."""
+    assert names("paper/missed") == ["paper/missed"]
+
+
+def test_a_group_finds_its_scenes_in_order() -> None:
+    """A group finds all its scenes, in the order of the paper's cases."""
+    assert names("paper") == ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"]
+
+
+def test_a_shell_pattern_finds_all_that_match() -> None:
+    """A shell pattern matches against full names."""
+    assert names("*/cradle-*") == ["classics/cradle-gaps", "classics/cradle-touching"]
+
+
+def test_a_tag_finds_the_scenes_that_bear_it() -> None:
+    """`tag:` finds by tag."""
+    assert names("tag:no-impact") == ["classics/miss", "classics/touching-apart"]
+
+
+def test_a_scene_found_twice_is_returned_once() -> None:
+    """Patterns that overlap don't repeat a scene, and the order is that of the patterns."""
+    assert names("paper/multiple", "paper", "paper/late") == [
+        "paper/multiple",
+        "paper/missed",
+        "paper/late",
+        "paper/wrong-direction",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        ("paper/mised", "paper/missed"),
+        ("galperin", "classics/galperin-100"),
+        ("head-on", "classics/head-on"),
+        ("classic", "classics"),
+        ("tag:wall", "tag:walls"),
+    ],
+)
+def test_a_near_miss_is_answered_with_what_was_meant(wrong: str, meant: str) -> None:
+    """An unknown name is refused, and the message names the nearest known one."""
+    with pytest.raises(UnknownNameError, match=re.escape(f"{wrong!r}; did you mean {meant!r}?")):
+        find_scenes([wrong])
+
+
+def test_a_name_near_to_nothing_points_to_the_list() -> None:
+    """Where nothing is near, the message says where the names are listed."""
+    with pytest.raises(UnknownNameError, match="`carom scenes` lists them"):
+        find_scenes(["xyzzy"])
+
+
+def test_listing_builds_no_scene() -> None:
+    """Names, groups and tags are known before any scene is built."""
+
+    def explode(name: str, shows: str) -> object:
+        raise AssertionError(name + shows)
+
+    entry = CatalogueScene("group/name", "Shows nothing.", explode, frozenset({Tag.WALLS}))  # type: ignore[arg-type]
+    assert (entry.name, entry.group) == ("group/name", "group")
+    assert "walls" in entry.tags
+
+
+@each_entry
+def test_scene_and_entry_agree(entry: CatalogueScene) -> None:
+    """A scene bears its entry's name and sentence, and is built once."""
+    assert entry.scene.name == entry.name
+    assert entry.scene.description == entry.shows
+    assert entry.shows.endswith(".")
+    assert entry.scene is entry.scene
+
+
+@each_entry
+def test_tags_say_what_the_scene_is(entry: CatalogueScene) -> None:
+    """Every tag that can be derived from the scene or its answer agrees with it."""
+    scene, known, tags = entry.scene, entry.known, entry.tags
+    assert (Tag.WALLS in tags) == (Need.WALLS in scene.needs)
+    assert (Tag.IMMOVABLE in tags) == (Need.IMMOVABLE in scene.needs)
+    assert (Tag.INELASTIC in tags) == (Need.RESTITUTION in scene.needs)
+    assert (Tag.TWO_BODIES in tags) == (len(scene.discs) + len(scene.walls) == 2)
+    assert (Tag.CHAIN in tags) == (known.count is None or known.count > 1)
+    assert (Tag.NO_IMPACT in tags) == (known.count == 0)
+    assert (Tag.CONVENTION in tags) == bool(known.convention)
+    assert (Tag.CONSERVED in tags) == (known.final_kinetic_energy_j is not None and known.count is None)
+    masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
+    assert (Tag.MASS_RATIO in tags) == (max(masses) >= 100 * min(masses))
+    in_line = {y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1])} == {0.0}
+    assert (Tag.IN_LINE in tags) == in_line
+    passes = [math.hypot(*d.velocity_m_s) > 2 * d.radius_m * scene.frame_rate_hz for d in scene.discs]
+    assert (Tag.FAST in tags) == any(passes)
+
+
+@each_entry
+def test_sources_and_sizes(entry: CatalogueScene) -> None:
+    """Every scene names its source and stays within sizes that any engine can take."""
+    scene = entry.scene
+    assert len(entry.known.source) > 20
+    assert scene.duration_s <= 3
+    assert 24 <= scene.frame_rate_hz <= 60
+    for disc in scene.discs:
+        assert max(map(abs, disc.position_m)) < 1e3
+        assert 0.05 <= disc.radius_m <= 1
+        assert disc.immovable or 1e-3 <= disc.mass_kg <= 1e3
+
+
+@each_entry
+def test_the_last_impact_is_well_before_the_end(entry: CatalogueScene) -> None:
+    """An engine that is frames late still has its last impact within the scene."""
+    frames = 5
+    for impact in entry.known.impacts:
+        assert impact.time_s < entry.scene.duration_s - frames / entry.scene.frame_rate_hz

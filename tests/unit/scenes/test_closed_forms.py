@@ -1,0 +1,136 @@
+from __future__ import annotations
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from carom.scenes import CatalogueScene, catalogue
+from carom.scenes.closed_forms import after_impact, after_wall, dot, normal_of_offset, wedge_impacts
+
+EVERY_IMPACT_KNOWN = [entry for entry in catalogue().values() if entry.known.count is not None]
+each_entry = pytest.mark.parametrize("entry", EVERY_IMPACT_KNOWN, ids=lambda entry: entry.name)
+
+coordinate = st.floats(-10, 10)
+velocities = st.builds(complex, coordinate, coordinate)
+masses = st.floats(1e-2, 1e2)
+directions = st.floats(0, math.tau).map(lambda angle: cmath.rect(1.0, angle))
+
+
+@given(masses, velocities, masses, velocities, directions, st.floats(0, 1))
+def test_the_impact_law_keeps_momentum_and_restitution(
+    m1: float, v1: complex, m2: float, v2: complex, normal: complex, e: float
+) -> None:
+    """Momentum is kept, the normal relative velocity turns into -e times itself, the tangential parts stay."""
+    after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
+    assert m1 * after1 + m2 * after2 == pytest.approx(m1 * v1 + m2 * v2, abs=1e-11)
+    assert dot(after2 - after1, normal) == pytest.approx(-e * dot(v2 - v1, normal), abs=1e-12)
+    assert dot(after1 - v1, 1j * normal) == pytest.approx(0, abs=1e-12)
+
+
+@given(velocities, directions, st.floats(0, 1))
+def test_a_wall_is_an_immovable_disc(velocity: complex, normal: complex, e: float) -> None:
+    """The wall's law is the limit of the pair's for an infinite second mass at rest."""
+    limit, _ = after_impact(1.0, velocity, math.inf, 0j, normal, e)
+    assert after_wall(velocity, normal, e) == pytest.approx(limit, abs=1e-13)
+
+
+@given(velocities, st.floats(-1, 1))
+def test_the_normal_of_an_offset_has_that_offset(approach: complex, offset: float) -> None:
+    """The second centre lies `offset` to the left of the approach, and ahead."""
+    assume(abs(approach) > 1e-3)
+    normal = normal_of_offset(approach, offset)
+    assert abs(normal) == pytest.approx(1)
+    assert dot(normal, 1j * approach / abs(approach)) == pytest.approx(offset, abs=1e-14)
+    assert dot(normal, approach) >= -1e-14
+
+
+@given(st.floats(0.05, 3), st.floats(0.01, 0.99), st.floats(0.01, 0.99), st.floats(0.1, 5))
+def test_unfolding_agrees_with_reflecting_step_by_step(
+    angle: float, where: float, direction: float, speed: float
+) -> None:
+    """Unfolding gives the impacts that reflecting the path at each side in turn gives."""
+    start = cmath.rect(1.0, where * angle)
+    velocity = cmath.rect(speed, where * angle + direction * math.pi)
+    position, now = start, 0.0
+    for bounce in wedge_impacts(start, velocity, angle):
+        position += velocity * (bounce.time_s - now)
+        now = bounce.time_s
+        side = cmath.rect(1.0, angle if bounce.upper else 0.0)
+        # Far out on a side the rounding of the direction is multiplied by the distance from the apex.
+        assert (position / side).imag == pytest.approx(0, abs=1e-12 * (1 + abs(position)))
+        velocity = side * (velocity / side).conjugate()
+        assert bounce.velocity == pytest.approx(velocity, abs=1e-12 * speed)
+    # Nothing is left to hit: the point leaves within the wedge.
+    assert -1e-9 <= cmath.phase(velocity) <= angle + 1e-9
+
+
+def least_gap(p: complex, v: complex, radius: float, until: float) -> float:
+    """Least gap of a disc at relative position `p`, with relative velocity `v`, during `until`."""
+    nearest = 0.0 if v == 0 else min(max(-dot(p, v) / abs(v) ** 2, 0.0), until)
+    return abs(p + v * nearest) - radius
+
+
+@each_entry
+def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
+    """Replayed without any solver, the bodies touch at each known instant, approach before, and never overlap."""
+    scene, known = entry.scene, entry.known
+    rounding = 1e-12
+    position = np.array([complex(*disc.position_m) for disc in scene.discs])
+    velocity = np.array([complex(*disc.velocity_m_s) for disc in scene.discs])
+    radius = [disc.radius_m for disc in scene.discs]
+    now = 0.0
+    for impact in (*known.impacts, None):
+        until = (scene.duration_s if impact is None else impact.time_s) - now
+        assert until >= 0
+        for i in range(len(radius)):
+            for j in range(i + 1, len(radius)):
+                apart = position[j] - position[i], velocity[j] - velocity[i], radius[i] + radius[j]
+                assert least_gap(*apart, until) >= -rounding
+            for wall in scene.walls:
+                normal = complex(*wall.normal)
+                ends = (position[i], position[i] + velocity[i] * until)
+                assert min(dot(end - complex(*wall.point_m), normal) for end in ends) - radius[i] >= -rounding
+        position, now = position + velocity * until, now + until
+        if impact is None:
+            break
+        i, j = impact.first, impact.second
+        assert impact.velocity_first_after is not None
+        after_first = complex(*impact.velocity_first_after)
+        if j < 0:
+            wall = scene.walls[-1 - j]
+            normal = -complex(*wall.normal)
+            gap = dot(complex(*wall.point_m) - position[i], normal) - radius[i]
+            before, after, e = velocity[i], after_first, scene.wall_restitution
+        else:
+            assert impact.velocity_second_after is not None
+            after_second = complex(*impact.velocity_second_after)
+            between = position[j] - position[i]
+            normal = between / abs(between)
+            gap = abs(between) - radius[i] - radius[j]
+            before, after, e = velocity[i] - velocity[j], after_first - after_second, scene.restitution
+            m1, m2 = scene.discs[i].mass_kg, scene.discs[j].mass_kg
+            if math.isfinite(m1) and math.isfinite(m2):
+                change = m1 * (after_first - velocity[i]) + m2 * (after_second - velocity[j])
+                assert abs(change) <= rounding * (m1 + m2) * max(map(abs, velocity))
+            velocity[j] = after_second
+        assert abs(gap) <= rounding
+        assert dot(before, normal) > 0
+        assert dot(after, normal) == pytest.approx(-e * dot(before, normal), abs=rounding * abs(before))
+        velocity[i] = after_first
+    assert known.final_position_m is not None
+    assert np.allclose(position, [complex(*p) for p in known.final_position_m], rtol=0, atol=rounding)
+
+
+@each_entry
+def test_no_two_impacts_are_simultaneous_but_by_convention(entry: CatalogueScene) -> None:
+    """Where a scene has a unique answer its impacts are apart by more than a millisecond, so their order is sure."""
+    times = [impact.time_s for impact in entry.known.impacts]
+    gaps = np.diff(times)
+    if entry.known.convention:
+        assert np.all(gaps == 0)
+    else:
+        assert np.all(gaps > 1e-3)

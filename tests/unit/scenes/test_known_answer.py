@@ -1,0 +1,123 @@
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import solve_pic
+from carom.scenes import CatalogueScene, catalogue, deviation
+from carom.trace import Trace
+
+ENTRIES = list(catalogue().values())
+WITH_IMPACTS = [entry for entry in ENTRIES if entry.known.impacts]
+each_entry = pytest.mark.parametrize("entry", WITH_IMPACTS, ids=lambda entry: entry.name)
+
+
+def score(trace: Trace, entry: CatalogueScene) -> float:
+    return deviation(trace, entry.known, entry.scene)
+
+
+def altered(trace: Trace, k: int, **fields: Any) -> Trace:
+    impacts = trace.impacts.copy()
+    for name, value in fields.items():
+        impacts[name][k] = value
+    return replace(trace, impacts=impacts)
+
+
+@each_entry
+def test_a_dropped_impact_deviates_infinitely(entry: CatalogueScene) -> None:
+    """A trace that lacks any one impact has no finite deviation."""
+    trace = solve_pic(entry.scene)
+    for k in range(len(trace.impacts)):
+        assert score(replace(trace, impacts=np.delete(trace.impacts, k)), entry) == math.inf
+
+
+@each_entry
+def test_an_invented_impact_deviates_infinitely(entry: CatalogueScene) -> None:
+    """A trace with one impact too many has no finite deviation."""
+    trace = solve_pic(entry.scene)
+    assert score(replace(trace, impacts=np.append(trace.impacts, trace.impacts[-1:])), entry) == math.inf
+
+
+@each_entry
+def test_swapped_bodies_deviate_infinitely(entry: CatalogueScene) -> None:
+    """A trace that calls the second body the first is of another impact."""
+    trace = solve_pic(entry.scene)
+    first, second = trace.impacts["first"][0], trace.impacts["second"][0]
+    assert score(altered(trace, 0, first=second, second=first), entry) == math.inf
+
+
+def test_swapped_impacts_deviate_infinitely() -> None:
+    """A trace that has two impacts in the wrong order is wrong, however right each of them is."""
+    entry = catalogue()["paper/wrong-direction"]
+    trace = solve_pic(entry.scene)
+    assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
+
+
+@each_entry
+def test_an_altered_velocity_deviates_by_as_much(entry: CatalogueScene) -> None:
+    """A velocity that is off by a part of the greatest speed gives just that part as the deviation."""
+    trace = solve_pic(entry.scene)
+    known = [v for i in entry.known.impacts for v in (i.velocity_first_after, i.velocity_second_after) if v is not None]
+    speed = max(math.hypot(*v) for v in (*known, *(disc.velocity_m_s for disc in entry.scene.discs)))
+    for name in ("velocity_first_after", "velocity_second_after"):
+        if name == "velocity_second_after" and trace.impacts["second"][0] < 0:
+            continue  # a wall has no velocity
+        velocity = trace.impacts[name][0] + np.array([0.01 * speed, 0.0])
+        assert score(altered(trace, 0, **{name: velocity}), entry) == pytest.approx(0.01)
+
+
+@each_entry
+def test_an_altered_time_deviates_by_as_much(entry: CatalogueScene) -> None:
+    """A time that is off by a part of the duration gives just that part as the deviation."""
+    trace = solve_pic(entry.scene)
+    late = trace.impacts["time_s"][-1] + 0.001 * entry.scene.duration_s
+    assert score(altered(trace, -1, time_s=late), entry) == pytest.approx(0.001)
+
+
+@pytest.mark.parametrize("name", ["time_s", "velocity_first_after"])
+def test_not_a_number_deviates_infinitely(name: str) -> None:
+    """NaN never passes for agreement, although it compares as neither more nor less."""
+    entry = catalogue()["classics/head-on"]
+    assert score(altered(solve_pic(entry.scene), 0, **{name: math.nan}), entry) == math.inf
+
+
+@pytest.mark.parametrize("name", ["final_position_m", "final_velocity_m_s"])
+@pytest.mark.parametrize("scene", ["classics/head-on", "classics/gas"])
+def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene: str) -> None:
+    """NaN in the final state counts, also where only a conserved quantity is known."""
+    entry = catalogue()[scene]
+    trace = solve_pic(entry.scene)
+    lost: dict[str, Any] = {name: np.full_like(trace.final_position_m, math.nan)}
+    assert score(replace(trace, **lost), entry) == math.inf
+
+
+@pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
+def test_a_wrong_final_state_is_seen(entry: CatalogueScene) -> None:
+    """A doubled final velocity is seen in every scene of the catalogue."""
+    trace = solve_pic(entry.scene)
+    assert score(replace(trace, final_velocity_m_s=2 * trace.final_velocity_m_s), entry) > 0.05
+
+
+def test_final_overlap_is_seen_where_no_impact_is_known() -> None:
+    """A gas that flew through its walls conserves its energy, and is wrong all the same."""
+    entry = catalogue()["classics/gas"]
+    scene = entry.scene
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    position = np.array([disc.position_m for disc in scene.discs]) + velocity * scene.duration_s
+    trace = replace(solve_pic(scene), final_position_m=position, final_velocity_m_s=velocity)
+    assert score(trace, entry) > 0.1
+
+
+def test_two_discs_in_one_place_are_seen() -> None:
+    """Discs that overlap at the end deviate by the depth of the overlap."""
+    entry = catalogue()["classics/gas"]
+    trace = solve_pic(entry.scene)
+    position = trace.final_position_m.copy()
+    position[0] = position[1]
+    extent = max(c + disc.radius_m for disc in entry.scene.discs for c in disc.position_m)
+    depth = 2 * entry.scene.discs[0].radius_m / extent
+    assert score(replace(trace, final_position_m=position), entry) == pytest.approx(depth)

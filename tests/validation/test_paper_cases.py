@@ -1,0 +1,185 @@
+"""The four cases of the source paper, "Collision Detection Between two Circular Rigid Bodies", figures 2 to 9."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import Scene, Trace, solve_pic, solve_pit
+from carom.scenes import catalogue
+
+CASES = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"]
+
+
+def both(name: str) -> tuple[Scene, Trace, Trace]:
+    scene = catalogue()[name].scene
+    return scene, solve_pic(scene), solve_pit(scene)
+
+
+def overlap_while_approaching(scene: Scene) -> tuple[float, float]:
+    """Solve for the interval in which PIT can see discs 0 and 1: from contact to the least distance of the centres.
+
+    Both are roots of the distance as a function of time, by the textbook formula: |d + t u| = R, and d.u + t u.u = 0.
+    """
+    a, b = scene.discs[:2]
+    d = complex(*b.position_m) - complex(*a.position_m)
+    u = complex(*b.velocity_m_s) - complex(*a.velocity_m_s)
+    du, uu = (d * u.conjugate()).real, abs(u) ** 2
+    contact = a.radius_m + b.radius_m
+    return (-du - math.sqrt(du**2 - uu * (abs(d) ** 2 - contact**2))) / uu, -du / uu
+
+
+def sampled_impact(scene: Scene) -> tuple[float, complex, complex]:
+    """Time and velocities of the first impact of equal discs 0 and 1 under PIT: at the first frame that sees them.
+
+    Equal masses exchange the parts of their velocities along the line of centres as it stands at that frame.
+    """
+    enter, closest = overlap_while_approaching(scene)
+    frame = math.ceil(enter * scene.frame_rate_hz)
+    time = frame / scene.frame_rate_hz
+    assert time < closest
+    a, b = (complex(*disc.position_m) + complex(*disc.velocity_m_s) * time for disc in scene.discs[:2])
+    va, vb = (complex(*disc.velocity_m_s) for disc in scene.discs[:2])
+    normal = (b - a) / abs(b - a)
+    exchanged = ((va - vb) * normal.conjugate()).real * normal
+    return time, va - exchanged, vb + exchanged
+
+
+def angle_degrees(a: complex, b: complex) -> float:
+    return abs(math.degrees(math.atan2((a.conjugate() * b).imag, (a.conjugate() * b).real)))
+
+
+def as_complex(vector: object) -> complex:
+    x, y = np.asarray(vector, dtype=float)
+    return complex(x, y)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_scenes_are_of_the_papers_kind(name: str) -> None:
+    """Frame rate, sizes and length are those of an animation: 24 to 60 frames a second, metres, a second or two."""
+    scene = catalogue()[name].scene
+    assert 24 <= scene.frame_rate_hz <= 60
+    assert 0.5 <= scene.duration_s <= 2
+    assert all(0.1 <= disc.radius_m <= 1 for disc in scene.discs)
+
+
+def test_case_1_no_frame_lies_where_pit_could_see_the_collision() -> None:
+    """Figure 2: discs meet and begin to part between two frames, so no frame lies in [contact, closest)."""
+    scene = catalogue()["paper/missed"].scene
+    enter, closest = overlap_while_approaching(scene)
+    assert math.ceil(enter * scene.frame_rate_hz) == math.ceil(closest * scene.frame_rate_hz)
+
+
+def test_case_1_pit_misses_the_collision_and_pic_finds_it() -> None:
+    """Figures 2 and 3: no impact under PIT, one under PIC, at the instant that the quadratic gives."""
+    scene, pic, pit = both("paper/missed")
+    assert len(pit.impacts) == 0
+    assert pic.impacts["time_s"].tolist() == pytest.approx([overlap_while_approaching(scene)[0]], rel=1e-12)
+
+
+def test_case_1_pit_lets_the_discs_fly_straight_through() -> None:
+    """Figure 2: under PIT both discs end on the straight lines on which they began."""
+    scene, _, pit = both("paper/missed")
+    for disc, end in zip(scene.discs, pit.final_position_m, strict=True):
+        straight = complex(*disc.position_m) + complex(*disc.velocity_m_s) * scene.duration_s
+        assert as_complex(end) == pytest.approx(straight, abs=1e-12)
+
+
+def test_case_2_pit_is_late_by_most_of_a_frame() -> None:
+    """Figure 4: PIT reports the first frame after the contact, more than half a frame late; PIC reports the contact."""
+    scene, pic, pit = both("paper/late")
+    enter, _ = overlap_while_approaching(scene)
+    time, _, _ = sampled_impact(scene)
+    assert pit.impacts["time_s"].tolist() == [time]
+    assert pic.impacts["time_s"].tolist() == pytest.approx([enter], rel=1e-12)
+    assert time - enter > 0.5 / scene.frame_rate_hz
+
+
+def test_case_2_pit_follows_the_wrong_path() -> None:
+    """Figures 4 and 5: PIT's path is the closed form for its late frame, and ends half a radius or more from PIC's."""
+    scene, pic, pit = both("paper/late")
+    time, *after = sampled_impact(scene)
+    for i, (disc, velocity) in enumerate(zip(scene.discs, after, strict=True)):
+        turn = complex(*disc.position_m) + complex(*disc.velocity_m_s) * time
+        sampled_end = turn + velocity * (scene.duration_s - time)
+        assert as_complex(pit.final_position_m[i]) == pytest.approx(sampled_end, abs=1e-12)
+        assert abs(as_complex(pic.final_position_m[i]) - sampled_end) > disc.radius_m / 2
+
+
+def test_case_2_is_late_rather_than_misdirected() -> None:
+    """Figure 4: the direction after the late bounce is off by less than ten degrees: what shows is the delay."""
+    _, pic, pit = both("paper/late")
+    for right, wrong in zip(pic.final_velocity_m_s, pit.final_velocity_m_s, strict=True):
+        assert angle_degrees(as_complex(right), as_complex(wrong)) < 10
+
+
+def test_case_3_both_methods_find_the_same_two_collisions() -> None:
+    """Figures 6 and 7: green with blue, then blue with the stationary red, under PIT as under PIC."""
+    _, pic, pit = both("paper/wrong-direction")
+    for trace in (pic, pit):
+        assert trace.impacts[["first", "second"]].tolist() == [(0, 1), (1, 2)]
+
+
+def test_case_3_blue_bounces_off_in_a_wrong_direction() -> None:
+    """Figures 6 and 7: under PIT blue leaves red more than 10 degrees off the direction that PIC and the law give."""
+    entry = catalogue()["paper/wrong-direction"]
+    _, pic, pit = both("paper/wrong-direction")
+    known = as_complex(entry.known.impacts[1].velocity_first_after)
+    assert angle_degrees(known, as_complex(pic.impacts["velocity_first_after"][1])) < 1e-10
+    assert angle_degrees(known, as_complex(pit.impacts["velocity_first_after"][1])) > 10
+
+
+def test_case_3_the_first_bounce_is_what_the_late_normal_gives() -> None:
+    """Figure 6: PIT's first impact follows from the line of centres at the frame, in closed form."""
+    scene, _, pit = both("paper/wrong-direction")
+    time, green, blue = sampled_impact(scene)
+    assert pit.impacts["time_s"][0] == time
+    assert as_complex(pit.impacts["velocity_first_after"][0]) == pytest.approx(green, abs=1e-12)
+    assert as_complex(pit.impacts["velocity_second_after"][0]) == pytest.approx(blue, abs=1e-12)
+
+
+def test_case_3_the_error_is_one_of_direction_not_of_energy() -> None:
+    """Figure 6: PIT's impacts conserve energy too; only the normal is wrong."""
+    scene, pic, pit = both("paper/wrong-direction")
+    mass = np.array([disc.mass_kg for disc in scene.discs])
+    energy = [0.5 * np.sum(mass * np.sum(t.final_velocity_m_s**2, axis=1)) for t in (pic, pit)]
+    assert energy[1] == pytest.approx(energy[0], rel=1e-12)
+
+
+def test_case_4_all_collisions_fall_into_one_frame() -> None:
+    """Figure 9: PIC finds all four collisions, and they lie between the same two frames."""
+    scene, pic, _ = both("paper/multiple")
+    assert pic.impacts["second"].tolist() == [1, 2, 3, 4]
+    frames = np.floor(pic.impacts["time_s"] * scene.frame_rate_hz)
+    assert len(set(frames.tolist())) == 1
+
+
+def test_case_4_pit_misses_some_of_them() -> None:
+    """Figure 8: PIT finds at least one of the four, not all, and no other; those it misses stay at rest."""
+    _, pic, pit = both("paper/multiple")
+    exact, sampled = (set(t.impacts[["first", "second"]].tolist()) for t in (pic, pit))
+    assert set() < sampled < exact
+    for _, missed in exact - sampled:
+        assert pit.final_velocity_m_s[missed].tolist() == [0, 0]
+
+
+def test_case_4_even_the_printed_algorithm_2_would_miss_some() -> None:
+    """One impact a frame, as Algorithm 2 is printed, cannot show figure 9: the frame holds four."""
+    scene, pic, _ = both("paper/multiple")
+    frames = np.floor(pic.impacts["time_s"] * scene.frame_rate_hz)
+    assert len(frames) - len(set(frames.tolist())) == 3
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_high_frame_rate_cures_pit(name: str) -> None:
+    """Conclusion of the paper: with a high frame rate PIT may be acceptable; its delay is at most a frame.
+
+    The bound holds for the first impact whatever the scene; later ones inherit the errors of the earlier ones.
+    """
+    scene = catalogue()[name].scene
+    rate = 256 * scene.frame_rate_hz
+    exact, sampled = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=rate).impacts
+    assert sampled[["first", "second"]].tolist() == exact[["first", "second"]].tolist()
+    assert 0 <= sampled["time_s"][0] - exact["time_s"][0] <= 1 / rate
