@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from carom.adapter import (
-    AdapterError,
     Capabilities,
     Contact,
     ContactTimes,
@@ -35,6 +34,7 @@ class PicWorld:
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
+        self._warning = ""
 
     def advance(self, steps: int) -> None:
         """Carry out every impact up to the step's end; Algorithm 2 goes there frame by frame."""
@@ -47,14 +47,14 @@ class PicWorld:
             outcome = run.advance_to((self._steps + steps) * self._dt_s)
         self._steps += steps
         if outcome is not Outcome.COMPLETED:
-            raise AdapterError(outcome.value)
+            self._warning = outcome.value
 
     def observe(self) -> Observation:
         """Return the state at the last step's end and the impacts since the last look."""
         new = self._run.log.records[self._seen :]
         self._seen = len(self._run.log.records)
         contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
-        return Observation(self._run.positions(), self._run.velocities(), contacts)
+        return Observation(self._run.positions(), self._run.velocities(), contacts, self._warning)
 
     def close(self) -> None:
         """Nothing to release."""

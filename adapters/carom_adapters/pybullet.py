@@ -1,3 +1,294 @@
-"""Adapter of pybullet."""
+"""Adapter of PyBullet (Bullet 3): impulse-based, three-dimensional, 64-bit floats; discs are spheres in one plane."""
 
-adapter = None
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.adapter import (
+    AdapterError,
+    Capabilities,
+    Contact,
+    ContactTimes,
+    Engine,
+    Need,
+    Observation,
+    Profile,
+    Scene,
+    Setting,
+    wall_body,
+)
+
+if TYPE_CHECKING:
+    from carom.adapter import World
+
+__all__ = ["PybulletAdapter", "adapter"]
+
+#: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
+#: belongs to the process, and a world must not change the next one.
+WORLD_SETTINGS = (
+    "numSolverIterations",
+    "solverResidualThreshold",
+    "restitutionVelocityThreshold",
+    "contactERP",
+    "contactSlop",
+    "warmStartingFactor",
+    "deterministicOverlappingPairs",
+)
+
+#: Arguments of `changeDynamics` for every body, by PyBullet's own names.
+BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
+
+#: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
+OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction")
+
+#: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
+RIGID_BODY = 1
+
+#: Bullet's SIMD_EPSILON is 2.2e-16. It takes a step below that for none, a body with 1/mass below that for static, and
+#: gives discs that are closer than that a normal of its own.
+SHORTEST_STEP_S = 1e-15
+LARGEST_MASS_KG = 1e15
+SMALLEST_RADIUS_M = 1e-15
+
+#: Below this a quotient of masses may leave the range of 64-bit floats.
+SMALLEST_MASS_KG = 1e-100
+
+#: Bullet drops a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
+#: 1e12 (`btCollisionWorld::updateSingleAabb`); the box is a contact margin larger than the body.
+LARGEST_RADIUS_M = 2.8e5
+
+#: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
+LARGEST_COORDINATE_M = 1e17
+
+#: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
+#: multiplying and dividing by it is exact.
+VANISHING = 2.0**-600
+
+
+def _restitutions(scene: Scene) -> tuple[float, float]:
+    """Return restitutions (of every disc, of every wall) whose products are the coefficients that the scene asks for.
+
+    Bullet multiplies the two bodies' restitutions, so a disc gets the root of the pair's coefficient. Where that is
+    zero and the walls' is not, no ordinary factor would do; but the square of a tiny one vanishes, and its product with
+    a huge one does not.
+    """
+    disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
+    return disc, scene.wall_restitution / disc
+
+
+def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what Bullet would silently get wrong.
+
+    Raises:
+        AdapterError: The scene has gravity, a setting has an unknown name, or a step, mass or radius is beyond one of
+            Bullet's own constants.
+    """
+    known = ("dt_s", *WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
+    for name in settings:
+        if name not in known:
+            raise AdapterError(f"PyBullet: no setting {name!r}; there are: {', '.join(known)}")
+    if Need.GRAVITY in scene.needs:
+        raise AdapterError("the PyBullet adapter does not support gravity yet")
+    dt_s = float(settings["dt_s"])
+    if not SHORTEST_STEP_S <= dt_s < math.inf:
+        raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        if not SMALLEST_RADIUS_M <= disc.radius_m <= LARGEST_RADIUS_M:
+            limits = f"{SMALLEST_RADIUS_M:g} to {LARGEST_RADIUS_M:g}"
+            raise AdapterError(f"PyBullet: discs[{i}].radius_m must lie in {limits}, got {disc.radius_m}")
+        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
+            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
+            raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
+
+
+class PybulletWorld:
+    """One PyBullet client of its own, in this process and without a window."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        _require_supported(scene, settings)
+        self._asked = dict(settings)
+        self._dt_s = float(settings["dt_s"])
+        self._steps = 0
+        self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
+        self._client: int = self._bullet.connect(self._bullet.DIRECT)
+        if self._client < 0:
+            raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
+        try:
+            self._build(scene)
+        except BaseException:
+            self.close()
+            raise
+
+    def _build(self, scene: Scene) -> None:
+        bullet, client, asked = self._bullet, self._client, self._asked
+        world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
+        bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=client, **world)
+        disc_restitution, wall_restitution = _restitutions(scene)
+        ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
+        self._discs: list[int] = []
+        self._number: dict[int, int] = {}
+        for i, disc in enumerate(scene.discs):
+            shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+            mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
+            body = self._add(shape, mass, disc.position_m, disc_restitution)
+            if not disc.immovable:
+                bullet.resetBaseVelocity(body, linearVelocity=[*disc.velocity_m_s, 0.0], physicsClientId=client)
+                if ccd_fraction > 0:
+                    swept = ccd_fraction * disc.radius_m
+                    bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
+            self._discs.append(body)
+            self._number[body] = i
+        for k, wall in enumerate(scene.walls):
+            shape = bullet.createCollisionShape(
+                bullet.GEOM_PLANE, planeNormal=[*wall.normal, 0.0], physicsClientId=client
+            )
+            self._number[self._add(shape, 0.0, wall.point_m, wall_restitution)] = wall_body(k)
+
+    def _add(self, shape: int, mass: float, position: tuple[float, float], restitution: float) -> int:
+        bullet, client, asked = self._bullet, self._client, self._asked
+        body: int = bullet.createMultiBody(
+            mass,
+            shape,
+            basePosition=[*position, 0.0],
+            useMaximalCoordinates=bool(asked.get("useMaximalCoordinates", False)),
+            physicsClientId=client,
+        )
+        dynamics = {name: asked[name] for name in BODY_SETTINGS if name in asked}
+        # -1 is the body's base, which is all there is of a body without links.
+        bullet.changeDynamics(body, -1, restitution=restitution, physicsClientId=client, **dynamics)
+        return body
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings; those that PyBullet tells (it does not tell most) are read back from it."""
+        world = self._bullet.getPhysicsEngineParameters(self._client)
+        body = self._bullet.getDynamicsInfo(self._discs[0], -1, self._client)
+        return self._asked | {
+            "dt_s": world["fixedTimeStep"],
+            "numSolverIterations": world["numSolverIterations"],
+            "lateralFriction": body[1],
+            "useMaximalCoordinates": body[10] == RIGID_BODY,
+        }
+
+    def advance(self, steps: int) -> None:
+        """Call `stepSimulation` this many times, and nothing else."""
+        step, client = self._bullet.stepSimulation, self._client
+        for _ in range(steps):
+            step(client)
+        self._steps += steps
+
+    def observe(self) -> Observation:
+        """Read every body and the contact points.
+
+        Bullet looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        """
+        bullet, client = self._bullet, self._client
+        position = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs]
+        velocity = [bullet.getBaseVelocity(body, client)[0][:2] for body in self._discs]
+        return Observation(
+            np.array(position, dtype=np.float64), np.array(velocity, dtype=np.float64), tuple(self._contacts())
+        )
+
+    def _contacts(self) -> list[Contact]:
+        # Bullet solves the contacts that are closer than this; its own default is beyond any distance.
+        solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
+        found = []
+        for point in self._bullet.getContactPoints(physicsClientId=self._client):
+            body_a, body_b, normal_from_b_to_a, distance, force = point[1], point[2], point[7], point[8], point[9]
+            # A contact with a plane outlives its overlap, and keeps the force of the last step in which it was solved.
+            if force <= 0 or distance > solved_below:
+                continue
+            first, second = self._number[body_a], self._number[body_b]
+            nx, ny, _ = normal_from_b_to_a
+            if second < 0 or 0 <= first < second:
+                nx, ny = -nx, -ny
+            else:
+                first, second = second, first
+            found.append(Contact(first, second, (self._steps - 1) * self._dt_s, (nx, ny), force * self._dt_s))
+        return found
+
+    def close(self) -> None:
+        """Disconnect the client, which would hold its memory for as long as the process lives."""
+        self._bullet.disconnect(self._client)
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    return {
+        "dt_s": dt_s,
+        "lateralFriction": 0.0,  # 0.5 is shipped
+        "linearDamping": 0.0,  # 0.04 is shipped for both
+        "angularDamping": 0.0,
+    }
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_default(dt_s),
+        # A multibody, the default, clamps its speed at 100 m/s and ignores continuous detection.
+        "useMaximalCoordinates": True,
+        # Bullet adds erp * depth / dt to the bounce (0.08 is shipped).
+        "contactERP": 0.0,
+        # Contacts are solved where bodies overlap, rather than from 0.02 m away, and from the first overlap on.
+        "contactProcessingThreshold": 0.0,
+        "contactSlop": 0.0,
+        # Slower contacts than this are made inelastic (0.2 m/s is shipped).
+        "restitutionVelocityThreshold": 0.0,
+        # Every step is solved from its state alone, and in an order that does not depend on addresses. (Neither was
+        # seen to change an impact of two bodies.)
+        "warmStartingFactor": 0.0,
+        "deterministicOverlappingPairs": 1,
+        # All the iterations are taken, even where the residual is small: shared contacts lose energy otherwise.
+        "solverResidualThreshold": 0.0,
+        "numSolverIterations": 50,
+        # Acts on a disc that moves by more than its radius in one step, which without it may pass through another. A
+        # swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
+        "ccd_radius_fraction": 0.95,
+    }
+
+
+class PybulletAdapter:
+    """PyBullet as it is shipped (`default`), or made to solve overlaps alone and exactly (`tuned`)."""
+
+    name = "pybullet"
+    engine = Engine(
+        "PyBullet",
+        module="pybullet",
+        distribution="pybullet",
+        install="pip install 'carom[pybullet]'",
+        no_wheel_from=(3, 12),
+    )
+    capabilities = Capabilities(
+        restitution=(0.0, 1.0),
+        restitution_combine="product",
+        contact_times=ContactTimes.STEP,
+        continuous_detection=True,
+        max_coordinate_m=LARGEST_COORDINATE_M,
+    )
+    profiles: Mapping[str, Profile] = {
+        "default": Profile(
+            "What a user of PyBullet gets: all as shipped (a speed clamp of 100 m/s included), but frictionless, "
+            "undamped and with the scene's restitution.",
+            _default,
+        ),
+        "tuned": Profile(
+            "The most exact fixed-step settings known, from Carom's own measurements: overlaps alone are solved and "
+            "never pushed apart, and fast discs are swept.",
+            _tuned,
+        ),
+    }
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        """Build a world in a client of its own.
+
+        Raises:
+            AdapterError: The scene or a setting is outside what PyBullet can do.
+        """
+        return PybulletWorld(scene, settings)
+
+
+adapter = PybulletAdapter()
