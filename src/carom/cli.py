@@ -143,7 +143,7 @@ def run(
         float, typer.Option("--time-limit", help="Seconds after which an engine that gives no answer is ended.")
     ] = 60.0,
     timing: Annotated[
-        bool, typer.Option("--timing/--no-timing", help="Whether to time each run too, in a pass of its own.")
+        bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")

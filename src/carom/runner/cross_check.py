@@ -88,7 +88,7 @@ def cross_check(
         profiles: Names of profiles. Where two profiles of an engine have the same settings, only the later one is run.
         jobs: How many cells are observed at a time; as many as there are cores by default.
         time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
-        timing: Whether to time each cell too, in a pass of its own in which nothing else runs.
+        timing: Whether to time each cell at its scene's coarsest step too, in a pass in which nothing else runs.
         progress: Called with (done, all, what) as cells finish.
         command: The command line to print in the report.
 
@@ -104,7 +104,8 @@ def cross_check(
     references = {scene.name: trace for scene in plain if (trace := _reference(scene)) is not None}
     pit_cells = _sampling_cells(cells)
     others = [cell for cell in cells if (cell.engine, cell.profile) != SAMPLING]
-    done, total = 0, len(pit_cells) + len(others) + (len(cells) if timing else 0)
+    timed = sum(cell.refinement == 0 for cell in cells) if timing else 0
+    done, total = 0, len(pit_cells) + len(others) + timed
     rows: dict[Key, Row] = {}
 
     def report(row: Row) -> None:
@@ -129,7 +130,7 @@ def cross_check(
         for cell in cells:
             row = rows[_key(cell)] if (cell.engine, cell.profile) != SAMPLING else score(rows[_key(cell)])
             rows[_key(cell)] = row
-            if timing:
+            if timing and cell.refinement == 0:
                 report(executor.time(row))
     return Results(
         rows=_with_ratios([rows[_key(cell)] for cell in cells]),

@@ -58,7 +58,7 @@ def _gas(name: str, shows: str) -> Staged:
         description=shows,
         discs=discs,
         walls=box_walls(side * pitch, side * pitch),
-        duration_s=2.0,
+        duration_s=1.0,
     )
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     energy = len(discs) * 0.5 * speed**2

@@ -119,6 +119,19 @@ class Bodies:
         self.last_partner[second] = first
         return self.collide_pair(first, second)
 
+    def resolution_s(self, record: ImpactRecord) -> float:
+        """How well the instant of an impact just carried out is known, seconds, given what rounding does.
+
+        Each centre is known to a unit in the last place a coordinate (a product and a sum of half a unit each), their
+        distance so to under 5 units of the larger coordinate, root and radii included; divided by the approach speed
+        that is a time, to which come the roundings of the root and of the sum with the clock.
+        """
+        (nx, ny), (ax, ay), (bx, by) = record[3], record[4], record[5]
+        approach = (ax - bx) * nx + (ay - by) * ny
+        i = record.first
+        coordinate = max(abs(self.x[i]), abs(self.y[i])) + self.radius[i]
+        return 5 * math.ulp(coordinate) / approach + 2 * math.ulp(record.time_s)
+
     def collide_pair(self, i: int, j: int) -> ImpactRecord:
         """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
 

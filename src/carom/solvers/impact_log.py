@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -16,6 +16,22 @@ __all__ = ["ImpactLog"]
 STANDSTILL_IMPACTS_PER_SQUARED_BODIES = 100
 
 
+class _Instant(NamedTuple):
+    """When and in which direction a disc was struck."""
+
+    time_s: float
+    resolution_s: float
+    normal: Vector
+
+    def may_equal(self, other: _Instant) -> bool:
+        """Whether the two are one instant as far as the arithmetic can tell."""
+        return abs(self.time_s - other.time_s) <= self.resolution_s + other.resolution_s
+
+    def interferes_with(self, other: _Instant) -> bool:
+        """Whether the one impulse changes what the other impact sees: not where they are exactly orthogonal."""
+        return self.normal[0] * other.normal[0] + self.normal[1] * other.normal[1] != 0.0
+
+
 class ImpactLog:
     """Impacts in order, those without a unique answer, and whether time has come to a standstill."""
 
@@ -24,28 +40,28 @@ class ImpactLog:
         self.ambiguous: list[int] = []
         self._movable = [not disc.immovable for disc in scene.discs]
         self._instant = -1.0
-        self._normals_now: dict[int, list[Vector]] = {}
         self._impacts_now = 0
+        self._latest: dict[int, list[_Instant]] = {}
         self._standstill = STANDSTILL_IMPACTS_PER_SQUARED_BODIES * (len(scene.discs) + len(scene.walls)) ** 2
 
-    def add(self, record: ImpactRecord) -> None:
-        """Append one impact.
+    def add(self, record: ImpactRecord, resolution_s: float = 0.0) -> None:
+        """Append one impact, whose instant is known to `resolution_s` either way.
 
-        It is ambiguous when one of its movable discs has had another impact at the very same instant, unless the two
-        normals are exactly orthogonal: then neither impulse changes what the other sees, and the order does not matter.
+        It is ambiguous when one of its movable discs has had another impact at what may be the very same instant,
+        unless the two normals are exactly orthogonal: then neither impulse changes what the other sees, and the order
+        does not matter. Two instants may be the same where their difference is no more than rounding makes of it.
         """
         if record.time_s != self._instant:
             self._instant = record.time_s
-            self._normals_now.clear()
             self._impacts_now = 0
         self._impacts_now += 1
-        nx, ny = record.normal
+        instant = _Instant(record.time_s, resolution_s, record.normal)
         shared = False
         for body in (record.first, record.second):
             if body >= 0 and self._movable[body]:
-                normals = self._normals_now.setdefault(body, [])
-                shared = shared or any(nx * mx + ny * my != 0.0 for mx, my in normals)
-                normals.append(record.normal)
+                latest = [other for other in self._latest.get(body, ()) if instant.may_equal(other)]
+                shared = shared or any(instant.interferes_with(other) for other in latest)
+                self._latest[body] = [*latest, instant]
         if shared:
             self.ambiguous.append(len(self.records))
         self.records.append(record)

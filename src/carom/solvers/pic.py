@@ -74,7 +74,8 @@ class EventDrivenRun:
         # A prediction can round to just before an impact already carried out; time never runs backwards.
         self.time_s = max(self.time_s, time_s)
         bodies = self.bodies
-        self.log.add(bodies.collide(first, second, self.time_s))
+        record = bodies.collide(first, second, self.time_s)
+        self.log.add(record, bodies.resolution_s(record))
         everybody = range(len(bodies))
         for body in (first, second):
             if body >= 0 and bodies.inverse_mass[body] > 0.0:

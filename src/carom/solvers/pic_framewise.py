@@ -46,7 +46,8 @@ class FramewiseRun:
             if time_s > next_frame_s or (time_s == next_frame_s and not closed):
                 break
             self.time_s = max(self.time_s, time_s)
-            self.log.add(self.bodies.collide(first, second, self.time_s))
+            record = self.bodies.collide(first, second, self.time_s)
+            self.log.add(record, self.bodies.resolution_s(record))
             if self.log.at_standstill:
                 return Outcome.STANDSTILL
         self.time_s = next_frame_s
