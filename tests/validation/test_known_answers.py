@@ -65,5 +65,5 @@ def test_elastic_scenes_keep_their_energy(entry: CatalogueScene) -> None:
 def test_the_gas_is_a_test_at_all() -> None:
     """The gas has many impacts of both kinds, so that its conserved energy says something."""
     impacts = solve_pic(catalogue()["classics/gas"].scene).impacts
-    assert (impacts["second"] >= 0).sum() > 16
-    assert (impacts["second"] < 0).sum() > 16
+    assert (impacts["second"] >= 0).sum() >= 16
+    assert (impacts["second"] < 0).sum() >= 16

@@ -16,7 +16,7 @@ class Verdict(Enum):
     WRONG_DIRECTION = "wrong direction after the bounce"
     MULTIPLE_MISSED = "several impacts are missed"
     EARLY = "found before it happens"
-    SPURIOUS = "an impact that does not happen"
+    SPURIOUS = "impacts are invented that do not happen"
     ENERGY_GAINED = "energy is gained"
     ENERGY_LOST = "energy is lost"
     CUT_SHORT = "the run ended before the scene did"
@@ -29,7 +29,7 @@ class Grade(Enum):
 
     EXACT = "exact: to rounding"
     SAMPLED = "sampled: no worse than PIT at the same step"
-    INACCURATE = "inaccurate: finds every impact, worse than PIT"
+    INACCURATE = "inaccurate: finds every impact, with more error than sampling explains"
     WRONG = "wrong: misses or invents an impact"
     UNGRADED = "not graded: the scene has no unique answer"
 

@@ -52,7 +52,7 @@ def findings(reference: Trace, observed: Trace, measured: Measured, scales: Scal
         kind = Verdict.MISSED if len(alignment.missed) == 1 else Verdict.MULTIPLE_MISSED
         first = reference.impacts[alignment.missed[0]]
         reason = (
-            f"{len(alignment.missed)} of {len(reference.impacts)} missed, the first at {first['time_s']:.6g} s "
+            f"{len(alignment.missed)} of {len(reference.impacts)}, the first at {first['time_s']:.6g} s "
             f"between {_bodies(first)}"
         )
         found.append(Finding(kind, reason))
@@ -78,7 +78,7 @@ def _timing(observed: Trace, errors: tuple[ImpactError, ...], scales: Scales) ->
     early = min([0.0, *(error.time_s for error in errors)])
     for verdict, worst in ((Verdict.LATE, late), (Verdict.EARLY, early)):
         if abs(worst) > THRESHOLDS.rounding * scales.time_s:
-            steps = f", {abs(worst) / observed.dt_s:.3g} steps" if observed.dt_s else ""
+            steps = f", {abs(worst) / observed.dt_s:.3g} dt" if observed.dt_s else ""
             found.append(Finding(verdict, f"by up to {abs(worst):.3g} s{steps}"))
     return found
 
@@ -109,7 +109,7 @@ def grade(reference: Trace, observed: Trace, measured: Measured, sampling: Measu
         # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
         time_s <= max(pit_time_s, observed.dt_s) + rounding_s
         and velocity <= pit_velocity + rounding
-        and abs(measured.energy_error) <= max(abs(sampling.energy_error), THRESHOLDS.energy)
+        and abs(measured.energy_error) <= max(abs(sampling.energy_error) + rounding, THRESHOLDS.energy)
     )
     return Grade.SAMPLED if no_worse else Grade.INACCURATE
 

@@ -141,7 +141,7 @@ def cross_check(
             if name in references
         },
         engines=tuple(infos),
-        environment=environment({info.engine: info.version for info in infos if info.available}),
+        environment=environment(_versions(infos)),
         command=command,
         elapsed_s=time.perf_counter() - started,
     )
@@ -218,6 +218,11 @@ def _sampling_cells(cells: Sequence[Cell]) -> list[Cell]:
     """PIT on each scene at each step that is run, asked for or not: what sampling alone costs there."""
     engine, profile = SAMPLING
     return list({(c.scene.name, c.dt_s): replace(c, engine=engine, profile=profile) for c in cells}.values())
+
+
+def _versions(infos: Sequence[EngineInfo]) -> dict[str, str]:
+    """Versions of the engines; Carom's own stands in the environment already."""
+    return {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
 
 
 def _key(cell: Cell) -> Key:

@@ -58,7 +58,7 @@ def test_a_late_impact_is_late_by_what_was_planted(reference: Trace) -> None:
     score = compare(reference, changed(reference, impacts))
     assert score.verdicts == (Verdict.LATE,)
     assert score.time_error_s == pytest.approx(0.3 / 60, abs=4 * math.ulp(1.0))
-    assert "0.3 steps" in score.findings[0].reason
+    assert "0.3 dt" in score.findings[0].reason
 
 
 def test_an_early_impact_is_early(reference: Trace) -> None:

@@ -1,0 +1,66 @@
+"""The report as one HTML file: no script, nothing fetched, every name escaped."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.errors import MissingExtraError
+from carom.report import phrases, wording
+from carom.report.chart import velocity_chart, wrong_chart
+from carom.report.divergences import Divergence
+from carom.report.picture import Pair, draw_pair
+from carom.report.view import View
+
+__all__ = ["html"]
+
+
+@dataclass(frozen=True)
+class _Shown:
+    """A divergence with its pictures and caption."""
+
+    entry: Divergence
+    pair: Pair
+    caption: str
+
+
+def html(view: View) -> str:
+    """Return the report.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
+    try:
+        import jinja2
+    except ImportError as error:
+        message = "the HTML report needs jinja2: pip install 'carom[report]'"
+        raise MissingExtraError(message) from error
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    trend = view.trend
+    return environment.get_template("report.html.j2").render(
+        view=view,
+        phrases=phrases,
+        wording=wording,
+        velocity_chart=velocity_chart(trend, "Median velocity error against the step") if trend.drawable else "",
+        wrong_chart=wrong_chart(trend, "Scenes with a missed or invented impact, against the step")
+        if trend.drawable
+        else "",
+        paper=_shown(view.paper),
+        worst=_shown(view.worst),
+        slowest=max((entry.median for entry in view.run_times), default=1.0),
+    )
+
+
+def _shown(entries: Sequence[Divergence]) -> list[_Shown]:
+    shown = []
+    for entry in entries:
+        caption = phrases.caption(entry)
+        labels = (f"What must happen in {entry.scene_name}, by PIC", f"{entry.scene_name}: {caption}")
+        shown.append(_Shown(entry, draw_pair(entry, labels), caption))
+    return shown

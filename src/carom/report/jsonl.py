@@ -1,0 +1,80 @@
+"""The rows as JSON lines: every number, for other programs."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+
+from carom.report.grid import reasons_of
+from carom.report.marks import mark_of
+from carom.runner import Results, Row
+
+__all__ = ["FORMAT", "jsonl"]
+
+#: Raised when a field changes its meaning or goes; a new field does not raise it.
+FORMAT = 1
+
+_NUMBERS = (
+    "time_error_s",
+    "velocity_error",
+    "direction_error_rad",
+    "final_position_error",
+    "final_velocity_error",
+    "energy_error",
+    "momentum_error",
+    "sampling_velocity_error",
+    "sampling_missed",
+)
+
+
+def jsonl(results: Results) -> str:
+    """Return one line of strict JSON a row, each with all it takes to be understood on its own."""
+    stamp = {**dataclasses.asdict(results.environment), "command": results.command}
+    lines = [
+        json.dumps(_strict({**_fields(row), "environment": stamp}), ensure_ascii=False, allow_nan=False)
+        for row in results.rows
+    ]
+    return "".join(f"{line}\n" for line in lines)
+
+
+def _fields(row: Row) -> dict[str, object]:
+    cell, score, trace = row.cell, row.score, row.trace
+    return {
+        "format": FORMAT,
+        "scene": cell.scene.name,
+        "engine": cell.engine,
+        "profile": cell.profile,
+        "dt_s": cell.dt_s,
+        "refinement": cell.refinement,
+        "status": row.status.name.lower(),
+        "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
+        "grade": row.grade.name.lower() if row.grade else None,
+        "verdicts": [
+            {"verdict": finding.verdict.name.lower(), "meaning": finding.verdict.value, "reason": finding.reason}
+            for finding in (score.findings if score else ())
+        ],
+        "expected": score.expected if score else None,
+        "matched": len(score.errors) if score else None,
+        "missed": list(score.missed) if score else None,
+        "spurious": list(score.spurious) if score else None,
+        "undecided": list(score.undecided) if score else None,
+        **{name: getattr(score, name, None) for name in _NUMBERS},
+        "scales": dataclasses.asdict(score.scales) if score else None,
+        "outcome": trace.outcome.name.lower() if trace else None,
+        "notes": list(trace.notes) if trace else [],
+        "settings": dict(trace.settings) if trace else None,
+        "timing": dataclasses.asdict(row.timing) if row.timing else None,
+        "time_ratio": row.time_ratio,
+    }
+
+
+def _strict(value: object) -> object:
+    """Return the value with null for what JSON has no number for, and plain numbers for NumPy's."""
+    if isinstance(value, Mapping):
+        return {str(key): _strict(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_strict(item) for item in value]
+    plain = value.item() if hasattr(value, "item") else value
+    return None if isinstance(plain, float) and not math.isfinite(plain) else plain

@@ -1,0 +1,128 @@
+"""The report as Markdown, in the order of the HTML report, with tables in place of its charts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from carom.report import wording
+from carom.report.grid import GridCell
+from carom.report.phrases import (
+    AGREEMENT_NOTE,
+    FIGURE_NOTE,
+    KNOWN_NOTE,
+    RUN_TIME_NOTE,
+    TITLE,
+    agreement_lines,
+    caption,
+    trend_note,
+    trend_scenes,
+    unrun_lines,
+)
+from carom.report.view import View
+
+__all__ = ["markdown"]
+
+
+def markdown(view: View) -> str:
+    """Return the report."""
+    return "\n".join(_lines(view)) + "\n"
+
+
+def _lines(view: View) -> Iterator[str]:
+    grid = view.grid
+    yield f"# {TITLE}"
+    for sentence in view.summary.sentences:
+        yield from ("", _text(sentence))
+    yield from ("", f"## Every scene on every engine, at {grid.step_phrase}", "")
+    yield from _table(
+        ["scene", *(column.name for column in grid.columns)],
+        ([row.scene.name, *map(_cell, row.cells)] for row in grid.rows),
+    )
+    yield ""
+    for mark in grid.marks:
+        yield f"- {mark.symbol} **{mark.word}**: {_text(mark.meaning)}"
+    yield from ("", FIGURE_NOTE)
+    if grid.unrun:
+        yield from ("", "### Not scored, and why", "")
+        for line in unrun_lines(grid):
+            yield f"- {_text(line)}"
+    if view.agreements:
+        yield from ("", "### Held against PIT", "", AGREEMENT_NOTE, "")
+        yield from (f"- {_text(line)}" for line in agreement_lines(view.agreements))
+    yield from _trend(view)
+    if view.paper or view.worst:
+        yield from ("", "## What goes wrong", "")
+        for entry in (*view.paper, *view.worst):
+            found, expected = len(entry.observed.impacts), len(entry.reference.impacts)
+            yield f"- **{_text(entry.scene_name)}**, {found} impacts where PIC has {expected}. {_text(caption(entry))}"
+    if view.known:
+        yield from ("", "## Known answers", "", KNOWN_NOTE, "")
+        yield from _table(
+            ["scene", "source", "impacts", "deviation of PIC"],
+            ([line.scene, line.source, line.impacts, line.deviation] for line in view.known),
+        )
+    if view.run_times:
+        yield from ("", "## Run time", "", RUN_TIME_NOTE, "")
+        yield from _table(
+            ["engine", "median", "range", "scenes"],
+            (
+                [
+                    t.column.name,
+                    wording.ratio(t.median),
+                    f"{wording.ratio(t.low)} to {wording.ratio(t.high)}",
+                    str(t.scenes),
+                ]
+                for t in view.run_times
+            ),
+        )
+    yield from ("", "## Machine, versions, settings", "")
+    yield from _table(["", ""], view.environment)
+    yield ""
+    for used in view.settings:
+        values = ", ".join(
+            f"{setting.name} = {setting.value}" + (f" ({setting.varies})" if setting.varies else "")
+            for setting in used.settings
+        )
+        yield f"- **{_text(used.column.name)}**: {_text(used.description)} Used on {_text(used.scene)}: {_text(values)}"
+    yield from ("", "Made by", "", *(f"    {line}" for line in view.command.splitlines()))
+
+
+def _trend(view: View) -> Iterator[str]:
+    trend = view.trend
+    if not trend.drawable:
+        return
+    parts = [wording.part(part) for part in trend.parts]
+    yield from ("", "## Error against step", "", _text(trend_note(trend)), "")
+    yield from _table(
+        ["engine", *(f"velocity error at {part}" for part in parts), *(f"scenes wrong at {part}" for part in parts)],
+        (
+            [
+                series.column.name,
+                *(wording.ABSENT if p.median is None else wording.number(p.median) for p in series.points),
+                *(f"{p.wrong} of {p.graded}" for p in series.points),
+            ]
+            for series in trend.series
+        ),
+    )
+    yield ""
+    yield from (f"- {_text(line)}" for line in trend_scenes(trend))
+
+
+def _cell(cell: GridCell) -> str:
+    return f"{cell.mark.symbol} {cell.mark.word} {cell.figure}".rstrip()
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    yield _row(head)
+    yield _row(["---"] * len(head), raw=True)
+    yield from map(_row, rows)
+
+
+def _row(cells: Sequence[str], *, raw: bool = False) -> str:
+    return f"| {' | '.join(cell if raw else _text(cell) for cell in cells)} |"
+
+
+def _text(text: str) -> str:
+    """Return text that Markdown shows as it is: one line, no markup, no table border, no HTML."""
+    return re.sub(r"([\\`*_\[\]<>|])", r"\\\1", re.sub(r"\s+", " ", text)).replace("&", "&amp;")

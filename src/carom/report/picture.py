@@ -1,0 +1,268 @@
+"""A run as a picture: the paths of the discs, with the discs at the start, at their impacts and at the end."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.report import wording
+from carom.report.divergences import Divergence
+from carom.report.paths import Paths, Stand, exact_paths, observed_paths
+from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from carom.scene import Scene
+
+__all__ = ["Pair", "draw_pair"]
+
+_WIDTH_IN = 3.3
+#: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
+_FLATTEST, _TALLEST = 0.28, 1.0
+_MARGIN = 0.06
+#: An engine that throws discs out of the picture must not shrink the scene to a dot: so many extents are shown.
+_WIDEST = 1.6
+#: With more impacts than this, circles at each of them would hide the paths: the turns are dotted instead.
+_MOST_STANDS = 8
+#: With more frames than this, dots at each of them would run into a line.
+_MOST_FRAMES = 40
+_MOST_MISSES = 4
+#: What nothing moves: walls and immovable discs.
+_SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Reference and observed run, drawn to the same scale.
+
+    Attributes:
+        reference: SVG of the reference.
+        observed: SVG of the observed run.
+        over_time: Whether position is drawn against time, as everything moves along one line.
+        misses_drawn: Whether missed impacts are shown by the frames on either side.
+    """
+
+    reference: str
+    observed: str
+    over_time: bool
+    misses_drawn: bool
+
+
+def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> Pair:
+    """Draw a run beside its reference; `labels` are the accessible names of the two pictures."""
+    scene = divergence.reference.scene
+    reference, observed = exact_paths(divergence.reference), observed_paths(divergence.observed)
+    score = divergence.cell.row.score if divergence.cell.row else None
+    missed = score.missed if score is not None else ()
+    misses = _missed_frames(divergence, observed, missed) if len(missed) <= _MOST_MISSES else []
+    axis = _line_of_motion(reference, scene)
+    if axis is not None:
+        low, high = _limits(scene, reference, observed)
+        pictures = [
+            _over_time(scene, paths, axis, (low[axis], high[axis]), label)
+            for paths, label in zip((reference, observed), labels, strict=True)
+        ]
+        return Pair(pictures[0], pictures[1], over_time=True, misses_drawn=False)
+    limits = _limits(scene, reference, observed)
+    dotted = max(len(reference.stands), len(observed.stands)) > _MOST_STANDS
+    return Pair(
+        _in_the_plane(scene, reference, [], limits, labels[0], dotted=dotted),
+        _in_the_plane(scene, observed, misses, limits, labels[1], dotted=dotted),
+        over_time=False,
+        misses_drawn=bool(misses),
+    )
+
+
+def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
+    """Return the axis along which everything moves; None where the motion is in the plane."""
+    movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
+    for axis in (0, 1):
+        across = [paths.lines[k][1][:, 1 - axis] for k in movable]
+        if across and max(float(np.ptp(line)) for line in across) < 1e-6 * min(disc.radius_m for disc in scene.discs):
+            return axis
+    return None
+
+
+def _limits(scene: Scene, reference: Paths, observed: Paths) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    radius = max(disc.radius_m for disc in scene.discs)
+    low, high = reference.bounds()
+    low, high = low - radius, high + radius
+    spare = (_WIDEST - 1.0) / 2.0 * float(np.max(high - low))
+    other_low, other_high = observed.bounds()
+    low, high = (
+        np.maximum(np.minimum(low, other_low - radius), low - spare),
+        np.minimum(np.maximum(high, other_high + radius), high + spare),
+    )
+    margin = _MARGIN * float(np.max(high - low))
+    return low - margin, high + margin
+
+
+def _missed_frames(
+    divergence: Divergence, observed: Paths, missed: Sequence[int]
+) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return the discs of each missed impact at the frames just before and just after it."""
+    if observed.frame_times is None or observed.frame_positions is None:
+        return []
+    found = []
+    for index in missed:
+        impact = divergence.reference.impacts[index]
+        after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
+        for frame in (after - 1, after):
+            if 0 <= frame < len(observed.frame_times):
+                found += [
+                    (int(body), observed.frame_positions[frame, body])
+                    for body in (impact["first"], impact["second"])
+                    if body >= 0
+                ]
+    return found
+
+
+def _colour(disc: int) -> str:
+    return SERIES[disc % len(SERIES)]
+
+
+def _in_the_plane(
+    scene: Scene,
+    paths: Paths,
+    misses: Sequence[tuple[int, NDArray[np.float64]]],
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+    label: str,
+    *,
+    dotted: bool,
+) -> str:
+    from matplotlib.patches import Circle
+
+    low, high = limits
+    width, height = high - low
+    aspect = min(max(height / width, _FLATTEST), _TALLEST)
+    with drawing():
+        figure = new_figure(_WIDTH_IN, _WIDTH_IN * aspect)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_axis_off()
+        # One scale on both axes: the side with room to spare shows more of the plane.
+        spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
+        low, high = low - spare, high + spare
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
+        _walls(axes, scene, (low, high))
+
+        def circle(
+            disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float
+        ) -> None:
+            if not np.isfinite(centre).all():
+                return
+            radius, colour = scene.discs[disc].radius_m, _colour(disc)
+            if alpha:
+                axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
+            edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
+            axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
+
+        for k, disc in enumerate(scene.discs):
+            _, points = paths.lines[k]
+            if disc.immovable:
+                axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
+                continue
+            axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
+            circle(k, points[0], 0.0, "-", 0.9, 3)
+            circle(k, points[-1], 0.45, "-", 1.1, 3)
+            _number(axes, k, points[0])
+        if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
+            for k, disc in enumerate(scene.discs):
+                if not disc.immovable:
+                    points = paths.frame_positions[:, k]
+                    axes.plot(
+                        points[:, 0], points[:, 1], linestyle="", marker=".", markersize=3.2, color=_colour(k), zorder=4
+                    )
+        for k, stands in _by_disc(scene, paths):
+            if dotted:
+                _dots(axes, np.array([stand.position_m for stand in stands]), k)
+            else:
+                for stand in stands:
+                    circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
+        for disc_number, centre in misses:
+            circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
+        return render(figure, label)
+
+
+def _by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
+    for k, disc in enumerate(scene.discs):
+        stands = [stand for stand in paths.stands if stand.disc == k]
+        if stands and not disc.immovable:
+            yield k, stands
+
+
+def _dots(axes: Axes, points: NDArray[np.float64], disc: int) -> None:
+    axes.plot(points[:, 0], points[:, 1], linestyle="", marker="o", markersize=2.8, color=_colour(disc), zorder=4)
+
+
+def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
+    axes.annotate(
+        str(disc),
+        tuple(centre),
+        ha="center",
+        va="center",
+        fontsize=8,
+        color=INK,
+        zorder=6,
+        bbox={"boxstyle": "circle,pad=0.15", "facecolor": SURFACE, "edgecolor": "none", "alpha": 0.8},
+    )
+
+
+def _walls(axes: Axes, scene: Scene, limits: tuple[NDArray[np.float64], NDArray[np.float64]]) -> None:
+    from matplotlib.patches import Polygon
+
+    low, high = limits
+    reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
+    for wall in scene.walls:
+        normal = np.array(wall.normal)
+        along = np.array([-normal[1], normal[0]])
+        # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
+        middle = (low + high) / 2.0
+        foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
+        corners = [
+            foot - along * reach,
+            foot + along * reach,
+            foot + along * reach - normal * reach,
+            foot - along * reach - normal * reach,
+        ]
+        axes.add_artist(Polygon(corners, **_SOLID))
+
+
+def _over_time(scene: Scene, paths: Paths, axis: int, limits: tuple[float, float], label: str) -> str:
+    """Draw position along the line against time: each disc a band as wide as itself, so that touching is seen."""
+    with drawing():
+        from matplotlib.ticker import MaxNLocator
+
+        figure = new_figure(_WIDTH_IN, _WIDTH_IN)
+        axes = figure.add_axes((0.155, 0.135, 0.825, 0.845))
+        for k, disc in enumerate(scene.discs):
+            times, points = paths.lines[k]
+            along = points[:, axis]
+            colour = WALL if disc.immovable else _colour(k)
+            edges = (along - disc.radius_m, along + disc.radius_m)
+            axes.fill_betweenx(times, *edges, color=colour, alpha=0.18, linewidth=0)
+            for edge in edges:
+                axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
+            axes.plot(along, times, color=colour, linewidth=1.2)
+            _number(axes, k, np.array([along[0], 0.0]))
+        for wall in scene.walls:
+            if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
+                end = limits[0] if wall.normal[axis] > 0 else limits[1]
+                axes.axvspan(wall.point_m[axis], end, **_SOLID)
+        for k, stands in _by_disc(scene, paths):
+            _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
+        axes.set_xlim(*limits)
+        axes.set_ylim(0.0, scene.duration_s)
+        axes.set_xlabel(f"{'xy'[axis]} in m")
+        axes.set_ylabel("time in s")
+        axes.tick_params(length=2.5, color=MUTED)
+        for side in (axes.xaxis, axes.yaxis):
+            side.set_major_locator(MaxNLocator(5))
+            side.set_major_formatter(lambda value, _: wording.number(value, 3))
+        return render(figure, label)

@@ -1,0 +1,87 @@
+"""The verdict of a whole cross-check, in a few plain sentences derived from its rows."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+from carom.comparator.verdict import THRESHOLDS
+from carom.report import wording
+from carom.report.grid import Grid
+from carom.report.marks import Mark
+from carom.report.sampling import Agreement
+from carom.runner import Results
+
+__all__ = ["Summary", "summarise"]
+
+#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
+MOSTLY = 0.5
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The sentences that stand first in every format.
+
+    Attributes:
+        reference: What PIC, the reference, is worth here.
+        counts: How many runs got which grade.
+        agreement: Which engines equal PIT; empty where none was held against it.
+    """
+
+    reference: str
+    counts: str
+    agreement: str
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All sentences there are, in order."""
+        return tuple(sentence for sentence in (self.reference, self.counts, self.agreement) if sentence)
+
+
+def summarise(results: Results, grid: Grid, found: tuple[Agreement, ...]) -> Summary:
+    """Derive the sentences."""
+    return Summary(_reference(results), _counts(grid), _agreement(found))
+
+
+def _reference(results: Results) -> str:
+    if not results.known:
+        return "None of these scenes has a known answer, so PIC is the reference here without a proof of its own."
+    deviations = {name: deviation for name, (_, deviation) in results.known.items()}
+    off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
+    if off:
+        right = f"{len(deviations) - len(off)} of {wording.count(len(deviations), 'known answer')}"
+        return f"PIC reproduces {right} to rounding; it does not reproduce {wording.listed(off)}."
+    which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
+    return f"PIC reproduces {which} (largest deviation {wording.number(max(deviations.values()))})."
+
+
+def _counts(grid: Grid) -> str:
+    columns = [column for column in grid.columns if not column.own]
+    what = "engine run"
+    if not columns:  # Carom's own methods only: then it is PIT that is held against PIC
+        columns = [column for column in grid.columns if column.engine != "pic"] or list(grid.columns)
+        names = list(dict.fromkeys(column.label for column in columns))
+        what = f"{names[0]} run" if len(names) == 1 else "run"
+    tally: Counter[Mark] = Counter(
+        cell.mark for column in columns for cell in grid.cells(column) if cell.mark is not Mark.ABSENT
+    )
+    ran = sum(n for mark, n in tally.items() if mark.ran)
+    parts = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
+    not_run = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and tally[mark]]
+    sentence = f"Of {wording.count(ran, what)} at {grid.step_phrase}: {', '.join(parts)}."
+    if not ran:
+        sentence = f"No {what} at {grid.step_phrase} could be scored."
+    return f"{sentence} Not scored: {', '.join(not_run)}." if not_run else sentence
+
+
+def _agreement(found: tuple[Agreement, ...]) -> str:
+    close = [entry for entry in found if entry.equal and entry.equal >= MOSTLY * entry.scenes]
+    if not close:
+        return ""
+    shares = [f"of {entry.column.name} in {entry.equal} of {wording.count(entry.scenes, 'scene')}" for entry in close]
+    largest = wording.number(max(entry.largest for entry in close))
+    does = "it does" if len(close) == 1 else "they do"
+    return (
+        f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "
+        f"to rounding (largest difference {largest})."
+    )

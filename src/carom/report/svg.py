@@ -1,0 +1,108 @@
+"""From a matplotlib figure to a small SVG that lives inside an HTML page and takes its colours from there."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from carom.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["GRID", "INK", "MUTED", "SERIES", "SURFACE", "WALL", "drawing", "new_figure", "render"]
+
+# A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
+INK = "#1b2330"
+MUTED = "#66707f"
+GRID = "#d8dde4"
+SURFACE = "#fefefd"
+WALL = "#8b94a1"
+#: Told apart by people with any of the common deficiencies of colour vision (after M. Okabe and K. Ito, 2008).
+#: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
+SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b4fa8", "#74777c")
+
+_VARIABLES = {
+    INK: "--ink",
+    MUTED: "--muted",
+    GRID: "--rule",
+    SURFACE: "--surface",
+    WALL: "--wall",
+    **{colour: f"--s{k}" for k, colour in enumerate(SERIES)},
+}
+
+_STYLE = {
+    "svg.fonttype": "none",  # text stays text: smaller, sharp, and read by search and screen readers
+    "text.parse_math": False,  # a name may hold a dollar sign
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "hatch.linewidth": 0.6,
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw in the report's style, and leave matplotlib's settings as they were.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        message = "the figures of a report need matplotlib: pip install 'carom[report]'"
+        raise MissingExtraError(message) from error
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs know each setting by name only
+        yield
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure that no pyplot knows of."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_in, height_in))
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def render(figure: Figure, label: str) -> str:
+    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is."""
+    import matplotlib as mpl
+
+    buffer = io.StringIO()
+    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    # Names of parts are hashes: salted by the label, they differ between figures, and the same data give the same file.
+    with mpl.rc_context({"svg.hashsalt": label}):
+        figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    # Inside HTML an SVG needs no namespaces, and one page must not hold an id twice.
+    text = text.replace("xlink:href", "href")
+    text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
+    used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
+    text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
+    # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
+    text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    for colour, variable in _VARIABLES.items():
+        text = text.replace(colour, f"var({variable},{colour})")
+    size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
+    width = size[1] if size else "0"
+    text = re.sub(
+        r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="LABEL" data-width="{width}">', text
+    )
+    return text.strip().replace("LABEL", html.escape(label, quote=True), 1)

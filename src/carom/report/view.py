@@ -1,0 +1,85 @@
+"""All that the documents show, derived once, so that they can't disagree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from carom.report import wording
+from carom.report.divergences import Divergence, divergences
+from carom.report.grid import Grid, build_grid
+from carom.report.sampling import Agreement, agreements
+from carom.report.summary import Summary, summarise
+from carom.report.tables import (
+    CellLine,
+    KnownLine,
+    RunTime,
+    SettingsOf,
+    cell_lines,
+    known_lines,
+    run_times,
+    settings_used,
+)
+from carom.report.trend import Trend, build_trend
+from carom.runner import Results
+
+__all__ = ["View", "build_view"]
+
+
+@dataclass(frozen=True)
+class View:
+    """What a document shows, in the order in which it shows it."""
+
+    summary: Summary
+    grid: Grid
+    agreements: tuple[Agreement, ...]
+    trend: Trend
+    paper: tuple[Divergence, ...]
+    worst: tuple[Divergence, ...]
+    known: tuple[KnownLine, ...]
+    run_times: tuple[RunTime, ...]
+    settings: tuple[SettingsOf, ...]
+    environment: tuple[tuple[str, str], ...]
+    command: str
+    cells: tuple[CellLine, ...]
+
+
+def build_view(results: Results) -> View:
+    """Derive everything that the documents show."""
+    grid = build_grid(results)
+    found = agreements(results, grid)
+    paper, worst = divergences(results, grid)
+    return View(
+        summary=summarise(results, grid, found),
+        grid=grid,
+        agreements=found,
+        trend=build_trend(results, grid),
+        paper=paper,
+        worst=worst,
+        known=known_lines(results),
+        run_times=run_times(grid),
+        settings=settings_used(results, grid),
+        environment=_environment(results),
+        command=results.command or _python_call(grid),
+        cells=cell_lines(results, grid),
+    )
+
+
+def _environment(results: Results) -> tuple[tuple[str, str], ...]:
+    here = results.environment
+    versions = ", ".join(f"{name} {version}" for name, version in here.versions.items())
+    return (
+        ("Date", here.date),
+        ("Processor", f"{here.processor}, {wording.count(here.cores, 'core')}"),
+        ("System", here.system),
+        ("Python", here.python),
+        ("Carom", here.carom),
+        ("Versions", versions),
+        ("Whole run", wording.seconds(results.elapsed_s)),
+    )
+
+
+def _python_call(grid: Grid) -> str:
+    """Return the Python that makes the results again, for a cross-check that was not called from the command line."""
+    engines = list(dict.fromkeys(column.engine for column in grid.columns))
+    profiles = list(dict.fromkeys(column.profile for column in grid.columns))
+    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r})"

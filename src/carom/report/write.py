@@ -1,0 +1,62 @@
+"""Writing a report: all four files or none."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+from carom.report.html import html
+from carom.report.jsonl import jsonl
+from carom.report.junit import junit
+from carom.report.markdown import markdown
+from carom.report.view import build_view
+from carom.runner import Results
+
+__all__ = ["ReportPaths", "write_report"]
+
+
+class ReportPaths(NamedTuple):
+    """The files of a report."""
+
+    html: Path
+    markdown: Path
+    jsonl: Path
+    junit: Path
+
+
+def write_report(results: Results, folder: Path) -> ReportPaths:
+    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, in place of older ones.
+
+    Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
+
+    Args:
+        results: What is reported.
+        folder: Where to; it is made where it does not exist.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        OSError: The folder can't be written to.
+    """
+    view = build_view(results)
+    folder = Path(folder)
+    paths = ReportPaths(*(folder / name for name in ("index.html", "report.md", "results.jsonl", "junit.xml")))
+    contents = ReportPaths(html=html(view), markdown=markdown(view), jsonl=jsonl(results), junit=junit(results))  # type: ignore[arg-type]
+    folder.mkdir(parents=True, exist_ok=True)
+    _replace_all(dict(zip(paths, contents, strict=True)))  # type: ignore[arg-type]
+    return paths
+
+
+def _replace_all(contents: dict[Path, str]) -> None:
+    """Write each text beside its place first; only when all are on the disc are they renamed."""
+    whole: list[tuple[Path, Path]] = []
+    try:
+        for path, text in contents.items():
+            part = path.with_name(f".{path.name}.{os.getpid()}.part")
+            whole.append((part, path))
+            part.write_text(text, encoding="utf-8", newline="\n")
+        for part, path in whole:
+            part.replace(path)
+    finally:
+        for part, _ in whole:
+            part.unlink(missing_ok=True)

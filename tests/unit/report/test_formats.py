@@ -1,0 +1,217 @@
+"""What each file of a report must be, whatever the names and messages in it."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from carom.errors import MissingExtraError
+from carom.report import ReportPaths, write_report
+from carom.runner import Results, Status
+
+VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
+
+
+class _Page(HTMLParser):
+    """Collects tags and text, and whether each element is closed in its turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str, str]] = []
+        self.faults: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in VOID:
+            return
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> at line {self.getpos()[0]}")
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def paths(results: Results, tmp_path_factory: pytest.TempPathFactory) -> ReportPaths:
+    return write_report(results, tmp_path_factory.mktemp("report") / "new" / "folder")
+
+
+@pytest.fixture(scope="module")
+def source(paths: ReportPaths) -> str:
+    return paths.html.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(source: str) -> _Page:
+    page = _Page()
+    page.feed(source)
+    page.close()
+    return page
+
+
+def test_html_is_well_formed(page: _Page) -> None:
+    """Every element is closed in its turn, and nothing is left open."""
+    assert page.faults == []
+    assert page.open == []
+
+
+def test_html_fetches_nothing(page: _Page, source: str) -> None:
+    """The page is one file: no address, no script, no style sheet, and every reference leads to a place in it."""
+    assert "http://" not in source
+    assert "https://" not in source
+    assert page.tags["link"] == page.tags["img"] == page.tags["script"] == page.tags["iframe"] == 0
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    targets = [value for _, name, value in page.attributes if name in {"href", "src", "xlink:href"}]
+    targets += [f"#{name}" for name in re.findall(r"url\(#?([^)]+)\)", source)]
+    assert {target.removeprefix("#") for target in targets} <= set(ids)
+
+
+def test_html_escapes_names(page: _Page, source: str) -> None:
+    """A scene's name, an engine's message and the machine's name are text, never markup."""
+    assert "<script" not in source
+    assert "<nothing>" not in source
+    assert page.tags["b"] == source.count('<th scope="col"><b>')
+    assert any("<script>alert" in text for text in page.text)
+    assert any("A <CPU>" in text for text in page.text)
+
+
+def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
+    """Every picture says what it shows, and every table has headings that say what they head."""
+    labels = [value for tag, name, value in page.attributes if tag == "svg" and name == "aria-label"]
+    assert page.tags["svg"] == len(labels)
+    assert all(labels)
+    scopes = [value for tag, name, value in page.attributes if tag == "th" and name == "scope"]
+    assert len(scopes) == page.tags["th"]
+
+
+def test_html_shows_the_papers_cases(source: str) -> None:
+    """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
+    section = source[source.index("The source paper") :]
+    assert "paper/missed" in section
+    assert "PIT tuned: 0 impacts" in section
+    assert "Dashed: the frames just before and just after" in section
+
+
+@pytest.fixture(scope="module")
+def one_scene(results: Results) -> Results:
+    """As little as a report can be of, for tests that write several."""
+    return replace(results, rows=tuple(row for row in results.rows if row.cell.scene.name == "paper/late"))
+
+
+def test_report_is_the_same_when_written_again(results: Results, paths: ReportPaths, tmp_path: Path) -> None:
+    """The same results give the same bytes, so that a committed report differs only where its results do."""
+    again = write_report(results, tmp_path)
+    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in paths]
+
+
+def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> None:
+    """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
+    (tmp_path / "index.html").write_text("old")
+    (tmp_path / "notes.txt").write_text("mine")
+    paths = write_report(one_scene, tmp_path)
+    assert paths.html.read_text(encoding="utf-8") != "old"
+    names = {"index.html", "report.md", "results.jsonl", "junit.xml", "notes.txt"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+
+
+def test_an_interrupted_report_leaves_the_older_one(
+    one_scene: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever stops the writing, the files of the older report are whole, and no half file lies about."""
+    old = {path.name: path.read_bytes() for path in write_report(one_scene, tmp_path)}
+    write_text = Path.write_text
+
+    def failing(self: Path, *args: str, **kwargs: str) -> int:
+        if "results.jsonl" in self.name:
+            raise KeyboardInterrupt
+        return write_text(self, *args, **kwargs)
+
+    monkeypatch.setattr(Path, "write_text", failing)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(one_scene, tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+
+
+@pytest.mark.parametrize("module", ["jinja2", "matplotlib"])
+def test_a_missing_extra_is_named(
+    results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str
+) -> None:
+    """Without a part of the extra the error says how to install it, and nothing is written."""
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError, match=re.escape("pip install 'carom[report]'")):
+        write_report(results, tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_jsonl_is_strict_and_complete(results: Results, paths: ReportPaths) -> None:
+    """Each row is one line of JSON without NaN or infinity, in order, and carries all it takes to be read alone."""
+
+    def refuse(text: str) -> None:
+        raise AssertionError(text)
+
+    lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
+    found = [json.loads(line, parse_constant=refuse) for line in lines]
+    assert [(line["scene"], line["engine"], line["dt_s"]) for line in found] == [
+        (row.cell.scene.name, row.cell.engine, row.cell.dt_s) for row in results.rows
+    ]
+    for line, row in zip(found, results.rows, strict=True):
+        assert line["status"] == row.status.name.lower()
+        assert line["environment"]["processor"] == "A <CPU>"
+        assert line["reason"] == row.reason
+        assert bool(line["verdicts"]) == (row.status is Status.RAN)
+    missed = next(line for line in found if line["scene"] == "paper/missed" and line["engine"] == "pit")
+    assert missed["grade"] == "wrong"
+    assert missed["missed"] == [0]
+    assert missed["velocity_error"] is None
+
+
+def test_junit_counts_are_those_of_the_rows(results: Results, paths: ReportPaths) -> None:
+    """Wrong and inaccurate cells are failures, broken engines errors, and what was not run is skipped, with reasons."""
+    root = ET.parse(paths.junit).getroot()  # noqa: S314 - our own file
+    cases = list(root.iter("testcase"))
+    assert len(cases) == len(results.rows) == int(root.attrib["tests"])
+    for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
+        found = list(root.iter(tag))
+        assert (
+            len(found) == int(root.attrib[attribute]) == sum(int(s.attrib[attribute]) for s in root.iter("testsuite"))
+        )
+        assert all(entry.attrib["message"] for entry in found)
+    grades = Counter(row.grade.name if row.grade else "" for row in results.rows)
+    assert int(root.attrib["failures"]) == grades["WRONG"] + grades["INACCURATE"] > 0
+    assert int(root.attrib["errors"]) == sum(
+        row.status in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED} for row in results.rows
+    )
+    assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
+
+
+def test_markdown_tables_are_well_formed(paths: ReportPaths) -> None:
+    """Every row of a table has as many cells as its head, whatever stands in a name; no name becomes markup."""
+    text = paths.markdown.read_text(encoding="utf-8")
+    blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
+    assert len(blocks) >= 4
+    for block in blocks:
+        widths = {len(re.findall(r"(?<!\\)\|", line)) for line in block}
+        assert len(widths) == 1, block
+    assert "<script" not in text.replace("\\<", "")
+    assert "carom run --report 'a & b'" in text

@@ -1,0 +1,232 @@
+"""What the report says must follow from the rows."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from carom.comparator import Grade
+from carom.report import verdict_line, verdict_table, wording
+from carom.report.divergences import divergences
+from carom.report.grid import build_grid
+from carom.report.html import html
+from carom.report.marks import Mark
+from carom.report.paths import exact_paths, observed_paths
+from carom.report.phrases import unrun_lines
+from carom.report.sampling import agreements
+from carom.report.tables import run_times, settings_used
+from carom.report.trend import build_trend
+from carom.report.view import build_view
+from carom.runner import Results, Status
+
+
+def test_grid_holds_every_scene_and_engine(
+    results: Results, nasty: str, not_run: Mapping[str, tuple[Status, str]]
+) -> None:
+    """Each scene has a cell for each engine and profile, with its row at the scene's coarsest step."""
+    grid = build_grid(results)
+    assert [row.scene.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
+    assert [column.engine for column in grid.columns] == ["pic", "pit", "toy", *not_run]
+    for row in grid.rows:
+        for column, cell in zip(grid.columns, row.cells, strict=True):
+            assert cell.row is not None
+            assert (cell.row.cell.engine, cell.row.cell.refinement) == (column.engine, 0)
+            assert cell.reasons
+            assert all(cell.reasons)
+
+
+def test_every_cell_that_was_not_run_has_its_reason(
+    results: Results, not_run: Mapping[str, tuple[Status, str]]
+) -> None:
+    """The reason stands in the cell and in the list below the grid, once for all cells that share it."""
+    grid = build_grid(results)
+    lines = list(unrun_lines(grid))
+    assert len(lines) == len(not_run)
+    for engine, (status, reason) in not_run.items():
+        cells = grid.cells(next(column for column in grid.columns if column.engine == engine))
+        assert {cell.reasons for cell in cells} == {(reason,)}
+        assert {cell.mark for cell in cells} == {Mark[status.name]}
+        assert sum(reason in line and "every scene" in line for line in lines) == 1
+
+
+def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:
+    """Where a profile was not planned at a scene's coarsest step the grid has a cell all the same."""
+    rows = tuple(row for row in results.rows if not (row.cell.engine == "toy" and row.cell.scene.name == nasty))
+    cell = build_grid(replace(results, rows=rows)).rows[2].cells[2]
+    assert (cell.mark, cell.figure) == (Mark.ABSENT, "")
+    assert "another profile" in cell.reasons[0]
+
+
+def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
+    """What PIC can't solve is shown as not scored, with the reason, and counted in no grade."""
+    rows = tuple(replace(row, score=None) for row in results.rows)
+    bare = replace(results, rows=rows, references={}, known={})
+    grid = build_grid(bare)
+    assert {cell.mark for cell in grid.cells(grid.columns[2])} == {Mark.UNSCORED}
+    assert "could be scored" in verdict_line(bare)
+
+
+def test_verdict_line_counts_the_rows(results: Results) -> None:
+    """The numbers of the verdict are those of the foreign engines' rows at the coarsest step."""
+    line = verdict_line(results)
+    rows = [row for row in results.rows if row.cell.engine == "toy" and row.cell.refinement == 0]
+    assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
+    for grade in (Grade.SAMPLED, Grade.WRONG):
+        n = sum(row.grade is grade for row in rows)
+        assert n
+        assert f"{n} {grade.name.lower()}" in line
+    assert "PIC reproduces all 3 known answers (largest deviation 2.5e-15)." in line
+    assert "3 unsupported, 3 unavailable, 3 crashed, 3 timed out, 3 failed" in line
+    assert "gone is not installed; pip install 'gone'" in line
+
+
+def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Results) -> None:
+    """A deviation above rounding, infinite ones included, is told with the scene's name."""
+    known = {**results.known, "paper/late": (results.known["paper/late"][0], float("inf"))}
+    line = verdict_line(replace(results, known=known))
+    assert "PIC reproduces 2 of 3 known answers to rounding; it does not reproduce paper/late." in line
+
+
+def test_verdict_line_without_engines_speaks_of_pit(results: Results) -> None:
+    """Where only Carom's own methods were run, the counts are PIT's."""
+    own = tuple(row for row in results.rows if row.cell.engine in {"pic", "pit"})
+    assert "Of 3 PIT runs at" in verdict_line(replace(results, rows=own, engines=results.engines[:2]))
+
+
+def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Results) -> None:
+    """Where the coarsest step is not the scene's frame, the sentence says so."""
+    rows = tuple(
+        replace(row, cell=replace(row.cell, dt_s=row.cell.dt_s / 3.0, refinement=row.cell.refinement))
+        for row in results.rows
+    )
+    assert "at the coarsest step" in verdict_line(replace(results, rows=rows))
+
+
+def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
+    """An engine whose impacts are PIT's in every scene is told to be PIT, with the largest difference."""
+    grid = build_grid(results)
+    (found,) = agreements(results, grid)
+    assert (found.column.engine, found.equal, found.scenes, found.different) == ("toy", 3, 3, ())
+    assert found.largest == 0.0
+    assert "toy tuned in 3 of 3 scenes" in verdict_line(results)
+
+
+def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: str) -> None:
+    """Medians are over scenes in which PIT has a velocity error at each step; PIT's falls with the step, PIC's is 0."""
+    grid = build_grid(results)
+    trend = build_trend(results, grid)
+    assert trend.parts == (1.0, 0.25)
+    assert trend.scenes == ("paper/late",)
+    left_out = {name for _, names in trend.left_out for name in names}
+    assert left_out == {"paper/missed", nasty}
+    series = {entry.column.engine: entry.points for entry in trend.series}
+    assert [point.median for point in series["pic"]] == [0.0, 0.0]
+    coarse, fine = (point.median for point in series["pit"])
+    assert coarse is not None
+    assert fine is not None
+    assert coarse > fine > 0.0
+    assert series["gone"][0].median is None
+    assert series["pit"][0].wrong == 1
+
+
+def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results: Results) -> None:
+    """The exact path has a corner at each impact's instant, where the two discs touch."""
+    trace = results.references["paper/late"]
+    paths = exact_paths(trace)
+    (impact,) = trace.impacts
+    a, b = (paths.at(disc, impact["time_s"]) for disc in (0, 1))
+    assert np.hypot(*(b - a)) == pytest.approx(0.6, abs=1e-12)
+    assert len(paths.stands) == 2
+    for disc, (_, points) in enumerate(paths.lines):
+        np.testing.assert_allclose(points[-1], trace.final_position_m[disc])
+        assert len(points) == 3
+
+
+def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
+    """A sampled path runs through the states looked at, and ends where the scene does, if the last step reaches on."""
+    row = next(row for row in results.rows if row.cell.engine == "pit" and row.trace is not None)
+    assert row.trace is not None
+    paths = observed_paths(row.trace)
+    times, points = paths.lines[0]
+    assert times[-1] == row.trace.end_time_s
+    assert len(times) == 25
+    np.testing.assert_allclose(points[-1], row.trace.final_position_m[0])
+    without = observed_paths(replace(row.trace, samples=None))
+    np.testing.assert_allclose(without.lines[0][1][-1], points[-1])
+
+
+def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
+    """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
+    grid = build_grid(results)
+    used = {entry.column.engine: entry for entry in settings_used(results, grid)}
+    assert set(used) == {"pic", "pit", "toy"}
+    (dt_s,) = used["pit"].settings
+    assert (dt_s.name, dt_s.value, dt_s.varies) == ("dt_s", "0.0416667", "varies with the step")
+    assert {entry.column.engine: entry.median for entry in run_times(grid)} == {"pic": 1.0, "pit": 1.0, "toy": 0.5}
+
+
+def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
+    """The terminal's table has a line for each scene, a column for each engine, and the legend of what it shows."""
+    buffer = io.StringIO()
+    Console(file=buffer, width=200).print(verdict_table(results))
+    text = buffer.getvalue()
+    assert nasty in text
+    assert re.search(r"paper/missed .* ✓ 0 .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
+    assert "wrong: misses or invents an impact" in text
+
+
+def test_nothing_run_is_still_a_report(results: Results) -> None:
+    """Where no engine could be run at all the report says why, and draws nothing."""
+    rows = tuple(row for row in results.rows if row.status is not Status.RAN)
+    bare = build_view(replace(results, rows=rows))
+    assert not bare.trend.drawable
+    assert bare.paper == bare.worst == ()
+    assert "No engine run at each scene's own frame rate could be scored." in bare.summary.counts
+    assert "<svg" not in html(bare)
+
+
+def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
+    """A picture of very many discs shows nothing and weighs megabytes: such a scene is not among the pictures."""
+    grid = build_grid(results)
+    paper, _ = divergences(results, grid)
+    assert len(paper) == 2
+    assert divergences(results, grid, most_discs=1) == ((), ())
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [
+        (0.0, "0"),
+        (0.0754, "0.075"),
+        (0.0999, "0.1"),
+        (0.00999, "0.01"),
+        (0.95, "0.95"),
+        (0.001, "0.001"),
+        (1.0, "1"),
+        (12.34, "12"),
+        (100.0, "100"),
+        (1234.0, "1234"),
+        (-0.5, "-0.5"),
+        (2.5e-15, "2.5e-15"),
+        (1e-16, "1e-16"),
+        (9.99e-6, "1e-5"),
+        (1e30, "1e30"),
+        (float("nan"), "n/a"),
+        (float("inf"), "∞"),
+    ],
+)
+def test_numbers_are_short_and_right(value: float, shown: str) -> None:
+    """A number is shown to two digits, without padding, and never as 0 when it is not."""
+    assert wording.number(value) == shown
+
+
+@pytest.mark.parametrize(("dt_s", "shown"), [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
+def test_steps_are_fractions_where_they_are(dt_s: float, shown: str) -> None:
+    """A step is shown as the fraction of a second that it is meant to be."""
+    assert wording.step(dt_s) == shown
