@@ -67,6 +67,9 @@ def _guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         except BrokenPipeError:  # the reader, `head` say, has seen enough
             sys.stderr.close()
             raise typer.Exit from None
+        except OSError as error:  # a disc that is full, a file that may not be written
+            typer.echo(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
 
     return guarded
 
@@ -154,10 +157,12 @@ def run(
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
     """
-    from carom.report import verdict_line, verdict_table, write_report
+    from carom.report import require_writable, verdict_line, verdict_table, write_report
     from carom.report.impact_table import impact_tables
 
     found = _scenes(scenes or [])
+    if report is not None:
+        require_writable(report)
     results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing)
     console = _console()
     console.print(verdict_table(results))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.errors import MissingExtraError
 from carom.report import phrases, wording
 from carom.report.chart import velocity_chart, wrong_chart
 from carom.report.divergences import Divergence
+from carom.report.extra import require_report_extra
 from carom.report.picture import Pair, draw_pair
 from carom.report.view import View
 
@@ -30,11 +30,9 @@ def html(view: View) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    try:
-        import jinja2
-    except ImportError as error:
-        message = "the HTML report needs jinja2: pip install 'carom[report]'"
-        raise MissingExtraError(message) from error
+    require_report_extra()
+    import jinja2
+
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("carom.report"),
         autoescape=True,

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from carom.errors import MissingExtraError
+from carom.report.extra import require_report_extra
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,11 +59,9 @@ def drawing() -> Iterator[None]:
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    try:
-        import matplotlib as mpl
-    except ImportError as error:
-        message = "the figures of a report need matplotlib: pip install 'carom[report]'"
-        raise MissingExtraError(message) from error
+    require_report_extra()
+    import matplotlib as mpl
+
     with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs know each setting by name only
         yield
 

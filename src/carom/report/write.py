@@ -6,6 +6,8 @@ import os
 from pathlib import Path
 from typing import NamedTuple
 
+from carom.errors import InputError
+from carom.report.extra import require_report_extra
 from carom.report.html import html
 from carom.report.jsonl import jsonl
 from carom.report.junit import junit
@@ -13,7 +15,7 @@ from carom.report.markdown import markdown
 from carom.report.view import build_view
 from carom.runner import Results
 
-__all__ = ["ReportPaths", "write_report"]
+__all__ = ["ReportPaths", "require_writable", "write_report"]
 
 
 class ReportPaths(NamedTuple):
@@ -41,10 +43,25 @@ def write_report(results: Results, folder: Path) -> ReportPaths:
     view = build_view(results)
     folder = Path(folder)
     paths = ReportPaths(*(folder / name for name in ("index.html", "report.md", "results.jsonl", "junit.xml")))
-    contents = ReportPaths(html=html(view), markdown=markdown(view), jsonl=jsonl(results), junit=junit(results))  # type: ignore[arg-type]
+    texts = (html(view), markdown(view), jsonl(results), junit(results))
     folder.mkdir(parents=True, exist_ok=True)
-    _replace_all(dict(zip(paths, contents, strict=True)))  # type: ignore[arg-type]
+    _replace_all(dict(zip(paths, texts, strict=True)))
     return paths
+
+
+def require_writable(folder: Path) -> None:
+    """See to it, before minutes of work, that a report can be written there; nothing is made yet.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        InputError: The folder, or the nearest one above it that exists, is no folder or can't be written to.
+    """
+    require_report_extra()
+    existing = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    if not existing.is_dir():
+        raise InputError(f"the report can't be written into {folder}: {existing} is not a folder")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise InputError(f"the report can't be written into {folder}: no permission to write in {existing}")
 
 
 def _replace_all(contents: dict[Path, str]) -> None:

@@ -20,6 +20,10 @@ from carom.trace import Outcome, Samples, Setting, Trace
 __all__ = ["Timing", "observe_run", "profile_settings", "time_run"]
 
 
+#: Samples are for drawing, and no picture is more than so many pixels wide.
+MOST_SAMPLES = 4096
+
+
 @dataclass(frozen=True)
 class Timing:
     """Two clocks, each the median of several runs.
@@ -64,6 +68,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     )
     collector = ImpactCollector(scene, start)
     positions = [start.position_m]
+    stride = -(-steps // MOST_SAMPLES)
     outcome, taken, state = Outcome.COMPLETED, 0, start
     notes: tuple[str, ...] = ()
     world = adapter.prepare(scene, settings)
@@ -77,7 +82,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
                 break
             taken, state = step, now
             collector.add(step * dt_s, now)
-            if samples:
+            if samples and step % stride == 0:
                 positions.append(now.position_m)
     finally:
         world.close()
@@ -93,7 +98,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         outcome=outcome,
         dt_s=dt_s,
         effective_time_s=effective,
-        samples=_samples(positions, dt_s) if samples else None,
+        samples=_samples(positions, stride * dt_s) if samples else None,
         profile=profile,
         settings=used,
         counts={"steps": taken},
@@ -101,8 +106,8 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     )
 
 
-def _samples(positions: list[NDArray[np.float64]], dt_s: float) -> Samples:
-    return Samples(np.arange(len(positions), dtype=np.float64) * dt_s, np.array(positions))
+def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples:
+    return Samples(np.arange(len(positions), dtype=np.float64) * interval_s, np.array(positions))
 
 
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:

@@ -100,23 +100,23 @@ class Worker:
         return process
 
     def _obituary(self) -> str:
-        process = self._process
-        self._process = None
-        if process is None:
-            return "the worker process ended"
-        code = process.wait()
-        _close_pipes(process)
+        process, self._process = self._process, None
+        if process is not None:
+            code = process.wait()
+            _close_pipes(process)
+        if process is None or self._closed:  # ended by the thread that closes this worker
+            return "the cross-check was ended"
         how = f"the engine's process was ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
         self._printed.seek(0)
         printed = [line.strip() for line in self._printed.read().decode(errors="replace").splitlines() if line.strip()]
         return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
 
     def _kill(self) -> None:
-        if self._process is not None:
-            self._process.kill()
-            self._process.wait()
-            _close_pipes(self._process)
-            self._process = None
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            process.wait()
+            _close_pipes(process)
 
 
 def _close_pipes(process: subprocess.Popen[bytes]) -> None:

@@ -10,6 +10,8 @@ import os
 import pickle
 import signal
 import sys
+import threading
+import time
 from typing import BinaryIO
 
 from carom.errors import CaromError
@@ -19,6 +21,9 @@ from carom.runner.messages import Failure, Request
 from carom.trace import Trace
 
 __all__ = ["main"]
+
+#: How long a process may outlive its parent, seconds; looking costs microseconds.
+PARENT_CHECK_S = 0.5
 
 
 def _answer(request: Request) -> Trace | Timing | Failure:
@@ -33,6 +38,13 @@ def _answer(request: Request) -> Trace | Timing | Failure:
         return Failure(f"{type(error).__name__}: {error}")
 
 
+def _end_with(parent: int) -> None:
+    """End this process when its parent is gone: killed outright, it could not tell."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_CHECK_S)
+    os._exit(1)
+
+
 def main() -> None:
     """Serve requests until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends this process
@@ -41,6 +53,7 @@ def main() -> None:
     os.dup2(2, 1)  # from here on whatever an engine prints can't be mistaken for an answer
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
+    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     while True:
         try:
             request: Request = pickle.load(requests)  # noqa: S301 - written by our own parent process

@@ -149,6 +149,15 @@ def test_pit_through_the_seam_is_pit(scene: Scene) -> None:
     assert (direct.impacts == through.impacts).all()
 
 
+def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
+    """However small the step, a trace holds a few thousand states, evenly spaced, the first at time 0."""
+    scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
+    samples = carom.run(scene, "pic", dt=1e-4).samples
+    assert samples is not None
+    assert 2048 < len(samples.time_s) <= 4097
+    assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
+
+
 @pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
 def test_a_step_that_is_no_step_is_refused(scene: Scene, dt: float) -> None:
     """A step that is not a positive number is refused by name and value, before any engine starts."""
