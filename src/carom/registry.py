@@ -64,11 +64,12 @@ def load_adapter(name: str) -> Adapter:
     if name not in points:
         raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(sorted(points)) or 'none'}")
     try:
-        adapter = points[name].load()
+        adapter: Adapter = points[name].load()
+        is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties, on some versions of Python
     except Exception as error:
         message = f"the adapter {name!r} can't be loaded from {points[name].value}: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
-    if not isinstance(adapter, Adapter):
+    if not is_adapter:
         missing = [
             part for part in ("name", "engine", "capabilities", "profiles", "prepare") if not hasattr(adapter, part)
         ]
@@ -78,7 +79,11 @@ def load_adapter(name: str) -> Adapter:
 
 def unavailable_reason(engine: Engine) -> str:
     """Return why the engine can't be imported here, empty where it can; it is looked for, not imported."""
-    if not engine.module or importlib.util.find_spec(engine.module) is not None:
+    try:
+        found = not engine.module or importlib.util.find_spec(engine.module) is not None
+    except (ImportError, ValueError):  # the package that a dotted name lies in is missing, or has no spec
+        found = False
+    if found:
         return ""
     reason = f"{engine.module} is not installed"
     here = sys.version_info[:2]
@@ -88,11 +93,29 @@ def unavailable_reason(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-def _version(engine: Engine) -> str:
+def _version(engine: Engine, adapter_distribution: str) -> str:
     try:
-        return metadata.version(engine.distribution or "carom")
-    except metadata.PackageNotFoundError:
+        return metadata.version(engine.distribution or adapter_distribution)
+    except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"
+
+
+def _describe(name: str, distribution: str) -> EngineInfo:
+    adapter = load_adapter(name)
+    try:
+        reason = unavailable_reason(adapter.engine)
+        return EngineInfo(
+            name=name,
+            engine=adapter.engine.name,
+            version="" if reason else _version(adapter.engine, distribution),
+            unavailable=reason,
+            capabilities=adapter.capabilities,
+            profiles={key: profile.description for key, profile in adapter.profiles.items()},
+            distribution=distribution,
+        )
+    except Exception as error:
+        message = f"the adapter {name!r} can't describe itself: {type(error).__name__}: {error}"
+        raise AdapterError(message) from error
 
 
 def engines() -> list[EngineInfo]:
@@ -101,21 +124,8 @@ def engines() -> list[EngineInfo]:
     for name, point in _entry_points().items():
         distribution = point.dist.name if point.dist else ""
         try:
-            adapter = load_adapter(name)
+            infos.append(_describe(name, distribution))
         except AdapterError as error:
             infos.append(EngineInfo(name, name, "", str(error), None, {}, distribution))
-            continue
-        reason = unavailable_reason(adapter.engine)
-        infos.append(
-            EngineInfo(
-                name=name,
-                engine=adapter.engine.name,
-                version="" if reason else _version(adapter.engine),
-                unavailable=reason,
-                capabilities=adapter.capabilities,
-                profiles={key: profile.description for key, profile in adapter.profiles.items()},
-                distribution=distribution,
-            )
-        )
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))

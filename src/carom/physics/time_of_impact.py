@@ -7,7 +7,8 @@ With ``d = c2 - c1``, ``u = v2 - v1`` and ``R = r1 + r2`` the discs touch when `
 They can only collide while approaching (``b < 0``). Apart (``c > 0``) and with ``D = b^2 - a c > 0``, the earlier root
 is ``t = c / (-b + sqrt(D))``: of the two ways of writing that root this one adds numbers of one sign, so nothing
 cancels. ``D`` itself is taken as ``a R^2 - (d x u)^2``, equal by Lagrange's identity, because ``b^2 - a c`` loses the
-miss distance of discs that are far apart. The derivation and the errors of the printed formulas are in ``docs/physics.md``.
+miss distance of discs that are far apart. The derivation is in ``docs/physics.md``, what the source paper prints
+differently in ``docs/errata.md``.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """
@@ -94,19 +95,20 @@ def time_of_impact(
     position2, velocity2 = _vectors("p2", p2), _vectors("v2", v2)
     radius1, radius2 = _radii("r1", r1), _radii("r2", r2)
     try:
-        d, u = np.broadcast_arrays(position2 - position1, velocity2 - velocity1)
-        contact_distance = radius1 + radius2
+        with np.errstate(over="ignore"):
+            d, u = np.broadcast_arrays(position2 - position1, velocity2 - velocity1)
+            contact_distance = radius1 + radius2
         np.broadcast_shapes(d.shape[:-1], contact_distance.shape)
     except ValueError as error:
         raise InputError(f"the shapes of positions, velocities and radii do not broadcast: {error}") from None
     dx, dy, ux, uy = d[..., 0], d[..., 1], u[..., 0], u[..., 1]
-    b = dx * ux + dy * uy
-    distance = np.hypot(dx, dy)
-    c = (distance - contact_distance) * (distance + contact_distance)
-    cross = dx * uy - dy * ux
-    discriminant = (ux * ux + uy * uy) * contact_distance * contact_distance - cross * cross
-    approaching = b < 0.0
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(all="ignore"):  # as silent as the scalar form: what is no root is sorted out below
+        b = dx * ux + dy * uy
+        distance = np.hypot(dx, dy)
+        c = (distance - contact_distance) * (distance + contact_distance)
+        cross = dx * uy - dy * ux
+        discriminant = (ux * ux + uy * uy) * contact_distance * contact_distance - cross * cross
+        approaching = b < 0.0
         root = c / (np.sqrt(discriminant) - b)
     time = np.where(approaching & (discriminant > 0.0), root, math.inf)
     time = np.where(approaching & (c <= 0.0), 0.0, time)

@@ -30,7 +30,7 @@ def _impact_table(row: Row, reference: Trace) -> Table:
     cell, score = row.cell, row.score
     assert score is not None  # noqa: S101 - the caller chose rows that were run
     title = f"{cell.scene.name} on {cell.engine} ({cell.profile}), dt = {cell.dt_s:.6g} s: {score.grade.value}"
-    caption = "\n".join(f"{finding.verdict.value}: {finding.reason}" for finding in score.findings)
+    caption = "\n".join(f"{finding.verdict.value} ({finding.reason})" for finding in score.findings)
     table = Table(title=Text(title), caption=Text(caption), title_justify="left", caption_justify="left")
     table.add_column("bodies")
     for heading in ("PIC, s", "reported, s", "path turned, s", "velocity error", "direction, degrees", "restitution"):

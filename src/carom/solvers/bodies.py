@@ -125,12 +125,25 @@ class Bodies:
         Each centre is known to a unit in the last place a coordinate (a product and a sum of half a unit each), their
         distance so to under 5 units of the larger coordinate, root and radii included; divided by the approach speed
         that is a time, to which come the roundings of the root and of the sum with the clock.
+
+        In a graze the approach speed can be anything down to 0. There the overlap would be a parabola in time, of
+        curvature ``speed^2 / R``, and an error of the gap moves its zero by no more than its half width at that depth.
         """
         (nx, ny), (ax, ay), (bx, by) = record[3], record[4], record[5]
+        i, j = record.first, record.second
         approach = (ax - bx) * nx + (ay - by) * ny
-        i = record.first
-        coordinate = max(abs(self.x[i]), abs(self.y[i])) + self.radius[i]
-        return 5 * math.ulp(coordinate) / approach + 2 * math.ulp(record.time_s)
+        if j < 0:
+            px, py, _, _ = self.walls[wall_body(j)]
+            gap_error = 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(px), abs(py)) + self.radius[i])
+            uncertain = gap_error / approach
+        else:
+            contact_distance = self.radius[i] + self.radius[j]
+            coordinate = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[j]), abs(self.y[j]))
+            gap_error = 5 * math.ulp(coordinate + contact_distance)
+            uncertain = math.sqrt(2 * contact_distance * gap_error) / math.hypot(ax - bx, ay - by)
+            if approach > 0.0:
+                uncertain = min(gap_error / approach, uncertain)
+        return uncertain + 2 * math.ulp(record.time_s)
 
     def collide_pair(self, i: int, j: int) -> ImpactRecord:
         """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
@@ -143,6 +156,7 @@ class Bodies:
         before_i, before_j = self._velocity(i), self._velocity(j)
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         approach = (self.vx[i] - self.vx[j]) * nx + (self.vy[i] - self.vy[j]) * ny
+        approach = max(approach, 0.0)  # rounding of a graze's positions must not turn the push into a pull
         push = impulse(approach, self.inverse_mass[i], self.inverse_mass[j], self.restitution)
         self._push(i, -push * nx, -push * ny)
         self._push(j, push * nx, push * ny)

@@ -31,6 +31,27 @@ class _Instant(NamedTuple):
         """Whether the one impulse changes what the other impact sees: not where they are exactly orthogonal."""
         return self.normal[0] * other.normal[0] + self.normal[1] * other.normal[1] != 0.0
 
+    def is_parallel_to(self, other: _Instant) -> bool:
+        """Whether both normals lie on one line."""
+        return self.normal[0] * other.normal[1] == self.normal[1] * other.normal[0]
+
+    @property
+    def reach_s(self) -> float:
+        """The latest that it can have been."""
+        return self.time_s + self.resolution_s
+
+
+def _two_that_matter(instants: list[_Instant]) -> list[_Instant]:
+    """Leave out the instants that change no later answer: a thousand impacts at one instant cost no more than two.
+
+    No direction is orthogonal to two that are not parallel. So of all that reach as far as some later impact, the one
+    that reaches furthest interferes with it, or else the one that reaches furthest of those not parallel to that one
+    does, if any does.
+    """
+    furthest = max(instants, key=lambda instant: instant.reach_s)
+    across = [instant for instant in instants if not instant.is_parallel_to(furthest)]
+    return [furthest, max(across, key=lambda instant: instant.reach_s)] if across else [furthest]
+
 
 class ImpactLog:
     """Impacts in order, those without a unique answer, and whether time has come to a standstill."""
@@ -59,9 +80,9 @@ class ImpactLog:
         shared = False
         for body in (record.first, record.second):
             if body >= 0 and self._movable[body]:
-                latest = [other for other in self._latest.get(body, ()) if instant.may_equal(other)]
-                shared = shared or any(instant.interferes_with(other) for other in latest)
-                self._latest[body] = [*latest, instant]
+                latest = self._latest.get(body, [])
+                shared = shared or any(instant.may_equal(other) and instant.interferes_with(other) for other in latest)
+                self._latest[body] = _two_that_matter([*latest, instant])
         if shared:
             self.ambiguous.append(len(self.records))
         self.records.append(record)

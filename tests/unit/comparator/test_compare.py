@@ -193,7 +193,7 @@ def test_a_scene_without_a_unique_answer_is_not_graded() -> None:
 def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> None:
     """Two traces of different scenes can't be compared, and the message names both."""
     other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
-    with pytest.raises(InputError, match="'three'.*'other'"):
+    with pytest.raises(InputError, match=r"'three'.*'other'"):
         compare(reference, other)
 
 

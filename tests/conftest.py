@@ -1,0 +1,16 @@
+"""Settings for every test.
+
+Property tests draw the same examples in every run, so that a failure is the code's and not the day's. To search
+further, run with ``HYPOTHESIS_PROFILE=search``: new examples each time, and many more of them.
+"""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import settings
+
+# Shared machines make deadlines lie: no single example is timed.
+settings.register_profile("carom", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))

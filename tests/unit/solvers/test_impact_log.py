@@ -1,0 +1,149 @@
+"""The log of impacts: which have no unique answer, and when time stands still."""
+
+from __future__ import annotations
+
+import math
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.scene import Disc, Scene, Wall
+from carom.solvers.impact_log import ImpactLog
+from carom.trace import ImpactRecord, Vector, wall_body
+
+REST = (0.0, 0.0)
+
+
+def log(*, immovable: tuple[int, ...] = (), discs: int = 4) -> ImpactLog:
+    """Return an empty log of a scene of so many discs and one wall."""
+    return ImpactLog(
+        Scene(
+            name="log",
+            duration_s=1,
+            discs=[
+                Disc(position_m=(3.0 * i, 0), radius_m=1, mass_kg=math.inf if i in immovable else 1.0)
+                for i in range(discs)
+            ],
+            walls=[Wall(point_m=(0, -5), normal=(0, 1))],
+        )
+    )
+
+
+def impact(time_s: float, first: int, second: int, normal: Vector = (1.0, 0.0)) -> ImpactRecord:
+    """Return a record of which only time, bodies and normal matter."""
+    return ImpactRecord(time_s, first, second, normal, REST, REST, REST, REST)
+
+
+def test_impacts_at_different_instants_are_unique() -> None:
+    """One disc may collide as often as it likes, one after the other."""
+    kept = log()
+    for k, (first, second) in enumerate([(0, 1), (1, 2), (0, 1)]):
+        kept.add(impact(float(k), first, second))
+    assert kept.ambiguous == []
+    assert [record.time_s for record in kept.records] == [0.0, 1.0, 2.0]
+
+
+def test_impacts_of_separate_discs_at_one_instant_are_unique() -> None:
+    """Simultaneous impacts that share no disc do not depend on their order."""
+    kept = log()
+    kept.add(impact(1.0, 0, 1))
+    kept.add(impact(1.0, 2, 3))
+    assert kept.ambiguous == []
+
+
+def test_impacts_that_share_a_movable_disc_at_one_instant_are_ambiguous() -> None:
+    """The second of two simultaneous impacts of one disc is flagged by its index."""
+    kept = log()
+    kept.add(impact(0.5, 0, 3))
+    kept.add(impact(1.0, 0, 1))
+    kept.add(impact(1.0, 1, 2, (0.6, 0.8)))
+    assert kept.ambiguous == [2]
+
+
+def test_orthogonal_impacts_of_one_disc_at_one_instant_are_unique() -> None:
+    """Where the normals are at right angles neither impulse changes what the other sees."""
+    kept = log()
+    kept.add(impact(1.0, 0, 1, (0.6, 0.8)))
+    kept.add(impact(1.0, 0, 2, (-0.8, 0.6)))
+    assert kept.ambiguous == []
+
+
+def test_a_third_impact_is_held_against_every_earlier_one_of_the_instant() -> None:
+    """Orthogonal to the last impact of the instant is not enough: the first one counts as well."""
+    kept = log()
+    kept.add(impact(1.0, 0, 1, (1.0, 0.0)))
+    kept.add(impact(1.0, 0, 2, (0.0, 1.0)))
+    kept.add(impact(1.0, 0, 3, (-1.0, 0.0)))
+    assert kept.ambiguous == [2]
+
+
+def test_instants_within_their_resolution_are_one() -> None:
+    """Impacts apart by no more than both times are uncertain share an instant; further apart they do not."""
+    for gap, ambiguous in ((0.375, [1]), (0.5, [])):
+        kept = log()
+        kept.add(impact(1.0, 0, 1), 0.25)
+        kept.add(impact(1.0 + gap, 0, 2, (0.6, 0.8)), 0.125)
+        assert kept.ambiguous == ambiguous
+
+
+directions = st.sampled_from([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.8, 0.6), (0.8, 0.6)])
+struck = st.tuples(st.integers(0, 3), st.integers(0, 3), directions)
+
+
+@given(st.lists(struck, max_size=12))
+def test_what_is_flagged_is_what_comparing_with_every_earlier_impact_flags(
+    blows: list[tuple[int, int, Vector]],
+) -> None:
+    """The log keeps no more than two impacts of a disc, and flags what keeping all of them would flag."""
+    kept = log()
+    time_s, history, flagged = 0, list[tuple[int, int, Vector]](), []
+    for index, (later, resolution, normal) in enumerate(blows):
+        time_s += later
+        if any(
+            time_s - earlier <= resolution + its_resolution and normal[0] * n[0] + normal[1] * n[1] != 0.0
+            for earlier, its_resolution, n in history
+        ):
+            flagged.append(index)
+        history.append((time_s, resolution, normal))
+        kept.add(impact(float(time_s), 0, wall_body(0), normal), float(resolution))
+    assert kept.ambiguous == flagged
+
+
+def test_very_many_impacts_at_one_instant_take_no_longer_each() -> None:
+    """A hundred thousand impacts of one disc at one instant are logged one as fast as the other."""
+    kept = log(discs=2)
+    record = impact(1.0, 0, 1)
+    for _ in range(100_000):
+        kept.add(record)
+    assert len(kept.ambiguous) == 99_999
+
+
+def test_impacts_that_share_only_an_immovable_disc_or_a_wall_are_unique() -> None:
+    """What cannot move passes nothing on from one impact to another."""
+    kept = log(immovable=(1,))
+    kept.add(impact(1.0, 0, 1))
+    kept.add(impact(1.0, 1, 2, (0.6, 0.8)))
+    kept.add(impact(2.0, 0, wall_body(0), (0.0, -1.0)))
+    kept.add(impact(2.0, 2, wall_body(0), (0.0, -1.0)))
+    assert kept.ambiguous == []
+
+
+def test_time_stands_still_after_a_hundred_impacts_for_each_pair_of_bodies_at_one_instant() -> None:
+    """Of one disc and one wall, 400 impacts at one instant are let through; the next ends the run."""
+    kept = log(discs=1)
+    for _ in range(400):
+        kept.add(impact(1.0, 0, wall_body(0)))
+        assert not kept.at_standstill
+    kept.add(impact(1.0, 0, wall_body(0)))
+    assert kept.at_standstill
+
+
+def test_time_that_advances_at_all_does_not_stand_still() -> None:
+    """Any number of impacts is fine as long as the clock moves, even by one unit in the last place."""
+    kept = log(discs=1)
+    time_s = 1.0
+    for _ in range(5):
+        for _ in range(300):
+            kept.add(impact(time_s, 0, wall_body(0)))
+            assert not kept.at_standstill
+        time_s = math.nextafter(time_s, 2.0)

@@ -1,0 +1,343 @@
+"""Event-driven PIC: known answers, pausing, limits, and the cases without a unique answer."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.errors import InputError
+from carom.scene import Disc, Scene, Wall
+from carom.solvers.pic import EventDrivenRun, solve_pic
+from carom.solvers.pic_framewise import solve_pic_framewise
+from carom.solvers.pit import solve_pit
+from carom.trace import Outcome, kinetic_energy
+
+from .strategies import line, scenes
+
+U = 2.0**-53
+VELOCITIES = ("velocity_first_after", "velocity_second_after")
+FLOOR: dict[str, Any] = {"point_m": (0, 0), "normal": (0, 1)}
+
+
+def pairs_of(trace: Any) -> list[tuple[int, int]]:
+    """Return the bodies of each impact, in order."""
+    return [(int(impact["first"]), int(impact["second"])) for impact in trace.impacts]
+
+
+# Known answers --------------------------------------------------------------------------------------------------------
+
+
+def test_oblique_3_4_5_impact() -> None:
+    """At 2 m/s, .6 m off the centre of an equal disc at rest, contact is at (.8, .6) and every number is known."""
+    scene = Scene(
+        name="3-4-5",
+        duration_s=1,
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
+            Disc(position_m=(1.45, 0.6), radius_m=0.5),
+        ],
+    )
+    trace = solve_pic(scene)
+    (impact,) = trace.impacts
+    # By the bound of the time of impact, with h/(h - R) = 2.8 and R^2 a / D = 1.6: under 32 units of relative rounding.
+    # The normal takes on that error of time at 2 m/s, the velocities that of the normal: 4 times as much for all.
+    tolerance = 4 * 32 * U
+    assert abs(impact["time_s"] - 0.325) <= tolerance
+    np.testing.assert_allclose(impact["normal"], [0.8, 0.6], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(impact["velocity_first_after"], [0.72, -0.96], rtol=0, atol=2 * tolerance)
+    np.testing.assert_allclose(impact["velocity_second_after"], [1.28, 0.96], rtol=0, atol=2 * tolerance)
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.end_time_s == 1.0
+    np.testing.assert_allclose(
+        trace.final_position_m[0], [0.65 + 0.675 * 0.72, -0.675 * 0.96], rtol=0, atol=4 * tolerance
+    )
+
+
+@pytest.mark.parametrize(("mass_ratio", "count"), [(1.0, 3), (100.0, 31), (10_000.0, 314)])
+def test_galperins_billiard_counts_the_digits_of_pi(mass_ratio: float, count: int) -> None:
+    """A light disc between a wall and one 100^k times heavier collides floor(10^k pi) times; no epsilon eats any."""
+    scene = Scene(
+        name="pi",
+        duration_s=1e6,
+        discs=[
+            Disc(position_m=(1.0, 0), radius_m=0.25),
+            Disc(position_m=(3.0, 0), velocity_m_s=(-1, 0), radius_m=0.25, mass_kg=mass_ratio),
+        ],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+    )
+    assert len(solve_pic(scene).impacts) == count
+
+
+def test_impacts_come_in_order_however_many_fall_into_a_frame() -> None:
+    """In a row of spaced equal discs the motion is handed on, disc by disc, 1 s apart: these numbers are exact."""
+    scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
+    trace = solve_pic(scene)
+    assert pairs_of(trace) == [(0, 1), (1, 2), (2, 3)]
+    assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
+    np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [0, 0], [0, 0], [1, 0]])
+    np.testing.assert_array_equal(trace.final_position_m[:, 0], [1, 3, 5, 13])
+    assert trace.ambiguous == ()
+
+
+def test_an_impact_at_the_very_end_is_counted() -> None:
+    """An impact at the scene's duration itself belongs to the scene, and its velocities are final."""
+    trace = solve_pic(line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0))
+    assert trace.impacts["time_s"].tolist() == [2.0]
+    np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [1, 0]])
+
+
+def test_a_touching_pair_that_approaches_collides_at_once_and_one_that_does_not_never() -> None:
+    """At time 0 approach alone decides what touching discs do."""
+    assert solve_pic(line(0.0, 1.0, velocities=(1.0, 0.0))).impacts["time_s"].tolist() == [0.0]
+    assert len(solve_pic(line(0.0, 1.0, velocities=(0.0, 1.0))).impacts) == 0
+    assert len(solve_pic(line(0.0, 1.0, velocities=(1.0, 1.0))).impacts) == 0
+
+
+@given(scenes())
+def test_energy_never_grows_and_no_two_discs_end_in_each_other(scene: Scene) -> None:
+    """Whatever the scene, every impact takes or keeps energy, and the discs end apart, both to rounding.
+
+    Energy: the tests of the impact law derive ``(m1 + m2) 3 S 80 U S`` for one impact, where S, the sum of both speeds,
+    is at most ``2 sqrt(E / m)`` with the lightest mass m: 960 units of relative rounding times ``(m1 + m2) / m``.
+    Distance: a position is a few roundings of numbers no larger than the reach of the scene, and its last impact
+    brought two discs to touch by a time that is off by the like; 256 units are ample, and far less than any disc.
+    """
+    trace = solve_pic(scene, max_impacts=1000)
+    if trace.outcome is not Outcome.COMPLETED:
+        return
+    start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
+    end = kinetic_energy(scene, trace.final_velocity_m_s)
+    masses = [disc.mass_kg for disc in scene.discs if not disc.immovable] or [1.0]
+    energy_tolerance = len(trace.impacts) * 960 * U * 2 * max(masses) / min(masses)
+    assert end <= start * (1 + energy_tolerance)
+    if scene.restitution == scene.wall_restitution == 1.0:
+        assert end >= start * (1 - energy_tolerance)
+    speed = max((math.hypot(*v) for name in VELOCITIES for v in trace.impacts[name]), default=0.0)
+    reach = 10.0 + speed * scene.duration_s
+    for i, one in enumerate(scene.discs):
+        for j in range(i):
+            distance = math.dist(trace.final_position_m[i], trace.final_position_m[j])
+            assert distance >= one.radius_m + scene.discs[j].radius_m - 256 * U * reach
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
+@pytest.mark.parametrize("depth", [2.0**-51, 2.0**-40, 2.0**-30])
+def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth: float) -> None:
+    """Where positions are rounded more coarsely than a graze is deep, the discs are never pulled, and nothing fails."""
+    scene = Scene(
+        name="graze",
+        duration_s=100,
+        discs=[
+            Disc(position_m=(offset, 0), radius_m=1),
+            Disc(position_m=(offset + 12.1875, 2.0 - depth), velocity_m_s=(-10.4, 0), radius_m=1),
+        ],
+    )
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.COMPLETED
+    assert len(trace.impacts) == 1
+    assert trace.ambiguous == ()
+    change = trace.impacts["velocity_first_after"][0] - trace.impacts["velocity_first_before"][0]
+    assert change @ trace.impacts["normal"][0] <= 0.0
+    assert solve_pic_framewise(scene, frame_rate_hz=1.0).impacts.tobytes() == trace.impacts.tobytes()
+
+
+# Pausing --------------------------------------------------------------------------------------------------------------
+
+
+@given(scenes(), st.lists(st.integers(0, 3 * 97), max_size=8))
+def test_pausing_anywhere_changes_nothing(scene: Scene, stops: list[int]) -> None:
+    """A run taken forward in pieces ends in the same impacts and the same state, bit for bit, as one in one go."""
+    whole = solve_pic(scene)
+    run = EventDrivenRun(scene)
+    outcome = Outcome.COMPLETED
+    for stop in [*sorted(stops), 3 * 97]:
+        outcome = run.advance_to(stop / 97)
+        run.positions()
+        if outcome is not Outcome.COMPLETED:
+            break
+    assert [tuple(record) for record in run.log.records] == [
+        (row["time_s"], row["first"], row["second"], *(tuple(row[name]) for name in row.dtype.names[3:]))
+        for row in whole.impacts
+    ]
+    assert outcome is whole.outcome
+    np.testing.assert_array_equal(run.positions(), whole.final_position_m)
+    np.testing.assert_array_equal(run.velocities(), whole.final_velocity_m_s)
+
+
+def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:
+    """Asking a run for an earlier time than its present leaves it where it is."""
+    run = EventDrivenRun(line(0.0, 9.0, velocities=(1.0, 0.0)))
+    run.advance_to(2.0)
+    run.advance_to(1.0)
+    assert run.time_s == 2.0
+
+
+# Limits ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("limit", "seen", "end"), [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
+def test_max_impacts_stops_at_the_last_impact_let_through(limit: int, seen: int, end: float) -> None:
+    """A limit below the number of impacts ends the run at the last one; a limit that suffices changes nothing."""
+    trace = solve_pic(line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0)), max_impacts=limit)
+    assert len(trace.impacts) == seen
+    assert trace.end_time_s == end
+    assert trace.outcome is (Outcome.COMPLETED if end == 10.0 else Outcome.MAX_IMPACTS)
+
+
+def test_a_negative_limit_is_refused() -> None:
+    """Fewer than no impacts is a mistake, named with its value."""
+    with pytest.raises(InputError, match="max_impacts must be 0 or more, got -1"):
+        solve_pic(line(0.0, velocities=(1.0,)), max_impacts=-1)
+
+
+@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise, solve_pit])
+def test_gravity_is_refused_with_its_value_and_what_to_do(solve: Any) -> None:
+    """No solver pretends: a scene with gravity is refused by the field, its value, and the value that would do."""
+    scene = Scene(name="g", duration_s=1, discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81))
+    with pytest.raises(InputError) as caught:
+        solve(scene)
+    assert "gravity_m_s2 is (0.0, -9.81)" in str(caught.value)
+    assert "set it to [0, 0]" in str(caught.value)
+
+
+# Inelastic impacts ----------------------------------------------------------------------------------------------------
+
+
+@given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-80, 80), st.integers(-300, 300))
+def test_a_perfectly_inelastic_impact_happens_once(offset: int, bearing: int, aside: int, speed: int) -> None:
+    """At e = 0 nothing but rounding is left of the approach, and that must not collide again, let alone for ever."""
+    x, y = math.cos(bearing / 100), math.sin(bearing / 100)
+    drift = (speed / 7, speed / 11)
+    scene = Scene(
+        name="inelastic",
+        duration_s=20,
+        restitution=0.0,
+        discs=[
+            Disc(position_m=(offset / 7, 0), velocity_m_s=drift, radius_m=0.5, mass_kg=0.7),
+            Disc(
+                position_m=(offset / 7 + 3 * x - y * aside / 100, 3 * y + x * aside / 100),
+                velocity_m_s=(drift[0] - x, drift[1] - y),
+                radius_m=0.5,
+            ),
+        ],
+    )
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.COMPLETED
+    assert len(trace.impacts) == 1
+
+
+@given(st.integers(0, 10**6), st.integers(-314, 314), st.integers(-300, 300))
+def test_a_perfectly_inelastic_wall_is_hit_once(offset: int, bearing: int, speed: int) -> None:
+    """A disc that slides along an oblique wall after e = 0 does not hit it again."""
+    x, y = math.cos(bearing / 100), math.sin(bearing / 100)
+    scene = Scene(
+        name="inelastic",
+        duration_s=20,
+        wall_restitution=0.0,
+        discs=[
+            Disc(
+                position_m=(offset / 7 + 3 * x, 3 * y),
+                velocity_m_s=(-x - y * speed / 7, -y + x * speed / 7),
+                radius_m=0.5,
+            )
+        ],
+        walls=[Wall(point_m=(offset / 7, 0), normal=(x, y))],
+    )
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.COMPLETED
+    assert len(trace.impacts) == 1
+
+
+@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
+def test_inelastic_collapse_at_one_instant_ends_in_standstill(solve: Any) -> None:
+    """A disc pressing another against a wall at e = 0 halves its speed without end: that is said, not computed."""
+    scene = Scene(
+        name="squeeze",
+        duration_s=10,
+        restitution=0.0,
+        wall_restitution=0.0,
+        discs=[
+            Disc(position_m=(1, 0), radius_m=1),
+            Disc(position_m=(4, 0), velocity_m_s=(-1, 0), radius_m=1),
+        ],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+    )
+    trace = solve(scene)
+    assert trace.outcome is Outcome.STANDSTILL
+    assert trace.end_time_s == 1.0
+    assert set(trace.impacts["time_s"].tolist()) == {1.0}
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.05, 0.07, 0.072, 0.08, 0.5])
+def test_three_discs_on_a_line_always_come_to_an_end(restitution: float) -> None:
+    """Around the collapse threshold 7 - 4 sqrt(3) = .0718 every run ends, completed or at a standstill."""
+    trace = solve_pic(line(0.0, 2.0, 4.0, velocities=(1.0, 0.0, -1.0), restitution=restitution))
+    assert trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
+    assert len(trace.impacts) < 2000
+
+
+# Simultaneous impacts -------------------------------------------------------------------------------------------------
+
+
+def test_a_touching_cradle_is_flagged() -> None:
+    """Three touching discs in line: the order of the two impacts at one instant is a convention, and is flagged."""
+    trace = solve_pic(line(0.0, 2.0, 3.0, velocities=(1.0, 0.0, 0.0)))
+    assert pairs_of(trace) == [(0, 1), (1, 2)]
+    assert trace.impacts["time_s"].tolist() == [1.0, 1.0]
+    assert trace.ambiguous == (1,)
+
+
+def corner(normal: tuple[float, float]) -> Scene:
+    """Return a disc that reaches the floor and a second wall through the origin at one instant."""
+    return Scene(
+        name="corner",
+        duration_s=4,
+        discs=[Disc(position_m=(2, 2), velocity_m_s=(-1, -1), radius_m=1)],
+        walls=[Wall(**FLOOR), Wall(point_m=(0, 0), normal=normal)],
+    )
+
+
+def test_an_orthogonal_corner_is_not_flagged() -> None:
+    """Into a right-angled corner both orders give one answer: straight back."""
+    trace = solve_pic(corner((1, 0)))
+    assert pairs_of(trace) == [(0, -2), (0, -1)]
+    assert trace.impacts["time_s"].tolist() == [1.0, 1.0]
+    assert trace.ambiguous == ()
+    np.testing.assert_array_equal(trace.final_velocity_m_s, [[1, 1]])
+
+
+def test_an_oblique_corner_is_flagged() -> None:
+    """Two walls that meet at another angle, touched at one instant, are flagged: here wall 1 leans by 3-4-5."""
+    scene = Scene(
+        name="corner",
+        duration_s=4,
+        discs=[Disc(position_m=(0, 5), velocity_m_s=(-5, -2), radius_m=5)],
+        walls=[Wall(**FLOOR), Wall(point_m=(-4, 8), normal=(0.8, -0.6))],
+    )
+    trace = solve_pic(scene)
+    assert pairs_of(trace)[:2] == [(0, -2), (0, -1)]
+    assert trace.impacts["time_s"].tolist()[:2] == [0.0, 0.0]
+    assert 1 in trace.ambiguous
+
+
+def test_two_discs_on_one_immovable_disc_are_not_flagged() -> None:
+    """Two simultaneous impacts on a disc that cannot move have nothing to do with each other."""
+    scene = Scene(
+        name="peg",
+        duration_s=4,
+        discs=[
+            Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
+            Disc(position_m=(-3, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5),
+        ],
+    )
+    trace = solve_pic(scene)
+    assert pairs_of(trace) == [(0, 1), (0, 2)]
+    assert trace.impacts["time_s"].tolist() == [2.0, 2.0]
+    assert trace.ambiguous == ()
+    np.testing.assert_array_equal(trace.final_velocity_m_s, [[0, 0], [-1, 0], [1, 0]])

@@ -1,0 +1,160 @@
+"""PIT: exactly Algorithm 1, with its late impacts, wrong normals and misses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.errors import InputError
+from carom.scene import Disc, Scene, Wall
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit import solve_pit
+
+from .strategies import line
+
+U = 2.0**-53
+
+
+def test_algorithm_1_by_hand_with_its_wrong_normal() -> None:
+    """Contact is at .325 s on (.8, .6); PIT finds it at .5 s on (.6, .8), and both velocities come out wrong.
+
+    By hand: at .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it
+    along (.6, .8). None of these numbers is above 2, and it takes fewer than 20 roundings to get to any of them.
+    """
+    scene = Scene(
+        name="3-4-5",
+        duration_s=1,
+        frame_rate_hz=2,
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
+            Disc(position_m=(1.45, 0.6), radius_m=0.5),
+        ],
+    )
+    trace = solve_pit(scene)
+    (impact,) = trace.impacts
+    tolerance = 20 * 2 * U
+    assert impact["time_s"] == 0.5
+    np.testing.assert_allclose(impact["normal"], [0.6, 0.8], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(impact["velocity_first_after"], [1.28, -0.96], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(impact["velocity_second_after"], [0.72, 0.96], rtol=0, atol=tolerance)
+    np.testing.assert_allclose(trace.final_position_m, [[1.64, -0.48], [1.81, 1.08]], rtol=0, atol=tolerance)
+    assert abs(solve_pic(scene).impacts[0]["time_s"] - 0.325) <= 128 * U  # as derived in the tests of PIC
+
+
+def test_positions_are_not_corrected() -> None:
+    """PIT leaves the discs overlapping where it found them: they part from there, at most a frame's way too deep."""
+    trace = solve_pit(line(0.0, 2.75, velocities=(1.0, 0.0), duration_s=2.5), frame_rate_hz=1.0)
+    # Contact is at 1.75 s; at the frame of 2 s the discs overlap by 1/4; then disc 1 moves on alone for half a second.
+    assert trace.impacts["time_s"].tolist() == [2.0]
+    np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.25])
+
+
+def test_an_impact_between_two_frames_is_missed() -> None:
+    """A disc that passes through another between two frames meets nothing, where PIC finds the impact."""
+    scene = line(0.0, 5.5, velocities=(11.0, 0.0), duration_s=2.0)
+    assert len(solve_pit(scene, frame_rate_hz=1.0).impacts) == 0
+    assert len(solve_pic(scene).impacts) == 1
+
+
+@given(
+    st.integers(1, 16),
+    st.integers(-16, 16),
+    st.integers(17, 200),
+    st.integers(1, 64),
+    st.sampled_from([0.5, 1, 2, 4, 8]),
+)
+def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
+    contact: int, aside: int, ahead: int, speed: int, rate: float
+) -> None:
+    """Two discs collide in PIT at the first frame in [t_enter, t_closest), and not at all where no frame lies there.
+
+    All numbers are multiples of 1/64 of at most 20 bits, so that frames, positions and the overlap test are exact.
+    """
+    closest = ahead / speed
+    duration = math.ceil(closest) + 1.0
+    scene = Scene(
+        name="two",
+        duration_s=duration,
+        frame_rate_hz=rate,
+        discs=[
+            Disc(position_m=(-ahead / 8, aside / 8), velocity_m_s=(speed / 8, 0), radius_m=contact / 16),
+            Disc(position_m=(0, 0), radius_m=contact / 16),
+        ],
+    )
+    expected = []
+    for frame in range(int(duration * rate)):
+        x = speed * frame / rate - ahead  # in eighths, exact
+        if x < 0 and x * x + aside * aside <= contact * contact:
+            expected.append(frame / rate)
+            break
+    assert solve_pit(scene).impacts["time_s"].tolist() == expected
+
+
+def test_pit_is_never_early_and_late_by_less_than_a_frame() -> None:
+    """Of a head-on impact at 2 s, PIT's time is the first frame at or after it."""
+    for rate in (0.4, 0.7, 1.0, 3.0, 7.0, 60.0):
+        (time,) = solve_pit(line(0.0, 3.0, velocities=(1.0, 0.0)), frame_rate_hz=rate).impacts["time_s"]
+        frame = math.ceil(2.0 * rate)
+        assert time == frame / rate
+
+
+def test_several_impacts_of_one_frame_are_taken_in_the_order_of_indices() -> None:
+    """In one frame the pairs are tested by index, each with the velocities that the earlier ones left."""
+    trace = solve_pit(line(0.0, 1.75, 3.0, velocities=(4.0, 0.0, -4.0), duration_s=1.0), frame_rate_hz=4.0)
+    # At .25 s: 1.0, 1.75, 2.0, so that (0, 1), (0, 2) and (1, 2) overlap; 0 and 1 exchange, then 1 meets 2.
+    now = trace.impacts[trace.impacts["time_s"] == 0.25]
+    assert [(int(i["first"]), int(i["second"])) for i in now] == [(0, 1), (0, 2), (1, 2)]
+    np.testing.assert_array_equal(now[0]["velocity_first_after"], [0, 0])
+    np.testing.assert_array_equal(now[1]["velocity_first_before"], [0, 0])
+    np.testing.assert_array_equal(now[1]["velocity_first_after"], [-4, 0])
+    np.testing.assert_array_equal(now[2]["velocity_first_before"], [4, 0])
+    np.testing.assert_array_equal(now[2]["velocity_second_before"], [0, 0])
+    assert trace.ambiguous == (1, 2)
+
+
+def test_discs_come_before_walls_in_a_frame() -> None:
+    """Discs that overlap a wall and each other at one frame meet each other first, then each the wall."""
+    scene = Scene(
+        name="wall",
+        duration_s=1,
+        frame_rate_hz=2,
+        discs=[
+            Disc(position_m=(1, 0), velocity_m_s=(-2, 0), radius_m=0.5),
+            Disc(position_m=(2.5, 0), velocity_m_s=(-4, 0), radius_m=0.5),
+        ],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+    )
+    trace = solve_pit(scene)
+    assert [(int(i["first"]), int(i["second"])) for i in trace.impacts] == [(0, 1), (0, -1), (1, -1)]
+    np.testing.assert_array_equal(trace.impacts[1]["velocity_first_after"], [4, 0])
+
+
+def test_overlapping_discs_that_separate_are_left_alone() -> None:
+    """After a late impact the discs still overlap at the next frames, but separate, and are not pushed again."""
+    trace = solve_pit(line(0.0, 1.5, velocities=(1.0, 0.0), duration_s=2.0), frame_rate_hz=4.0)
+    assert trace.impacts["time_s"].tolist() == [0.5]
+    late = solve_pit(line(0.0, 1.9375, velocities=(1.0, 0.0), duration_s=4.0, restitution=0.25), frame_rate_hz=1.0)
+    assert len(late.impacts) == 1
+
+
+def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> None:
+    """Frames stand at k/rate from 0 to the last one before the duration; the state is brought to the duration."""
+    scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
+    assert len(solve_pit(scene, frame_rate_hz=4.0).impacts) == 0
+    longer = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)
+    trace = solve_pit(longer, frame_rate_hz=4.0)
+    assert trace.impacts["time_s"].tolist() == [2.0]
+    assert trace.end_time_s == 2.125
+    assert trace.counts == {"frames": 9, "pair_tests": 9}
+    np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.125])
+
+
+@pytest.mark.parametrize("rate", [0.0, -60.0, math.nan, math.inf])
+def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
+    """A frame rate of zero, less, infinity or NaN is refused by name and value."""
+    with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
+        solve_pit(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)

@@ -1,0 +1,82 @@
+"""The errors that are raised on purpose."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from carom import errors
+from carom.errors import (
+    AdapterError,
+    CaromError,
+    InputError,
+    MissingExtraError,
+    Problem,
+    SceneError,
+    UnknownNameError,
+)
+
+
+@pytest.mark.parametrize("name", [name for name in errors.__all__ if name != "Problem"])
+def test_every_deliberate_error_is_caught_by_the_one_base(name: str) -> None:
+    """`except CaromError` is enough to catch whatever Carom raises on purpose."""
+    assert issubclass(getattr(errors, name), CaromError)
+
+
+@pytest.mark.parametrize(
+    ("error", "builtin"),
+    [
+        (InputError, ValueError),
+        (SceneError, ValueError),
+        (UnknownNameError, LookupError),
+        (MissingExtraError, ImportError),
+        (AdapterError, RuntimeError),
+    ],
+)
+def test_each_error_is_also_the_builtin_that_a_caller_would_expect(
+    error: type[CaromError], builtin: type[Exception]
+) -> None:
+    """Code that knows nothing of Carom catches its errors as the built-in ones that they are."""
+    assert issubclass(error, builtin)
+
+
+@pytest.mark.parametrize(
+    ("field", "shown"),
+    [
+        ((), "is wrong"),
+        (("name",), "name: is wrong"),
+        (("discs", 3, "radius_m"), "discs[3].radius_m: is wrong"),
+        (("discs", 3, "position_m", 1), "discs[3].position_m[1]: is wrong"),
+        (("walls", 0), "walls[0]: is wrong"),
+    ],
+)
+def test_a_problem_is_shown_as_path_and_message(field: tuple[str | int, ...], shown: str) -> None:
+    """A path reads as it would be written in Python, with indices in brackets."""
+    assert str(Problem(field, "is wrong")) == shown
+
+
+def test_a_scene_error_shows_each_problem_on_a_line_of_its_own_after_the_source() -> None:
+    """Every line of a scene error names the file, so that each can be read alone."""
+    error = SceneError([Problem(("a",), "is wrong"), Problem(("b",), "too")], source="x.toml")
+    assert str(error) == "x.toml: a: is wrong\nx.toml: b: too"
+
+
+def test_a_scene_error_counts_the_problems_that_it_does_not_show() -> None:
+    """Of very many problems the first ten are shown and the rest counted, while `problems` keeps all."""
+    error = SceneError([Problem(("discs", k), "is wrong") for k in range(25)])
+    lines = str(error).splitlines()
+    assert len(lines) == 11
+    assert lines[9] == "discs[9]: is wrong"
+    assert lines[10] == "and 15 more"
+    assert len(error.problems) == 25
+
+
+def test_a_scene_error_survives_pickling() -> None:
+    """A worker process can send a scene error home whole."""
+    error = SceneError([Problem(("discs", 0, "mass_kg"), "must be greater than 0, got 0")], source="x.json")
+    copy = pickle.loads(pickle.dumps(error))  # noqa: S301 (our own bytes)
+    assert type(copy) is SceneError
+    assert copy.problems == error.problems
+    assert copy.source == error.source
+    assert str(copy) == str(error)

@@ -1,0 +1,184 @@
+"""Adapters found by entry point, without importing an engine."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from carom.adapter import Adapter, Engine
+from carom.errors import UnknownNameError
+from carom.registry import ENTRY_POINT_GROUP, engines, load_adapter, unavailable_reason
+
+GOOD_ADAPTER = """
+from carom.adapter import Capabilities, Engine, Profile
+
+class Good:
+    name = "good"
+    engine = Engine("Good engine")
+    capabilities = Capabilities()
+    profiles = {"default": Profile("As it comes.", lambda dt_s: {"dt_s": dt_s})}
+
+    def prepare(self, scene, settings):
+        raise NotImplementedError
+
+adapter = Good()
+"""
+
+
+def python(program: str, *extra_path: Path) -> str:
+    """Run a program in a fresh interpreter, with directories ahead on its path, and return what it prints."""
+    path = os.pathsep.join([*map(str, extra_path), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    environment = {**os.environ, "PYTHONPATH": path}
+    result = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False, env=environment
+    )
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def install(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
+    """Make a distribution in a directory: its metadata and its modules, no more."""
+    info = directory / "thirdparty-3.2.1.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: thirdparty\nVersion: 3.2.1\n", encoding="utf-8")
+    lines = "".join(f"{name} = {value}\n" for name, value in entry_points.items())
+    (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{lines}", encoding="utf-8")
+    for name, source in modules.items():
+        (directory / f"{name}.py").write_text(source, encoding="utf-8")
+
+
+def listed(directory: Path) -> dict[str, dict[str, Any]]:
+    """Return what `engines()` says in an interpreter that sees the distribution in this directory."""
+    program = (
+        "import json, carom; print(json.dumps({e.name: dict(engine=e.engine, version=e.version, "
+        "unavailable=e.unavailable, available=e.available, profiles=dict(e.profiles), "
+        "distribution=e.distribution) for e in carom.engines()}))"
+    )
+    found: dict[str, dict[str, Any]] = json.loads(python(program, directory))
+    return found
+
+
+def test_every_entry_point_of_the_group_is_listed_once() -> None:
+    """The engines listed are the entry points installed, Carom's own two first, the others by name."""
+    names = [info.name for info in engines()]
+    assert set(names) == {point.name for point in metadata.entry_points(group=ENTRY_POINT_GROUP)}
+    assert names[:2] == ["pic", "pit"]
+    assert names[2:] == sorted(names[2:])
+
+
+@pytest.mark.parametrize("name", ["pic", "pit"])
+def test_caroms_own_methods_come_in_by_entry_point_and_are_available(name: str) -> None:
+    """Carom's own methods are adapters like any other, of Carom's own version, and need no installation."""
+    (info,) = (info for info in engines() if info.name == name)
+    assert info.available
+    assert info.unavailable == ""
+    assert info.version == metadata.version("carom")
+    assert {"default", "tuned"} <= set(info.profiles)
+    assert isinstance(load_adapter(name), Adapter)
+
+
+def test_an_unknown_engine_is_refused_with_the_names_that_there_are() -> None:
+    """A misspelt engine is answered with its name and all names that would do."""
+    with pytest.raises(UnknownNameError) as caught:
+        load_adapter("pimunk")
+    assert "'pimunk'" in str(caught.value)
+    for info in engines():
+        assert info.name in str(caught.value)
+
+
+def test_an_engine_that_is_not_installed_is_unavailable_with_what_to_do() -> None:
+    """The reason names the module that is missing and the command that installs it."""
+    engine = Engine("Nonesuch", module="no_such_module_at_all", install="pip install nonesuch")
+    assert unavailable_reason(engine) == "no_such_module_at_all is not installed; pip install nonesuch"
+
+
+def test_an_engine_without_a_wheel_for_this_python_says_so() -> None:
+    """Where a missing engine publishes no wheel for the running Python, the reason says that, too."""
+    here = sys.version_info[:2]
+    engine = Engine("Nonesuch", module="no_such_module_at_all", no_wheel_from=(3, 0))
+    assert "has no wheel for CPython 3.0 and later" in unavailable_reason(engine)
+    assert f"this is {here[0]}.{here[1]}" in unavailable_reason(engine)
+    later = Engine("Nonesuch", module="no_such_module_at_all", no_wheel_from=(here[0] + 1, 0))
+    assert "wheel" not in unavailable_reason(later)
+
+
+@pytest.mark.parametrize("module", ["", "json", "json.decoder"])
+def test_an_engine_that_can_be_imported_has_no_reason_against_it(module: str) -> None:
+    """An engine that needs no module, or whose module is there, is available."""
+    assert unavailable_reason(Engine("Here", module=module)) == ""
+
+
+def test_a_dotted_module_in_a_missing_package_is_a_reason_and_no_error() -> None:
+    """Looking for `missing.part` finds that it is not installed, and does not fail over `missing`."""
+    assert "is not installed" in unavailable_reason(Engine("Nonesuch", module="no_such_package.part"))
+
+
+def test_listing_imports_no_engine() -> None:
+    """`carom.engines()` leaves every engine out of `sys.modules`."""
+    program = (
+        "import sys, carom; carom.engines(); "
+        "print([m for m in ('pymunk', 'pybullet', 'mujoco', 'Box2D', 'numba', 'matplotlib') if m in sys.modules])"
+    )
+    assert python(program).strip() == "[]"
+
+
+def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution(tmp_path: Path) -> None:
+    """An installed distribution's adapter is listed, and is not given Carom's version."""
+    install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
+    assert listed(tmp_path)["good"] == {
+        "engine": "Good engine",
+        "version": "3.2.1",
+        "unavailable": "",
+        "available": True,
+        "profiles": {"default": "As it comes."},
+        "distribution": "thirdparty",
+    }
+
+
+def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Path) -> None:
+    """Whatever is wrong with an adapter, it is listed as unavailable with why, and every other one stays listed."""
+    raising = GOOD_ADAPTER.replace(
+        "    capabilities = Capabilities()",
+        "    @property\n    def capabilities(self):\n        raise OSError('no licence file')",
+    )
+    install(
+        tmp_path,
+        {
+            "good_adapter": GOOD_ADAPTER,
+            "failing": "raise RuntimeError('no display')",
+            "wrong": "adapter = 42",
+            "raising": raising,
+            "odd_profiles": GOOD_ADAPTER.replace("profiles = {", "profiles = {'odd': 'text', "),
+        },
+        {
+            "good": "good_adapter:adapter",
+            "b-module": "no_such_module_at_all:adapter",
+            "b-attribute": "good_adapter:adaptor",
+            "b-failing": "failing:adapter",
+            "b-wrong": "wrong:adapter",
+            "b-raising": "raising:adapter",
+            "b-profiles": "odd_profiles:adapter",
+        },
+    )
+    found = listed(tmp_path)
+    assert found["good"]["available"]
+    assert found["pic"]["available"]
+    for name, reason in {
+        "b-module": "No module named 'no_such_module_at_all'",
+        "b-attribute": "has no attribute 'adaptor'",
+        "b-failing": "RuntimeError: no display",
+        "b-wrong": "is no adapter: it has no name, engine, capabilities, profiles, prepare",
+        "b-raising": "OSError: no licence file",
+        "b-profiles": "has no attribute 'description'",
+    }.items():
+        assert not found[name]["available"]
+        assert reason in found[name]["unavailable"]
+        assert found[name]["version"] == ""
+        assert found[name]["distribution"] == "thirdparty"

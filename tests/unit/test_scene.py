@@ -1,0 +1,385 @@
+"""Discs, walls and scenes: what is accepted, what is refused, and how the refusal reads."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.errors import InputError, SceneError
+from carom.scene import Disc, Need, Scene, Wall
+
+NAN, INF = math.nan, math.inf
+
+
+def disc(**fields: Any) -> dict[str, Any]:
+    """Return a valid disc as a file would hold it, but for the fields given."""
+    return {"position_m": [0.0, 0.0], "radius_m": 1.0, **fields}
+
+
+def scene(**fields: Any) -> Scene:
+    """Return a scene of one disc, but for the fields given."""
+    return Scene(**{"name": "test", "duration_s": 1.0, "discs": [disc()], **fields})
+
+
+def message(make: Callable[[], object]) -> str:
+    """Return the message of the SceneError that `make` raises."""
+    with pytest.raises(SceneError) as caught:
+        make()
+    return str(caught.value)
+
+
+# One row an invalid input: the disc's field, its value, and what the message must say of field and value.
+BAD_DISC_FIELDS = [
+    ("radius_m", NAN, "radius_m: must be a finite number, got nan"),
+    ("radius_m", INF, "radius_m: must be a finite number, got inf"),
+    ("radius_m", -1.5, "radius_m: must be greater than 0, got -1.5"),
+    ("radius_m", 0, "radius_m: must be greater than 0, got 0"),
+    ("radius_m", True, "radius_m: must be a valid number, got True"),
+    ("radius_m", "1.5", "radius_m: must be a valid number, got '1.5'"),
+    ("radius_m", None, "radius_m: must be a valid number, got None"),
+    ("radius_m", [1.0], "radius_m: must be a valid number, got [1.0]"),
+    ("radius_m", np.bool_(True), "radius_m: must be a valid number, got True"),
+    pytest.param(
+        "radius_m", 10**5000, "radius_m: must be a valid number, got an integer of too many digits", id="radius_m-huge"
+    ),
+    ("mass_kg", 0.0, "mass_kg: must be greater than 0, got 0.0"),
+    ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
+    ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
+    ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
+    ("mass_kg", True, "mass_kg: must be a valid number, got True"),
+    ("mass_kg", "heavy", "mass_kg: must be a valid number, got 'heavy'"),
+    ("position_m", [NAN, 0.0], "position_m[0]: must be a finite number, got nan"),
+    ("position_m", [0.0, -INF], "position_m[1]: must be a finite number, got -inf"),
+    ("position_m", [0.0, False], "position_m[1]: must be a valid number, got False"),
+    ("position_m", [0.0, "2"], "position_m[1]: must be a valid number, got '2'"),
+    ("position_m", [1.0, 2.0, 3.0], "position_m: must hold two numbers, got [1.0, 2.0, 3.0]"),
+    ("position_m", [1.0], "position_m[1]: is required, but missing"),
+    ("position_m", "12", "position_m: must be a list, got '12'"),
+    ("position_m", 5.0, "position_m: must be a list, got 5.0"),
+    ("velocity_m_s", [0.0, NAN], "velocity_m_s[1]: must be a finite number, got nan"),
+    ("velocity_m_s", [0.0, 1.0, 2.0, 3.0], "velocity_m_s: must hold two numbers, got [0.0, 1.0, 2.0, 3.0]"),
+    ("velocity_m_s", None, "velocity_m_s: must be a list, got None"),
+]
+
+
+@pytest.mark.parametrize(("field", "value", "says"), BAD_DISC_FIELDS)
+def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
+    """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
+    discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
+    assert message(lambda: scene(discs=discs)) == f"discs[2].{says}"
+    assert message(lambda: Disc(**discs[2])) == says
+
+
+BAD_SCENE_FIELDS = [
+    ("discs", [], "discs: must hold at least one disc, got []"),
+    ("discs", 5, "discs: must be a list, got 5"),
+    ("discs", [7], "discs[0]: must be a valid dictionary or instance of Disc, got 7"),
+    ("walls", [{"point_m": [0.0, -1.0], "normal": [0.0, 0.0]}], "walls[0].normal: must not be of length zero, got "),
+    ("walls", [{"point_m": [0.0, NAN], "normal": [0.0, 1.0]}], "walls[0].point_m[1]: must be a finite number, got nan"),
+    ("walls", [{"normal": [0.0, 1.0]}], "walls[0].point_m: is required, but missing"),
+    ("walls", [{"point_m": [0, -1], "normal": [0, 1, 0]}], "walls[0].normal: must hold two numbers, got [0, 1, 0]"),
+    ("restitution", 1.5, "restitution: must be less than or equal to 1, got 1.5"),
+    ("restitution", -0.25, "restitution: must be greater than or equal to 0, got -0.25"),
+    ("restitution", NAN, "restitution: must be a finite number, got nan"),
+    ("restitution", True, "restitution: must be a valid number, got True"),
+    (
+        "wall_restitution",
+        1.0000000000000002,
+        "wall_restitution: must be less than or equal to 1, got 1.0000000000000002",
+    ),
+    ("wall_restitution", "1", "wall_restitution: must be a valid number, got '1'"),
+    ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
+    ("duration_s", INF, "duration_s: must be a finite number, got inf"),
+    ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
+    ("frame_rate_hz", NAN, "frame_rate_hz: must be a finite number, got nan"),
+    ("gravity_m_s2", [0.0, INF], "gravity_m_s2[1]: must be a finite number, got inf"),
+    ("name", "", "name: must have at least 1 character, got ''"),
+    ("name", "x" * 201, "name: must have at most 200 characters, got 'xxx"),
+    ("name", 5, "name: must be a valid string, got 5"),
+    ("description", None, "description: must be a valid string, got None"),
+]
+
+
+@pytest.mark.parametrize(("field", "value", "says"), BAD_SCENE_FIELDS)
+def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value: object, says: str) -> None:
+    """An invalid value of a scene is refused with the field's name, the index where it is in a list, and the value."""
+    assert message(lambda: scene(**{field: value})).startswith(says)
+
+
+@pytest.mark.parametrize("field", ["colour", "self", "model_config", "__init__", "radius"])
+def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
+    """A field that no scene has is named, on whichever level it stands, even one named like Python's own."""
+    says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
+    assert message(lambda: scene(**{field: 1})) == says
+    assert message(lambda: scene(discs=[disc(**{field: 1})])) == f"discs[0].{says}"
+    wall = {"point_m": [0.0, -1.0], "normal": [0.0, 1.0], field: 1}
+    assert message(lambda: scene(walls=[wall])) == f"walls[0].{says}"
+
+
+def test_a_missing_field_is_named() -> None:
+    """A disc without a radius is refused by the path to the radius."""
+    assert message(lambda: scene(discs=[{"position_m": [0, 0]}])) == "discs[0].radius_m: is required, but missing"
+
+
+def test_every_problem_is_reported_at_once() -> None:
+    """Three mistakes in one scene take one run to find, not three."""
+    text = message(lambda: scene(discs=[disc(radius_m=-1.0), disc(mass_kg=0.0)], restitution=2.0))
+    assert [line.partition(":")[0] for line in text.splitlines()] == [
+        "discs[0].radius_m",
+        "discs[1].mass_kg",
+        "restitution",
+    ]
+
+
+def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
+    """A value that Python cannot even print still ends in the error that names its field."""
+    nested: dict[str, Any] = {}
+    inner = nested
+    for _ in range(100_000):
+        inner["a"] = {}
+        inner = inner["a"]
+    assert message(lambda: scene(name=nested)) == "name: must be a valid string, got a value nested too deeply to show"
+
+
+def test_a_moving_immovable_disc_is_refused() -> None:
+    """Infinite mass with a velocity is refused, with the index and the velocity."""
+    says = "velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0)"
+    moving = disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])
+    assert message(lambda: Disc(**moving)) == says
+    assert message(lambda: scene(discs=[disc(position_m=[5.0, 0.0]), moving])) == f"discs[1].{says}"
+
+
+@pytest.mark.parametrize("mass", [INF, "inf"])
+def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
+    """Infinity and the string "inf" both mean immovable; a finite mass does not."""
+    assert Disc(**disc(mass_kg=mass)).immovable
+    assert Disc(**disc(mass_kg=mass)).mass_kg == INF
+    assert not Disc(**disc(mass_kg=1e308)).immovable
+
+
+def test_numpy_values_are_as_good_as_plain_ones() -> None:
+    """Arrays and NumPy scalars give the same scene as the lists and numbers that they stand for."""
+    from_numpy = scene(
+        discs=[disc(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
+        duration_s=np.float64(2.0),
+        walls=[Wall(point_m=np.zeros(2), normal=np.array([0.0, 1.0]))],
+    )
+    plain = scene(
+        discs=[disc(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)],
+        duration_s=2.0,
+        walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}],
+    )
+    assert from_numpy == plain
+
+
+# Overlapping starts ---------------------------------------------------------------------------------------------------
+
+
+def test_discs_that_overlap_at_the_start_are_refused_by_both_indices_and_the_depth() -> None:
+    """The later disc is named with its position, the other with its index, and how deep they overlap."""
+    discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 1.5])]
+    assert message(lambda: scene(discs=discs)) == (
+        "discs[2].position_m: must not overlap discs[0] at the start, got (0.0, 1.5): "
+        "the two overlap by 0.5 m; move them apart"
+    )
+
+
+def test_a_disc_that_overlaps_a_wall_at_the_start_is_refused_by_both_indices_and_the_depth() -> None:
+    """The disc is named with its position, the wall with its index, and how deep the disc is in it."""
+    walls = [{"point_m": [0.0, -5.0], "normal": [0.0, 2.0]}, {"point_m": [0.25, 0.0], "normal": [-4.0, 0.0]}]
+    assert message(lambda: scene(walls=walls)) == (
+        "discs[0].position_m: must not overlap walls[1] at the start, got (0.0, 0.0): "
+        "the disc reaches 0.75 m into it; move the disc, or turn the wall's normal round"
+    )
+
+
+def test_overlaps_are_found_wherever_they_are() -> None:
+    """Among discs of different sizes the sweep finds exactly the overlapping pairs that comparing all pairs finds."""
+    rng = np.random.default_rng(7)
+    for _ in range(50):
+        n = 12
+        position = rng.integers(0, 40, (n, 2)) / 4.0
+        radius = rng.integers(1, 8, n) / 4.0
+        pairs = {
+            (j, i)
+            for i in range(n)
+            for j in range(i + 1, n)
+            if math.dist(position[i], position[j]) < radius[i] + radius[j]
+        }
+        found = set()
+        try:
+            scene(discs=[disc(position_m=p, radius_m=r) for p, r in zip(position, radius, strict=True)])
+        except SceneError as error:
+            for problem in error.problems:
+                other = problem.message.removeprefix("must not overlap discs[").partition("]")[0]
+                found.add((problem.field[1], int(other)))
+        assert found == pairs
+
+
+def test_a_start_that_touches_in_decimals_is_accepted() -> None:
+    """Radii of .1 at 0.1 and 0.3 touch as written; that binary rounding makes it an overlap is nobody's fault."""
+    assert 0.3 - 0.1 < 0.1 + 0.1  # what the floats say
+    scene(discs=[disc(position_m=[0.1, 0.0], radius_m=0.1), disc(position_m=[0.3, 0.0], radius_m=0.1)])
+
+
+TRIPLES = [(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 29), (0, 1, 1), (1, 0, 1)]
+thousandths = st.integers(-(10**6), 10**6).map(lambda k: Fraction(k, 1000))
+
+
+@given(st.sampled_from(TRIPLES), thousandths, thousandths, st.integers(1, 1000), st.integers(1, 999))
+def test_any_start_that_touches_in_decimals_is_accepted(
+    triple: tuple[int, int, int], x: Fraction, y: Fraction, size: int, share: int
+) -> None:
+    """Two discs at the ends of a Pythagorean hypotenuse, exactly touching in rational numbers, are never refused."""
+    scale, first = Fraction(size, 1000), Fraction(share, 1000)
+    scene(
+        discs=[
+            disc(position_m=[float(x), float(y)], radius_m=float(scale * triple[2] * first)),
+            disc(
+                position_m=[float(x + scale * triple[0]), float(y - scale * triple[1])],
+                radius_m=float(scale * triple[2] * (1 - first)),
+            ),
+        ]
+    )
+
+
+@given(st.sampled_from(TRIPLES), thousandths, thousandths, thousandths, st.integers(1, 1000))
+def test_any_disc_that_touches_an_oblique_wall_in_decimals_is_accepted(
+    triple: tuple[int, int, int], x: Fraction, y: Fraction, along: Fraction, size: int
+) -> None:
+    """A disc that exactly touches a wall in rational numbers, wherever the wall's point lies, is never refused."""
+    nx, ny, length = triple
+    radius = Fraction(size, 1000) * length
+    point = (x - radius * nx / length - along * ny, y - radius * ny / length + along * nx)
+    scene(
+        discs=[disc(position_m=[float(x), float(y)], radius_m=float(radius))],
+        walls=[{"point_m": [float(c) for c in point], "normal": [float(nx), float(ny)]}],
+    )
+
+
+@pytest.mark.parametrize("offset", [0.0, 1.0, 1e6])
+def test_an_overlap_beyond_rounding_is_refused(offset: float) -> None:
+    """An overlap of eight units in the last place of the largest number is more than rounding can explain."""
+    largest = offset + 2.0
+    position = largest - 8 * math.ulp(largest)
+    text = message(lambda: scene(discs=[disc(position_m=[offset, 0.0]), disc(position_m=[position, 0.0])]))
+    assert text.startswith("discs[1].position_m: must not overlap discs[0] at the start")
+
+
+def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
+    """A peg made of several immovable discs, set into a wall, is a legitimate obstacle."""
+    peg = [disc(mass_kg=INF), disc(mass_kg=INF, position_m=[0.5, 0.0])]
+    scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
+    text = message(lambda: scene(discs=[*peg, disc(position_m=[2.0, 0.0])]))
+    assert "must not overlap discs[1]" in text
+
+
+def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
+    """Discs near the largest float are compared without a warning."""
+    scene(discs=[disc(position_m=[x, 0.0], radius_m=1e308) for x in (-1.7e308, 1.7e308)])
+
+
+# Walls ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
+def test_a_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
+    """A normal of any length, however small or large, becomes the unit vector of its direction."""
+    assert Wall(point_m=(0, 0), normal=(0, -scale)).normal == (0.0, -1.0)
+    if scale > 1e-300:
+        x, y = Wall(point_m=(0, 0), normal=(3 * scale, 4 * scale)).normal
+        # Each component takes two divisions and a length, 4 units of relative rounding (2^-53) together.
+        assert abs(x - 0.6) <= 5 * 2**-53
+        assert abs(y - 0.8) <= 5 * 2**-53
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
+def test_a_unit_normal_comes_back_as_it_was(x: float, y: float) -> None:
+    """Making a wall of a wall's own normal changes no bit of it, or saved scenes would load unequal."""
+    if (x, y) == (0.0, 0.0):
+        return
+    normal = Wall(point_m=(0, 0), normal=(x, y)).normal
+    assert Wall(point_m=(0, 0), normal=normal).normal == normal
+
+
+# What a scene is ------------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_cannot_be_changed() -> None:
+    """Assigning to a field of a scene, a disc or a wall fails."""
+    made = scene(walls=[{"point_m": [0, -1], "normal": [0, 1]}])
+    for thing, field in ((made, "name"), (made.discs[0], "radius_m"), (made.walls[0], "normal")):
+        with pytest.raises(ValueError, match="frozen"):
+            setattr(thing, field, 1.0)
+
+
+def test_equal_scenes_compare_and_hash_equal() -> None:
+    """Two scenes of the same fields are one key of a dictionary, and one changed number makes them two."""
+    assert scene() == scene()
+    assert hash(scene()) == hash(scene())
+    assert scene() != scene(duration_s=2.0)
+    assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
+
+
+def test_scenes_survive_pickling() -> None:
+    """A scene sent to a worker process arrives equal, infinite mass, walls and all."""
+    made = scene(
+        discs=[disc(mass_kg=INF), disc(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
+        walls=[{"point_m": [0, -1], "normal": [0.1, 1]}],
+    )
+    assert pickle.loads(pickle.dumps(made)) == made  # noqa: S301 (our own bytes)
+
+
+def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
+    """Each need follows from one part of the scene, and wall restitution without walls asks for nothing."""
+    floor = [{"point_m": [0, -1], "normal": [0, 1]}]
+    assert scene().needs == frozenset()
+    assert scene(wall_restitution=0.5).needs == frozenset()
+    assert scene(walls=floor).needs == {Need.WALLS}
+    assert scene(walls=floor, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+    assert scene(restitution=0.5).needs == {Need.RESTITUTION}
+    assert scene(discs=[disc(mass_kg=INF)]).needs == {Need.IMMOVABLE}
+    assert scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
+
+
+# Steps ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("duration", "dt", "steps"),
+    [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
+)
+def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, steps: int) -> None:
+    """Two seconds at 1/240 are 480 steps, although neither 1/240 nor their quotient is exact."""
+    assert scene(duration_s=duration).step_count(dt) == steps
+
+
+@given(st.integers(1, 10**6), st.integers(1, 10**4))
+def test_step_count_of_whole_frames_is_exact(frames: int, rate: int) -> None:
+    """As many frames as fit into `frames / rate` seconds at `rate` are `frames`, however the two round."""
+    assert scene(duration_s=frames / rate).step_count(1 / rate) == frames
+
+
+@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
+def test_the_steps_cover_the_duration_and_one_fewer_would_not(duration: float, dt: float) -> None:
+    """The steps reach the end of the scene, to the rounding of the two inputs, and none of them is needless."""
+    steps = scene(duration_s=duration).step_count(dt)
+    slack = Fraction(2, 2**53)  # half a unit of rounding each for duration and step, as `step_count` derives it
+    assert steps >= 1
+    assert steps * Fraction(dt) >= Fraction(duration) * (1 - slack)
+    assert (steps - 1) * Fraction(dt) < Fraction(duration)
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, NAN, INF])
+def test_a_step_that_is_no_positive_number_is_refused_by_value(dt: float) -> None:
+    """A step of zero, less, infinity or NaN counts no steps; the message names it."""
+    with pytest.raises(InputError, match=f"above 0, got {dt}"):
+        scene().step_count(dt)

@@ -1,0 +1,334 @@
+"""Scenes as files: what is loaded, what is refused, and that saving loses nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+import tomllib
+import tracemalloc
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema  # type: ignore[import-untyped]
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from carom import scene as scene_module
+from carom.errors import SceneError
+from carom.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
+
+SAMPLE = Scene(
+    name="sample",
+    description='Quotes ", backslashes \\, lines\nand the letter ü.',
+    duration_s=1.5,
+    discs=[
+        Disc(position_m=(0.1, 0.2), velocity_m_s=(1e-300, -1e22), radius_m=0.1, mass_kg=0.3),
+        Disc(position_m=(5, 0), radius_m=1, mass_kg=math.inf),
+    ],
+    walls=[Wall(point_m=(0, -7), normal=(1, 3))],
+    restitution=0.9,
+)
+
+
+def refusal(path: Path) -> str:
+    """Return the message with which a file is refused; it must name the file on every line."""
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    text = str(caught.value)
+    assert all(line.startswith((f"{path}: ", "and ")) for line in text.splitlines())
+    return text.replace(f"{path}: ", "")
+
+
+def written(path: Path, data: str | bytes) -> Path:
+    """Write the data and return the path."""
+    path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return path
+
+
+# Files that hold no scene ---------------------------------------------------------------------------------------------
+
+
+def test_a_file_that_is_not_toml_is_refused_with_line_and_column(tmp_path: Path) -> None:
+    """What the TOML parser has to say is passed on, with the place."""
+    text = refusal(written(tmp_path / "x.toml", "name = \n"))
+    assert text.startswith("is not TOML: ")
+    assert "line 1" in text
+
+
+def test_a_file_that_is_not_json_is_refused_with_line_and_column(tmp_path: Path) -> None:
+    """What the JSON parser has to say is passed on, with the place."""
+    text = refusal(written(tmp_path / "x.json", '{"name": }'))
+    assert text.startswith("is not JSON: ")
+    assert "line 1 column 10" in text
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".json"])
+def test_a_file_that_is_not_utf8_is_refused_with_the_byte(tmp_path: Path, suffix: str) -> None:
+    """Text in another encoding is refused by the first byte that shows it."""
+    text = refusal(written(tmp_path / f"x{suffix}", b"# caf\xe9"))
+    assert text == f"is not {suffix[1:].upper()}: byte 5 is not UTF-8 text"
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [("x.json", "[" * 100_000), ("x.json", '{"a":' * 100_000), ("x.toml", "name = " + "[" * 100_000)],
+)
+def test_a_file_nested_too_deeply_is_refused(tmp_path: Path, name: str, data: str) -> None:
+    """A hundred thousand brackets end in a message, not in a crash."""
+    assert "nested too deeply" in refusal(written(tmp_path / name, data))
+
+
+@pytest.mark.parametrize("data", ["name.{} = 1", "[name.{}]\nx = 1"])
+def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) -> None:
+    """Dotted keys nest without brackets; what they build is refused by its field, however deep."""
+    text = refusal(written(tmp_path / "x.toml", data.format(".".join("a" * 3000))))
+    assert "name: must be a valid string, got a value nested too deeply to show" in text
+
+
+@pytest.mark.parametrize("depth", range(940, 1000, 4))
+def test_no_depth_of_nesting_ends_in_another_error(tmp_path: Path, depth: int) -> None:
+    """Between what the parser can read and what it cannot there is no depth that slips through as another error."""
+    assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
+
+
+@pytest.mark.parametrize("name", ["x.toml", "x.json"])
+def test_a_directory_is_refused(tmp_path: Path, name: str) -> None:
+    """A directory of a scene's name is refused, not read."""
+    (tmp_path / name).mkdir()
+    assert refusal(tmp_path / name).startswith("can't be read: ")
+
+
+def test_a_missing_file_is_refused(tmp_path: Path) -> None:
+    """A file that is not there is refused with the system's own words."""
+    assert refusal(tmp_path / "x.toml") == f"can't be read: {os.strerror(2)}"
+
+
+@pytest.mark.parametrize(("name", "shown"), [("x.yaml", "'.yaml'"), ("x", "'nothing'"), ("x.TOML", "'.TOML'")])
+def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
+    """A file of another kind is refused by its ending before it is opened, and nothing is written."""
+    says = f"a scene file ends in .toml or .json, not in {shown}"
+    assert refusal(tmp_path / name) == says
+    with pytest.raises(SceneError, match="a scene file ends in"):
+        save_scene(SAMPLE, tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+@pytest.mark.parametrize(("data", "shown"), [("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'")])
+def test_a_json_file_whose_top_level_is_no_object_is_refused(tmp_path: Path, data: str, shown: str) -> None:
+    """A list or a number is valid JSON, but no scene."""
+    says = f"must hold an object with the fields of a scene, got {shown}"
+    assert refusal(written(tmp_path / "x.json", data)) == says
+
+
+def test_a_number_of_too_many_digits_is_refused(tmp_path: Path) -> None:
+    """An integer that Python refuses to convert is refused as a scene error, in either format."""
+    digits = "1" * 5000
+    assert refusal(written(tmp_path / "x.json", f'{{"duration_s": {digits}}}')).startswith("is not JSON: ")
+    assert refusal(written(tmp_path / "x.toml", f"duration_s = {digits}")).startswith("is not TOML: ")
+    text = refusal(written(tmp_path / "y.toml", f"duration_s = 0x{digits}"))
+    assert "duration_s: must be a valid number, got an integer of too many digits" in text
+
+
+def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a file of two gigabytes no more than the limit is ever held in memory."""
+    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", 2**20)
+    path = tmp_path / "x.toml"
+    with path.open("wb") as file:
+        file.truncate(2 * 2**30)
+    tracemalloc.start()
+    text = refusal(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert text == "is larger than 1 MiB, which no scene file needs"
+    assert peak < 8 * 2**20
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
+def test_a_device_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device that reports no size and never ends is read up to the limit and refused."""
+    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", 2**20)
+    path = tmp_path / "x.toml"
+    path.symlink_to("/dev/zero")
+    assert refusal(path) == "is larger than 1 MiB, which no scene file needs"
+
+
+def test_a_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit itself is still allowed; one byte more is not."""
+    save_scene(SAMPLE, tmp_path / "x.toml")
+    size = (tmp_path / "x.toml").stat().st_size
+    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", size)
+    assert load_scene(tmp_path / "x.toml") == SAMPLE
+    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", size - 1)
+    assert "is larger than" in refusal(tmp_path / "x.toml")
+
+
+def test_a_bad_value_in_a_file_is_refused_by_file_field_index_and_value(tmp_path: Path) -> None:
+    """The message of a bad number in a file names all four."""
+    save_scene(SAMPLE, tmp_path / "x.toml")
+    text = (tmp_path / "x.toml").read_text(encoding="utf-8").replace("radius_m = 0.1", "radius_m = -0.1")
+    path = written(tmp_path / "bad.toml", text)
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    assert str(caught.value) == f"{path}: discs[0].radius_m: must be greater than 0, got -0.1"
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
+def test_numbers_that_json_does_not_have_are_refused_as_not_finite(tmp_path: Path, number: str) -> None:
+    """Python's JSON reader lets NaN and infinities through; the scene does not."""
+    data = f'{{"name": "x", "duration_s": {number}, "discs": [{{"position_m": [0, 0], "radius_m": 1}}]}}'
+    assert refusal(written(tmp_path / "x.json", data)).startswith("duration_s: must be a finite number, got ")
+
+
+# Round trip -----------------------------------------------------------------------------------------------------------
+
+finite = st.floats(allow_nan=False, allow_infinity=False)
+positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+coefficient = st.floats(0, 1)
+pairs = st.tuples(finite, finite)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    """Draw any valid scene; those whose random bodies overlap are drawn again."""
+    discs = []
+    for _ in range(draw(st.integers(1, 3))):
+        immovable = draw(st.booleans())
+        discs.append(
+            {
+                "position_m": draw(pairs),
+                "radius_m": draw(positive),
+                "mass_kg": math.inf if immovable else draw(positive),
+                "velocity_m_s": (0.0, 0.0) if immovable else draw(pairs),
+            }
+        )
+    normals = pairs.filter(lambda normal: normal != (0.0, 0.0))
+    walls = draw(st.lists(st.fixed_dictionaries({"point_m": pairs, "normal": normals}), max_size=2))
+    fields: dict[str, Any] = {
+        "name": draw(st.text(min_size=1, max_size=20)),
+        "description": draw(st.text(max_size=50)),
+        "discs": discs,
+        "walls": walls,
+        "restitution": draw(coefficient),
+        "wall_restitution": draw(coefficient),
+        "gravity_m_s2": draw(pairs),
+        "duration_s": draw(positive),
+        "frame_rate_hz": draw(positive),
+    }
+    try:
+        return Scene(**fields)
+    except SceneError as error:
+        assume("overlap" not in str(error))
+        raise
+
+
+@given(scenes())
+def test_a_saved_scene_loads_equal(scene: Scene) -> None:
+    """Whatever a scene holds, saving and loading it in either format gives an equal scene, to the last bit."""
+    with tempfile.TemporaryDirectory() as directory:
+        for suffix in (".toml", ".json"):
+            path = Path(directory) / f"scene{suffix}"
+            save_scene(scene, path)
+            loaded = load_scene(path)
+            assert loaded == scene
+            assert hash(loaded) == hash(scene)
+
+
+def test_infinite_mass_is_the_string_inf_in_json_and_inf_in_toml(tmp_path: Path) -> None:
+    """JSON has no infinity, so there the mass is a string; TOML has one."""
+    save_scene(SAMPLE, tmp_path / "x.json")
+    save_scene(SAMPLE, tmp_path / "x.toml")
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    as_json = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"), parse_constant=refuse)
+    as_toml = tomllib.loads((tmp_path / "x.toml").read_text(encoding="utf-8"))
+    assert as_json["discs"][1]["mass_kg"] == "inf"
+    assert as_toml["discs"][1]["mass_kg"] == math.inf
+
+
+def test_what_a_file_leaves_out_takes_its_default(tmp_path: Path) -> None:
+    """The shortest scene file has a name, a duration and one disc."""
+    path = written(
+        tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
+    )
+    assert load_scene(str(path)) == Scene(
+        name="short", duration_s=1.0, discs=[Disc(position_m=(0, 0), radius_m=1, mass_kg=1)], frame_rate_hz=60
+    )
+
+
+def test_saving_to_a_place_that_cannot_be_written_is_the_systems_own_error(tmp_path: Path) -> None:
+    """A missing directory is reported by the error that Python has for it."""
+    with pytest.raises(FileNotFoundError):
+        save_scene(SAMPLE, tmp_path / "missing" / "x.toml")
+
+
+# JSON Schema ----------------------------------------------------------------------------------------------------------
+
+
+def as_json(scene: Scene) -> Any:
+    """Return the scene as a JSON file of it reads."""
+    return json.loads(scene.model_dump_json())
+
+
+def test_the_published_schema_is_the_one_of_the_code() -> None:
+    """The file that is published equals what the code generates: sorted, indented by 2, ended by a newline."""
+    published = resources.files("carom").joinpath("scene.schema.json").read_text(encoding="utf-8")
+    assert published == json.dumps(scene_schema(), indent=2, sort_keys=True) + "\n"
+
+
+def test_the_schema_is_a_valid_schema() -> None:
+    """The schema itself keeps to the draft that it names."""
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+
+
+def test_the_schema_accepts_a_saved_scene() -> None:
+    """A scene saved as JSON validates against the schema, infinite mass included."""
+    jsonschema.validate(as_json(SAMPLE), scene_schema())
+
+
+BAD_EDITS: list[tuple[list[str | int], object]] = [
+    (["discs", 0, "radius_m"], -1.0),
+    (["discs", 0, "radius_m"], 0),
+    (["discs", 0, "radius_m"], "1"),
+    (["discs", 0, "radius_m"], True),
+    (["discs", 0, "mass_kg"], 0.0),
+    (["discs", 0, "mass_kg"], "heavy"),
+    (["discs", 0, "position_m"], [1.0]),
+    (["discs", 0, "position_m"], [1.0, 2.0, 3.0]),
+    (["discs", 0, "colour"], "red"),
+    (["discs"], []),
+    (["walls", 0, "normal"], [1.0, "2"]),
+    (["restitution"], 1.5),
+    (["wall_restitution"], -0.1),
+    (["duration_s"], 0.0),
+    (["frame_rate_hz"], -60.0),
+    (["name"], ""),
+    (["gravity"], 9.81),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), BAD_EDITS)
+def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: object, tmp_path: Path) -> None:
+    """Each of these mistakes is caught by the schema, as in an editor, and by loading alike."""
+    edited = as_json(SAMPLE)
+    target = edited
+    for part in path[:-1]:
+        target = target[part]
+    target[path[-1]] = value
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(edited, scene_schema())
+    assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
+
+
+@pytest.mark.parametrize("field", ["name", "discs", "duration_s"])
+def test_the_schema_requires_what_loading_requires(field: str) -> None:
+    """A scene without a name, discs or duration fails the schema."""
+    edited = as_json(SAMPLE)
+    del edited[field]
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(edited, scene_schema())

@@ -1,0 +1,90 @@
+"""The record of one run."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+
+from carom.scene import Disc, Scene
+from carom.solvers.pic import solve_pic
+from carom.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body
+
+RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
+
+
+def test_an_impact_record_has_the_fields_of_the_array_in_its_order() -> None:
+    """A record turns into a row without renaming: both list the same fields in the same order."""
+    assert IMPACT_DTYPE.names == ImpactRecord._fields
+
+
+def test_impact_array_holds_every_field_of_every_record() -> None:
+    """What goes in as a record comes out of the array field by field."""
+    array = impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
+    assert array.shape == (2,)
+    assert array["time_s"].tolist() == [1.5, 2.5]
+    assert array["second"].tolist() == [3, -2]
+    for name in ImpactRecord._fields:
+        np.testing.assert_array_equal(array[name][0], getattr(RECORD, name))
+
+
+def test_impact_array_of_nothing_is_empty_and_has_its_fields() -> None:
+    """A run without impacts still has an array that can be asked for its fields."""
+    array = impact_array([])
+    assert array.shape == (0,)
+    assert array["velocity_first_after"].shape == (0, 2)
+
+
+def test_impact_array_is_read_only() -> None:
+    """Nobody can change what happened."""
+    array = impact_array([RECORD])
+    with pytest.raises(ValueError, match="read-only"):
+        array["time_s"] = 0.0
+
+
+def test_wall_bodies_count_down_from_minus_one_and_back() -> None:
+    """The k-th wall is body -1 - k, and the same rule gives k back."""
+    assert [wall_body(k) for k in range(3)] == [-1, -2, -3]
+    assert [wall_body(wall_body(k)) for k in range(3)] == [0, 1, 2]
+
+
+def test_every_outcome_reads_as_a_sentence() -> None:
+    """The value of each outcome is what a report shows, and no two read the same."""
+    texts = [outcome.value for outcome in Outcome]
+    assert all(len(text.split()) > 3 for text in texts)
+    assert len(set(texts)) == len(texts)
+
+
+def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
+    """Masses 2 and 4 at speeds 5 and 1 have 25 J and 2 J, and an immovable disc has none."""
+    scene = Scene(
+        name="energy",
+        duration_s=1,
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(3, 4), radius_m=1, mass_kg=2),
+            Disc(position_m=(9, 0), velocity_m_s=(0, 1), radius_m=1, mass_kg=4),
+            Disc(position_m=(0, 9), radius_m=1, mass_kg=math.inf),
+        ],
+    )
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    assert kinetic_energy(scene, velocity) == 27.0
+
+
+def test_a_trace_survives_pickling() -> None:
+    """A worker process can send a whole trace home."""
+    scene = Scene(
+        name="head-on",
+        duration_s=3,
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(3, 0), radius_m=0.5),
+        ],
+    )
+    trace = solve_pic(scene)
+    copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 (our own bytes)
+    assert copy.impacts.tobytes() == trace.impacts.tobytes()
+    assert copy.outcome is trace.outcome
+    assert copy.scene == scene
+    np.testing.assert_array_equal(copy.final_position_m, trace.final_position_m)
