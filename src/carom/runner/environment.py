@@ -21,7 +21,7 @@ class Environment:
         date: UTC, ISO 8601, to the second.
         carom: Version of Carom.
         python: Implementation and version.
-        system: Operating system and architecture.
+        system: Operating system, architecture and C library, whose rounding of elementary functions can differ.
         processor: Name of the processor.
         cores: Number of cores that this process may use.
         versions: Version of every distribution that takes part, by name.
@@ -42,7 +42,7 @@ def environment(distributions: Mapping[str, str]) -> Environment:
         date=datetime.now(UTC).isoformat(timespec="seconds"),
         carom=metadata.version("carom"),
         python=f"{platform.python_implementation()} {platform.python_version()}",
-        system=f"{platform.system()} {platform.release()} {platform.machine()}",
+        system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         processor=_processor(),
         cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
         versions={"numpy": metadata.version("numpy"), **distributions},
