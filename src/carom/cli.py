@@ -35,8 +35,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="Cross-check disc collisions: collision times and post-impact velocities of physics engines, "
     "scored against the analytic result.",
-    epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable, "
-    "4 an adapter crashed.",
+    epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable "
+    "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
 )
 
 Parameters = ParamSpec("Parameters")
@@ -78,7 +78,8 @@ def _console() -> Console:
     from rich.console import Console
 
     # A pipe or a log has no width of its own; 160 columns keep a row of the widest table on one line.
-    return Console(width=None if sys.stdout.isatty() else 160, highlight=False)
+    # Names and an engine's own words may hold brackets and colons that are no markup.
+    return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
 
 
 def _seconds(text: str) -> float:
@@ -164,13 +165,13 @@ def run(
     if report is not None:
         require_writable(report)
     results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing)
+    paths = None if report is None else write_report(results, report)
     console = _console()
     console.print(verdict_table(results))
     for table in impact_tables(results):
         console.print(table)
     console.print(verdict_line(results), soft_wrap=True)
-    if report is not None:
-        paths = write_report(results, report)
+    if paths is not None:
         console.print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
@@ -220,6 +221,8 @@ def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
     if any(row.status in broken for row in results.rows):
         return EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.cell.engine in requested for row in results.rows):
+        return EXIT_UNAVAILABLE
+    if all(row.score is None for row in results.rows):  # what was not run does not conform
         return EXIT_UNAVAILABLE
     if fail_on is not FailOn.NEVER and any(violates(row, Grade[fail_on.name]) for row in results.rows):
         return EXIT_VIOLATION

@@ -104,6 +104,8 @@ def _describe(name: str, distribution: str) -> EngineInfo:
     adapter = load_adapter(name)
     try:
         reason = unavailable_reason(adapter.engine)
+        if not adapter.profiles:
+            raise ValueError("it has no profiles")
         return EngineInfo(
             name=name,
             engine=adapter.engine.name,

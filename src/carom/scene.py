@@ -203,7 +203,8 @@ class Scene(_Model):
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
     """
 
-    name: Annotated[str, Field(min_length=1, max_length=200)]
+    # Control characters would reach terminals and reports as they are.
+    name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
     walls: tuple[Wall, ...] = ()

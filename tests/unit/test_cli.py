@@ -71,6 +71,7 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved() -> None:
         (("run", "paper/missed", "--time-limit", "0"), "time_limit_s must be a positive number"),
         (("run", "paper/missed", "--report", "/dev/null/report"), "/dev/null is not a folder"),
         (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
+        (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "time_limit_s must be a positive"),
         (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
     ],
 )
@@ -101,6 +102,27 @@ def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
     result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output
+
+
+def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
+    """A scene that nobody supports yet conforms to nothing: exit code 3, with the reason."""
+    path = tmp_path / "falling.toml"
+    path.write_text("gravity_m_s2 = [0.0, -9.81]\n" + SCENE)
+    result = carom_command("run", str(path), "-e", "pit", "--no-timing")
+    assert result.exit_code == 3
+    assert "gravity" in result.output
+
+
+def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
+    """A name or a folder with brackets is printed as it is, and the report lies where it says."""
+    path = tmp_path / "odd.toml"
+    path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
+    folder = tmp_path / "r[red]q[/x]"
+    result = carom_command("run", str(path), "-e", "pic", "--dt", "0.1", "--no-timing", "--report", str(folder))
+    assert result.exit_code == 0, result.output
+    assert "[red]mine[/x]" in result.output
+    assert (folder / "index.html").exists()
+    assert "r[red]q[/x]" in result.output.replace("\n", "")
 
 
 def test_a_crash_is_exit_code_4(scene_file: Path) -> None:

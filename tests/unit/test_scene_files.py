@@ -208,7 +208,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     normals = pairs.filter(lambda normal: normal != (0.0, 0.0))
     walls = draw(st.lists(st.fixed_dictionaries({"point_m": pairs, "normal": normals}), max_size=2))
     fields: dict[str, Any] = {
-        "name": draw(st.text(min_size=1, max_size=20)),
+        "name": draw(st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_size=1, max_size=20)),
         "description": draw(st.text(max_size=50)),
         "discs": discs,
         "walls": walls,

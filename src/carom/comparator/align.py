@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,8 +36,8 @@ class Alignment:
         matched: Index pairs ``(reference, observed)`` in order of reference time.
         missed: Reference impacts that were not observed.
         spurious: Observed impacts that the reference does not have.
-        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step could
-            not yet have reported them.
+        undecided: Reference impacts not observed, but so close to the end of the run that a method at this step may
+            not have been able to report them yet.
     """
 
     matched: tuple[tuple[int, int], ...]
@@ -53,20 +54,40 @@ def align(reference: Trace, observed: Trace) -> Alignment:
     matched: list[tuple[int, int]] = []
     for pair, expected in _by_pair(reference.impacts).items():
         found = observed_by_pair.get(pair, [])
-        matched += _align_pair(expected, found, reference.impacts["time_s"], observed.impacts["time_s"], windows)
+        for part, candidates in _independent(expected, found, observed.impacts["time_s"], windows):
+            times = (reference.impacts["time_s"], observed.impacts["time_s"])
+            matched += _align_pair(part, candidates, *times, windows)
     matched.sort()
     hit = {r for r, _ in matched}
     used = {o for _, o in matched}
     unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
-    # A run is as long as the scene; an impact in its last steps has no later step in which it could be reported.
+    # A run is as long as the scene; an impact in its last steps may have no later step in which it could be reported.
     last_reportable = observed.end_time_s - slack
-    late = {r for r in unmatched if reference.impacts["time_s"][r] > last_reportable}
+    late = {
+        r
+        for r in unmatched
+        if reference.impacts["time_s"][r] > last_reportable and not _has_passed(reference.impacts[r], observed)
+    }
     return Alignment(
         matched=tuple(matched),
         missed=tuple(r for r in unmatched if r not in late),
         spurious=tuple(o for o in range(len(observed.impacts)) if o not in used),
         undecided=tuple(sorted(late)),
     )
+
+
+def _has_passed(impact: np.void, observed: Trace) -> bool:
+    """Whether the two bodies of an impact that was not observed part in the observed final state.
+
+    Then they have gone through each other, and no later step would have found them: that is a miss. A wall is a
+    half-plane, which nothing goes through.
+    """
+    first, second = int(impact["first"]), int(impact["second"])
+    if second < 0 or impact["time_s"] > observed.end_time_s:
+        return False
+    apart = observed.final_position_m[second] - observed.final_position_m[first]
+    moving = observed.final_velocity_m_s[second] - observed.final_velocity_m_s[first]
+    return bool(apart @ moving >= 0.0)
 
 
 def _by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
@@ -99,6 +120,21 @@ def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
             latest = min(latest, mine[after] if after < len(mine) else math.inf)
         windows.append((earliest - slack, latest + slack))
     return windows
+
+
+def _independent(
+    expected: list[int], found: list[int], observed_time: NDArray[np.float64], windows: list[tuple[float, float]]
+) -> Iterator[tuple[list[int], list[int]]]:
+    """Cut one pair's impacts where no window reaches across, so that a long history costs no more than its parts."""
+    start = 0
+    ends = np.maximum.accumulate([windows[r][1] for r in expected]).tolist()
+    times = observed_time[found]
+    for k in range(1, len(expected) + 1):
+        if k == len(expected) or windows[expected[k]][0] > ends[k - 1]:
+            early = min(windows[r][0] for r in expected[start:k])
+            within = np.flatnonzero((times >= early) & (times <= ends[k - 1]))
+            yield expected[start:k], [found[c] for c in within]
+            start = k
 
 
 def _align_pair(

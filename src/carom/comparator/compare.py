@@ -46,7 +46,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None)
         momentum_error=measured.momentum_error,
         sampling_velocity_error=math.nan if sampled is None else sampled.worst_velocity,
         sampling_missed=None if sampled is None else len(sampled.alignment.missed),
-        findings=findings(reference, observed, measured, scales),
+        findings=findings(reference, observed, measured, sampled, scales),
         grade=grade(reference, observed, measured, sampled, scales),
         scales=scales,
     )

@@ -21,6 +21,8 @@ class Verdict(Enum):
     ENERGY_LOST = "energy is lost"
     CUT_SHORT = "the run ended before the scene did"
     CONVENTION = "the scene has no unique answer"
+    UNDECIDED = "too close to the end of the run to be decided"
+    UNCOMPARED = "there is no PIT at this step to hold it against"
     CONFORMS = "agrees with the reference to rounding"
 
 
@@ -31,7 +33,7 @@ class Grade(Enum):
     SAMPLED = "sampled: no worse than PIT at the same step"
     INACCURATE = "inaccurate: finds every impact, with more error than sampling explains"
     WRONG = "wrong: misses or invents an impact"
-    UNGRADED = "not graded: the scene has no unique answer"
+    UNGRADED = "not graded: no unique answer, or nothing to decide by"
 
 
 @dataclass(frozen=True)

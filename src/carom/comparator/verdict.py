@@ -31,7 +31,9 @@ class Thresholds:
 THRESHOLDS = Thresholds()
 
 
-def findings(reference: Trace, observed: Trace, measured: Measured, scales: Scales) -> tuple[Finding, ...]:
+def findings(
+    reference: Trace, observed: Trace, measured: Measured, sampling: Measured | None, scales: Scales
+) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     alignment, errors, energy_error = measured.alignment, measured.errors, measured.energy_error
     found: list[Finding] = []
@@ -60,6 +62,10 @@ def findings(reference: Trace, observed: Trace, measured: Measured, scales: Scal
         first = observed.impacts[alignment.spurious[0]]
         reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {_bodies(first)}"
         found.append(Finding(Verdict.SPURIOUS, reason))
+    if alignment.undecided:
+        first = reference.impacts[alignment.undecided[0]]
+        reason = f"{len(alignment.undecided)} of {len(reference.impacts)} impacts, the first at {first['time_s']:.6g} s"
+        found.append(Finding(Verdict.UNDECIDED, reason))
     found += _timing(observed, errors, scales)
     turned = max((error.direction_rad for error in errors), default=0.0)
     if turned > THRESHOLDS.direction_rad:
@@ -67,6 +73,9 @@ def findings(reference: Trace, observed: Trace, measured: Measured, scales: Scal
     if abs(energy_error) > THRESHOLDS.energy:
         verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
         found.append(Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start"))
+    if errors and found and sampling is None:
+        reason = "whether sampling explains the errors is not known"
+        found.append(Finding(Verdict.UNCOMPARED, reason))
     if not found:
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {len(reference.impacts)} impacts found"))
     return tuple(found)
@@ -95,12 +104,14 @@ def grade(reference: Trace, observed: Trace, measured: Measured, sampling: Measu
         return Grade.UNGRADED
     if alignment.missed or alignment.spurious or observed.outcome is not reference.outcome:
         return Grade.WRONG
+    if alignment.undecided:
+        return Grade.UNGRADED
     rounding, rounding_s = THRESHOLDS.rounding, THRESHOLDS.rounding * scales.time_s
     time_s, velocity = _worst(errors)
     if time_s <= rounding_s and velocity <= rounding and abs(measured.energy_error) <= rounding:
         return Grade.EXACT
     if sampling is None:
-        return Grade.INACCURATE
+        return Grade.UNGRADED
     # Held against PIT where both have an error: an impact that PIT misses can't be found worse than by PIT.
     common = {error.reference for error in sampling.errors}
     time_s, velocity = _worst(tuple(error for error in errors if error.reference in common))

@@ -13,11 +13,11 @@ from carom.registry import EngineInfo, engines, load_adapter
 from carom.runner.drive import profile_settings
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
-from carom.runner.results import Cell, Results, Row
+from carom.runner.results import Cell, Results, Row, Status
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
 
@@ -27,6 +27,9 @@ DEFAULT_PROFILES = ("default", "tuned")
 #: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
+
+#: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
+MOST_IMPACTS = 200_000
 
 #: PIT stands for sampling itself: every method is held against it at its own step.
 SAMPLING = ("pit", "tuned")
@@ -97,16 +100,25 @@ def cross_check(
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     started = time.perf_counter()
+    if isinstance(scenes, Scene | CatalogueScene) or isinstance(engine_names, str):
+        raise InputError("scenes and engine_names must be lists, also where there is one of them")
     _require_positive(time_limit_s=time_limit_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())})
     plain, answers = _sort_out(scenes)
     infos = _chosen(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
-    references = {scene.name: trace for scene in plain if (trace := _reference(scene)) is not None}
-    pit_cells = _sampling_cells(cells)
-    others = [cell for cell in cells if (cell.engine, cell.profile) != SAMPLING]
-    timed = sum(cell.refinement == 0 for cell in cells) if timing else 0
+    solved = {scene.name: _reference(scene) for scene in plain}
+    references = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
+    unscorable = {name: reason for name, reason in solved.items() if isinstance(reason, str)}
+    rows: dict[Key, Row] = {
+        _key(cell): Row(cell, Status.UNSUPPORTED, unscorable[cell.scene.name])
+        for cell in cells
+        if cell.scene.name in unscorable
+    }
+    scorable = [cell for cell in cells if cell.scene.name not in unscorable]
+    pit_cells = _sampling_cells(scorable)
+    others = [cell for cell in scorable if (cell.engine, cell.profile) != SAMPLING]
+    timed = sum(cell.refinement == 0 for cell in scorable) if timing else 0
     done, total = 0, len(pit_cells) + len(others) + timed
-    rows: dict[Key, Row] = {}
 
     def report(row: Row) -> None:
         nonlocal done
@@ -127,7 +139,7 @@ def cross_check(
             report(row)
         for row in executor.observe_all(others):
             report(score(row))
-        for cell in cells:
+        for cell in scorable:
             row = rows[_key(cell)] if (cell.engine, cell.profile) != SAMPLING else score(rows[_key(cell)])
             rows[_key(cell)] = row
             if timing and cell.refinement == 0:
@@ -149,8 +161,8 @@ def cross_check(
 
 def _require_positive(**values: float) -> None:
     for name, value in values.items():
-        if not 0 < value < math.inf:
-            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+        if not (isinstance(value, int | float) and 0 < value < math.inf):
+            raise InputError(f"{name} must be a positive number of seconds, got {value!r}")
 
 
 def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], dict[str, KnownAnswer]]:
@@ -184,7 +196,7 @@ def _cells(
 ) -> Iterator[Cell]:
     offered = {profile: None for info in infos for profile in info.profiles}
     for profile in profiles:
-        if profile not in offered:
+        if profile not in offered and all(info.profiles for info in infos):
             raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
     for scene in scenes:
         steps = tuple(dts) if dts else default_dts(scene)
@@ -199,19 +211,27 @@ def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[st
     if not info.profiles:  # the adapter can't be loaded: one row says why
         return [profiles[-1]]
     adapter = load_adapter(info.name)
-    by_settings = {
-        tuple(sorted(profile_settings(adapter, profile, dt_s).items())): profile
-        for profile in profiles
-        if profile in info.profiles
-    }
+    by_settings: dict[object, str] = {}
+    for profile in profiles:
+        if profile in info.profiles:
+            try:
+                settings: object = tuple(sorted(profile_settings(adapter, profile, dt_s).items()))
+            except AdapterError:  # its row will say why
+                settings = profile
+            by_settings[settings] = profile
     return sorted(by_settings.values(), key=list(profiles).index)
 
 
-def _reference(scene: Scene) -> Trace | None:
+def _reference(scene: Scene) -> Trace | str:
+    """Return the PIC trace that everything is held against, or why there is none, for every row to say."""
     try:
-        return solve_pic(scene)
-    except InputError:  # PIC does not support the scene yet, and every row will say so
-        return None
+        trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
+    except InputError as error:
+        return str(error)
+    if trace.outcome is Outcome.MAX_IMPACTS:
+        at = f"{MOST_IMPACTS} impacts come before {trace.end_time_s:.6g} s of its {scene.duration_s:g} s"
+        return f"{at}, more than a cross-check follows; shorten duration_s"
+    return trace
 
 
 def _sampling_cells(cells: Sequence[Cell]) -> list[Cell]:

@@ -44,10 +44,20 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
 
     Raises:
         UnknownNameError: The adapter has no such profile.
+        AdapterError: The profile fails, or a setting is no plain value.
     """
     if profile not in adapter.profiles:
         raise UnknownNameError(f"{adapter.name} has no profile {profile!r}; it has: {', '.join(adapter.profiles)}")
-    return adapter.profiles[profile].settings(dt_s)
+    try:
+        settings = dict(adapter.profiles[profile].settings(dt_s))
+    except Exception as error:
+        message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
+        raise AdapterError(message) from error
+    for name, value in settings.items():
+        if not isinstance(value, float | int | bool | str):
+            message = f"setting {name!r} of profile {profile!r} of {adapter.name} must be a number, a bool or a string"
+            raise AdapterError(f"{message}, got {value!r}")
+    return settings
 
 
 def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:

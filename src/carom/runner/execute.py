@@ -73,7 +73,9 @@ class Executor:
         cell = row.cell
         request = Request(cell.engine, cell.scene, cell.profile, cell.dt_s, timing_runs=TIMING_RUNS)
         answer = self._ask(cell, request)
-        return row if isinstance(answer, Row) else replace(row, timing=_as(Timing, answer))
+        if isinstance(answer, Row):
+            return replace(row, reason=f"not timed: {answer.status.value}: {answer.reason}")
+        return replace(row, timing=_as(Timing, answer))
 
     def _ask(self, cell: Cell, request: Request) -> Trace | Timing | Row:
         try:
@@ -108,6 +110,9 @@ def _refusal(cell: Cell) -> Row | None:
     missing = unavailable_reason(adapter.engine)
     if missing:
         return Row(cell, Status.UNAVAILABLE, missing)
-    profile_settings(adapter, cell.profile, cell.dt_s)
+    try:
+        profile_settings(adapter, cell.profile, cell.dt_s)
+    except AdapterError as error:
+        return Row(cell, Status.FAILED, str(error))
     unsupported = unsupported_reason(cell.scene, adapter.capabilities, cell.dt_s)
     return Row(cell, Status.UNSUPPORTED, unsupported) if unsupported else None

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation
+from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.trace import ImpactRecord, Vector, impact_array
 
@@ -50,6 +51,7 @@ class ImpactCollector:
 
     def __init__(self, scene: Scene, start: Observation) -> None:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        self._walls = len(scene.walls)
         self._last = start
         self._last_s = 0.0
         self._open: dict[tuple[int, int], _OpenContact] = {}
@@ -58,6 +60,7 @@ class ImpactCollector:
 
     def add(self, time_s: float, now: Observation) -> None:
         """Take in the state and contacts of the step that ended at `time_s`."""
+        self._require_sound(now)
         before = self._last
         active: dict[tuple[int, int], Contact] = {}
         for contact in now.contacts:
@@ -87,6 +90,22 @@ class ImpactCollector:
     def _next_number(self) -> int:
         self._begun += 1
         return self._begun
+
+    def _require_sound(self, now: Observation) -> None:
+        """Refuse what no table could show: an adapter's slip must not read as its engine's fault."""
+        discs, shape = len(self._inverse_mass), (len(self._inverse_mass), 2)
+        if now.position_m.shape != shape or now.velocity_m_s.shape != shape:
+            got = f"{now.position_m.shape} and {now.velocity_m_s.shape}"
+            raise AdapterError(f"positions and velocities must have the shape {shape}, got {got}")
+        for contact in now.contacts:
+            first, second = contact.first, contact.second
+            if not (0 <= first < discs and (first < second < discs or -self._walls <= second < 0)):
+                raise AdapterError(
+                    f"a contact is of bodies {first} and {second}: first must be a disc (0 to {discs - 1}), second a "
+                    f"disc of a higher number or a wall (-1 to {-self._walls})"
+                )
+            if not (math.isfinite(contact.time_s) and all(map(math.isfinite, contact.normal))):
+                raise AdapterError(f"a contact has the time {contact.time_s} and the normal {contact.normal}")
 
     def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse."""

@@ -106,7 +106,7 @@ class Worker:
             _close_pipes(process)
         if process is None or self._closed:  # ended by the thread that closes this worker
             return "the cross-check was ended"
-        how = f"the engine's process was ended by {signal.Signals(-code).name}" if code < 0 else f"exit code {code}"
+        how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
         self._printed.seek(0)
         printed = [line.strip() for line in self._printed.read().decode(errors="replace").splitlines() if line.strip()]
         return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
@@ -117,6 +117,13 @@ class Worker:
             process.kill()
             process.wait()
             _close_pipes(process)
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # a real-time signal has no name
+        return f"signal {number}"
 
 
 def _close_pipes(process: subprocess.Popen[bytes]) -> None:
@@ -134,7 +141,7 @@ def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | 
     while True:
         try:
             answer: Answer = pickle.load(process.stdout)  # noqa: S301 - written by our own child process
-        except (EOFError, OSError, ValueError, pickle.UnpicklingError):
+        except Exception:  # noqa: BLE001 - whatever a dying process left half written, it is no answer
             answers.put(None)
             return
         answers.put(answer)

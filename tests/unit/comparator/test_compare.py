@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from carom import Disc, Scene, compare, solve_pic, solve_pit
-from carom.comparator import Grade, Verdict
+from carom import Disc, Scene, Wall, compare, solve_pic, solve_pit
+from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
 
@@ -39,6 +39,11 @@ def reference(scene: Scene) -> Trace:
     return trace
 
 
+def scored(reference: Trace, observed: Trace) -> Score:
+    """Compare, with PIT at the scene's own frame rate to hold the errors against."""
+    return compare(reference, observed, sampling=solve_pit(reference.scene))
+
+
 def changed(trace: Trace, impacts: NDArray[np.void]) -> Trace:
     return dataclasses.replace(trace, impacts=impacts, dt_s=1 / 60)
 
@@ -55,7 +60,7 @@ def test_a_late_impact_is_late_by_what_was_planted(reference: Trace) -> None:
     """An impact moved 0.3 steps later comes back as late by just that."""
     impacts = reference.impacts.copy()
     impacts["time_s"][1] += 0.3 / 60
-    score = compare(reference, changed(reference, impacts))
+    score = scored(reference, changed(reference, impacts))
     assert score.verdicts == (Verdict.LATE,)
     assert score.time_error_s == pytest.approx(0.3 / 60, abs=4 * math.ulp(1.0))
     assert "0.3 dt" in score.findings[0].reason
@@ -65,13 +70,13 @@ def test_an_early_impact_is_early(reference: Trace) -> None:
     """An impact moved earlier is called early, not late."""
     impacts = reference.impacts.copy()
     impacts["time_s"][0] -= 0.001
-    score = compare(reference, changed(reference, impacts))
+    score = scored(reference, changed(reference, impacts))
     assert score.verdicts == (Verdict.EARLY,)
 
 
 def test_a_dropped_impact_is_missed(reference: Trace) -> None:
     """A dropped impact is missed, the other one still matches its own, and the grade is wrong."""
-    score = compare(reference, changed(reference, reference.impacts[1:]))
+    score = scored(reference, changed(reference, reference.impacts[1:]))
     assert score.missed == (0,)
     assert score.spurious == ()
     assert [error.reference for error in score.errors] == [1]
@@ -81,7 +86,7 @@ def test_a_dropped_impact_is_missed(reference: Trace) -> None:
 
 def test_two_dropped_impacts_are_several_missed(reference: Trace) -> None:
     """With no impact left, the verdict is that of the paper's fourth case."""
-    score = compare(reference, changed(reference, reference.impacts[:0]))
+    score = scored(reference, changed(reference, reference.impacts[:0]))
     assert score.missed == (0, 1)
     assert score.verdicts == (Verdict.MULTIPLE_MISSED,)
     assert math.isnan(score.velocity_error)
@@ -91,7 +96,7 @@ def test_a_doubled_impact_is_spurious_once(reference: Trace) -> None:
     """An impact reported twice is matched once, and the copy is spurious."""
     impacts = np.concatenate([reference.impacts, reference.impacts[1:]])
     impacts["time_s"][2] += 0.01
-    score = compare(reference, changed(reference, impacts))
+    score = scored(reference, changed(reference, impacts))
     assert score.spurious == (2,)
     assert score.missed == ()
     assert score.verdicts == (Verdict.SPURIOUS,)
@@ -101,7 +106,7 @@ def test_an_impact_of_the_wrong_pair_is_missed_and_spurious(reference: Trace) ->
     """An impact given to another pair is one missed and one spurious, never one with a large error."""
     impacts = reference.impacts.copy()
     impacts["second"][0] = 2
-    score = compare(reference, changed(reference, impacts))
+    score = scored(reference, changed(reference, impacts))
     assert (score.missed, score.spurious) == ((0,), (0,))
 
 
@@ -111,7 +116,7 @@ def test_a_turned_normal_is_measured(reference: Trace) -> None:
     angle = math.radians(1.0)
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     impacts["normal"][0] = turn @ impacts["normal"][0]
-    error = compare(reference, changed(reference, impacts)).errors[0]
+    error = scored(reference, changed(reference, impacts)).errors[0]
     assert error.normal_rad == pytest.approx(angle, abs=4 * math.ulp(1.0))
 
 
@@ -119,7 +124,7 @@ def test_a_velocity_error_is_split_along_and_across_the_normal(reference: Trace)
     """An error planted along the normal is found along it and not across, over the scene's own speed."""
     impacts = reference.impacts.copy()
     impacts["velocity_first_after"][0] += 0.25 * impacts["normal"][0]
-    error = compare(reference, changed(reference, impacts)).errors[0]
+    error = scored(reference, changed(reference, impacts)).errors[0]
     assert error.along_normal == pytest.approx(0.25 / SPEED, abs=4 * math.ulp(1.0))
     assert error.across_normal == pytest.approx(0.0, abs=4 * math.ulp(1.0))
     assert error.velocity == pytest.approx(0.25 / SPEED, abs=4 * math.ulp(1.0))
@@ -131,7 +136,7 @@ def test_a_wrong_direction_is_called_so(reference: Trace) -> None:
     angle = math.radians(10.0)
     turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
     impacts["velocity_first_after"][1] = turn @ impacts["velocity_first_after"][1]
-    score = compare(reference, changed(reference, impacts))
+    score = scored(reference, changed(reference, impacts))
     assert Verdict.WRONG_DIRECTION in score.verdicts
     assert math.degrees(score.direction_error_rad) == pytest.approx(10.0, rel=1e-12)
 
@@ -140,7 +145,7 @@ def test_a_wrong_direction_is_called_so(reference: Trace) -> None:
 def test_energy_is_held_against_that_of_the_start(reference: Trace, factor: float, verdict: Verdict) -> None:
     """All final velocities one per cent too fast gain 2.01 % of energy; one per cent too slow lose 1.99 %."""
     wrong = dataclasses.replace(reference, final_velocity_m_s=reference.final_velocity_m_s * factor)
-    score = compare(reference, wrong)
+    score = scored(reference, wrong)
     assert score.verdicts == (verdict,)
     assert score.energy_error == pytest.approx(factor**2 - 1, rel=1e-12)
 
@@ -150,18 +155,78 @@ def test_a_run_that_stopped_early_says_so(reference: Trace) -> None:
     cut = dataclasses.replace(
         reference, impacts=reference.impacts[:1], outcome=Outcome.WARNED, notes=("bad state",), end_time_s=0.3
     )
-    score = compare(reference, cut)
-    assert score.verdicts == (Verdict.CUT_SHORT,)
+    score = scored(reference, cut)
+    assert score.verdicts == (Verdict.CUT_SHORT, Verdict.UNDECIDED)
     assert "bad state" in score.findings[0].reason
     assert score.undecided == (1,)
     assert score.grade is Grade.WRONG
 
 
 def test_pit_is_sampled_when_held_against_itself(scene: Scene, reference: Trace) -> None:
-    """PIT is no worse than PIT: found late, but of the grade `sampled`; without PIT to compare, inaccurate."""
+    """PIT is no worse than PIT: found late, but of the grade `sampled`; with no PIT to hold it against, not graded."""
     pit = solve_pit(scene)
     assert compare(reference, pit, sampling=pit).grade is Grade.SAMPLED
-    assert compare(reference, pit).grade is Grade.INACCURATE
+    alone = compare(reference, pit)
+    assert alone.grade is Grade.UNGRADED
+    assert Verdict.UNCOMPARED in alone.verdicts
+
+
+def test_a_method_that_finds_nothing_conforms_to_nothing(scene: Scene, reference: Trace) -> None:
+    """Looking once in the whole run, PIT sees nothing of either impact: undecided, never exact."""
+    blind = solve_pit(scene, frame_rate_hz=0.5)
+    score = compare(reference, blind, sampling=blind)
+    assert len(blind.impacts) == 0
+    assert score.grade is Grade.WRONG
+    assert Verdict.CONFORMS not in score.verdicts
+
+
+def test_a_disc_that_tunnelled_at_the_very_end_is_a_miss() -> None:
+    """An impact in the last steps counts as missed where the discs part in the end: no later step would find it."""
+    scene = Scene(
+        name="late",
+        discs=[
+            Disc(position_m=(-95, 0), velocity_m_s=(100, 0), radius_m=0.25),
+            Disc(position_m=(0.45, 0), radius_m=0.25),
+        ],
+        duration_s=1.0,
+        frame_rate_hz=24,
+    )
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    score = compare(reference, pit, sampling=pit)
+    assert (score.missed, score.undecided) == ((0,), ())
+    assert score.grade is Grade.WRONG
+
+
+def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
+    """An impact in the last frame that PIT would see at the next one is neither found nor missed, and is not graded."""
+    scene = Scene(
+        name="last frame",
+        discs=[
+            Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
+            Disc(position_m=(0.49, 0), radius_m=0.25),
+        ],
+        duration_s=1.0,
+        frame_rate_hz=24,
+    )
+    reference, pit = solve_pic(scene), solve_pit(scene)
+    score = compare(reference, pit, sampling=pit)
+    assert score.undecided == (0,)
+    assert score.verdicts == (Verdict.UNDECIDED,)
+    assert score.grade is Grade.UNGRADED
+
+
+def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
+    """Of two thousand bounces between two walls, one that is dropped in the middle is the one missed."""
+    scene = Scene(
+        name="to and fro",
+        discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],
+        walls=[Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(0.5, 0), normal=(-1, 0))],
+        duration_s=1.0,
+    )
+    reference = solve_pic(scene)
+    assert len(reference.impacts) == 2000
+    dropped = dataclasses.replace(reference, impacts=np.delete(reference.impacts, 1000))
+    assert compare(reference, dropped).missed == (1000,)
 
 
 def test_worse_than_pit_is_inaccurate(scene: Scene, reference: Trace) -> None:

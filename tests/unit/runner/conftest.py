@@ -65,6 +65,15 @@ class Missing(Adapter):
 class OnlyDiscs(Adapter):
     capabilities = Capabilities(walls=False, max_speed_m_s=10.0, restitution=(0.5, 1.0))
 
+class BadProfile(Adapter):
+    def __init__(self, how):
+        self.name = how
+        self.profiles = {
+            "default": Profile("fails", lambda dt: {}["no such"]),
+            "tuned": Profile("holds a list", lambda dt: {"dt_s": dt, "list": [1]}),
+        }
+
+bad_profile = BadProfile("bad-profile")
 aborts, exits, hangs, raises, litters, goes_nan, warns = (
     Adapter(how) for how in ("aborts", "exits", "hangs", "raises", "litters", "goes-nan", "warns")
 )
@@ -82,6 +91,7 @@ warns = hostile:warns
 missing = hostile:missing
 only-discs = hostile:only_discs
 broken = hostile:no_such_name
+bad-profile = hostile:bad_profile
 """
 
 

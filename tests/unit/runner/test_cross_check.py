@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -212,3 +213,37 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
     assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
     assert [done for done, _, _ in calls] == [1, 2, 3, 4]
     assert {total for _, total, _ in calls} == {4}
+
+
+def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
+    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "SAMPLING", ("aborts", "tuned"))
+    row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
+    assert row.grade is Grade.UNGRADED
+    assert row.score is not None
+    assert Verdict.UNCOMPARED in row.score.verdicts
+
+
+def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
+    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "MOST_IMPACTS", 100)
+    endless = Scene(
+        name="endless",
+        discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],
+        walls=[Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(0.5, 0), normal=(-1, 0))],
+        duration_s=1e9,
+    )
+    row = carom.cross_check([endless], ["pit"], timing=False).rows[0]
+    assert row.status is Status.UNSUPPORTED
+    assert "100 impacts come before" in row.reason
+
+
+def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
+    """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
+    results = carom.cross_check([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False)
+    failed = {row.cell.profile: row.reason for row in results.rows if row.cell.engine == "bad-profile"}
+    assert "KeyError: 'no such'" in failed["default"]
+    assert "setting 'list' of profile 'tuned'" in failed["tuned"]
+    assert statuses(results)["pit"] is Status.RAN

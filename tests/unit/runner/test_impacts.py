@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from carom import Disc, Scene
-from carom.adapter import Contact, Observation
+from carom import Disc, Scene, Wall
+from carom.adapter import AdapterError, Contact, Observation
 from carom.runner.impacts import ImpactCollector
 
 DT = 0.1
@@ -27,6 +27,7 @@ def scene_of(start: Observation) -> Scene:
             Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=0.1)
             for p, v in zip(start.position_m, start.velocity_m_s, strict=True)
         ],
+        walls=[Wall(point_m=(9, 0), normal=(-1, 0))],
         duration_s=1,
     )
 
@@ -135,3 +136,20 @@ def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
     impacts, effective = collector.finish()
     assert len(impacts) == len(effective) == 0
     assert "time_s" in (impacts.dtype.names or ())
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        (Contact(1, 0, 0.0, ALONG_X, 1.0), "bodies 1 and 0"),
+        (Contact(0, 2, 0.0, ALONG_X, 1.0), "bodies 0 and 2"),
+        (Contact(0, -7, 0.0, ALONG_X, 1.0), "bodies 0 and -7"),
+        (Contact(0, 1, math.nan, ALONG_X, 1.0), "the time nan"),
+        (Contact(0, 1, 0.0, (math.inf, 0.0), 1.0), "the normal"),
+    ],
+)
+def test_an_adapters_slip_is_not_taken_for_its_engines_fault(contact: Contact, words: str) -> None:
+    """A contact of bodies that do not exist, in the wrong order, or at no time, is refused by name and value."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    with pytest.raises(AdapterError, match=words):
+        collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=(contact,)))
