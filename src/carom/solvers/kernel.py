@@ -14,6 +14,7 @@ Simultaneous impacts are carried out in the order of (first, second).
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from carom.physics.double_double import two_sum
@@ -192,8 +193,8 @@ def first_in_order(
     """
     while True:
         _, least, _ = earliest(tree, levels)
-        i = next_at(tree, levels, 0, least, discs)
         first, second = discs, discs
+        i = next_at(tree, levels, 0, least, discs) if least < math.inf else discs
         unsettled = False
         while i < discs:
             if settle(body, link, walls, heads, near_wall, times, tree, levels, tally, i, grid, error_free):
@@ -260,7 +261,7 @@ def run(
             predict_all(body, link, walls, heads, near_wall, times, tree, levels, grid, clock[NOW], discs, error_free)
             tally[READY] = 1
         i, time, shared = earliest(tree, levels)
-        if reported_time(clock, time) > until:
+        if not time < math.inf or reported_time(clock, time) > until:
             return DONE
         if settle(body, link, walls, heads, near_wall, times, tree, levels, tally, i, grid, error_free):
             continue
@@ -271,6 +272,8 @@ def run(
             time, first, second = first_in_order(
                 body, link, walls, heads, near_wall, times, tree, levels, tally, grid, discs, error_free
             )
+        if not time < math.inf:
+            return DONE
         now = reported_time(clock, time if time > clock[NOW] else clock[NOW])
         if now > until:
             return DONE
