@@ -10,13 +10,14 @@ import pytest
 from flint import arb, ctx
 
 import carom
+from carom.bench.time_of_impact import CLASSES, pairs_of_class
 from carom.physics import pair_time as pair_module
 from carom.physics.compilation import compiled, compiled_error_free, numba_installed
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.pair_time import pair_time
 from carom.physics.time_of_impact import pair_times
 from carom.physics.wall_time import wall_time
-from tests.unit.physics.input_classes import CLASSES, exact_time, pairs_of_class, ulps
+from tests.unit.physics.exact import exact_time, ulps
 
 CASES = 1500
 
@@ -34,7 +35,7 @@ def assert_right(row: np.ndarray, found: float) -> None:
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_class_is_right_to_two_units_in_the_last_place(name: str) -> None:
     """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
-    rows = pairs_of_class(name, CASES, 1)
+    rows = pairs_of_class(name, CASES, 1).T
     for row, found in zip(rows, pair_times(*rows.T), strict=True):
         assert_right(row, float(found))
 
@@ -42,7 +43,7 @@ def test_every_class_is_right_to_two_units_in_the_last_place(name: str) -> None:
 @pytest.mark.parametrize("name", CLASSES)
 def test_scalar_array_and_compiled_forms_agree_to_the_bit(name: str) -> None:
     """One source serves Python floats, arrays and compiled code, and all three must give the same bits."""
-    rows = pairs_of_class(name, 400, 2)
+    rows = pairs_of_class(name, 400, 2).T
     array = pair_times(*rows.T)
     scalar = [pair_time(*row) for row in rows.tolist()]
     assert array.tolist() == scalar
@@ -60,7 +61,7 @@ def test_scalar_array_and_compiled_forms_agree_to_the_bit(name: str) -> None:
 @pytest.mark.parametrize("speed", [1e-100, 1.0, 1e150])
 def test_no_length_or_speed_is_too_small_or_too_large(length: float, speed: float) -> None:
     """Lengths and speeds from 1e-100 to 1e150 give right times: nothing over- or underflows on the way."""
-    rows = pairs_of_class("random", 50, 3)
+    rows = pairs_of_class("random", 50, 3).T
     rows[:, [0, 1, 4, 5, 6, 9]] *= length
     rows[:, [2, 3, 7, 8]] *= speed
     for row, found in zip(rows, pair_times(*rows.T), strict=True):
