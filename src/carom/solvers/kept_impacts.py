@@ -60,7 +60,8 @@ class KeptImpacts:
         rows = self.rows()
         discs = np.concatenate([rows[:, 1], rows[:, 2]]).astype(np.int64)
         impact = np.tile(np.arange(len(rows)), 2)
-        movable = (discs >= 0) & ~immovable[discs]
+        movable = discs >= 0  # not a wall
+        movable[movable] = ~immovable[discs[movable]]
         discs, impact = discs[movable], impact[movable]
         order = np.lexsort((impact, discs))
         discs, impact = discs[order], impact[order]
