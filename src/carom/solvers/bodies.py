@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
+from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
@@ -56,6 +57,25 @@ class Bodies:
         self.walls = [(*wall.point_m, *wall.normal) for wall in scene.walls]
         self.restitution = scene.restitution
         self.wall_restitution = scene.wall_restitution
+
+        self.epoch = (0.0, 0.0)
+
+    def since_start(self, time_s: float) -> float:
+        """Return the time since the start of a time since the epoch."""
+        return self.epoch[0] + (self.epoch[1] + time_s)
+
+    def since_epoch(self, time_s: float) -> float:
+        """Return the time since the epoch of a time since the start."""
+        return (time_s - self.epoch[0]) - self.epoch[1]
+
+    def begin_epoch(self, now_s: float) -> None:
+        """Bring every disc to `now_s` since the epoch, and count time from there; see `carom.solvers.kernel`."""
+        for i in range(len(self)):
+            if self.inverse_mass[i] > 0.0:
+                self.move_to(i, now_s)
+            self.time[i] = 0.0
+        total, rest = two_sum(self.epoch[0], now_s)
+        self.epoch = (total, self.epoch[1] + rest)
 
     def __len__(self) -> int:
         return len(self.x)
