@@ -111,9 +111,7 @@ def _errors(columns: Array, times: Array) -> tuple[float, float, int]:
     return float(np.median(errors)), max(errors), wrong
 
 
-def _exact(
-    x1: Any, y1: Any, vx1: Any, vy1: Any, r1: Any, x2: Any, y2: Any, vx2: Any, vy2: Any, r2: Any
-) -> Any:
+def _exact(x1: Any, y1: Any, vx1: Any, vy1: Any, r1: Any, x2: Any, y2: Any, vx2: Any, vy2: Any, r2: Any) -> Any:
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
     d = b * b - a * c
@@ -129,7 +127,7 @@ def _nanoseconds(form: Callable[..., Array], columns: Array, repeats: int = 7) -
         begin = time.perf_counter()
         form(*columns)
         best = min(best, time.perf_counter() - begin)
-    return best / columns.shape[1] * 1e9
+    return best / len(columns[0]) * 1e9
 
 
 def main(count: int = 100_000, checked: int = 10_000) -> None:

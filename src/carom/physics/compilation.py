@@ -1,9 +1,10 @@
 """The same functions, compiled: one source runs as plain Python and, where numba is installed, as machine code.
 
-A module lists its kernel functions in ``KERNEL``, callees first, and those to be inlined in ``INLINE``. `compiled` gives each of them a copy of its globals in
-which the functions already compiled stand in for their plain namesakes, and compiles that copy; the originals stay as
-they are. Contraction and reordering stay off (`fastmath=False`; LLVM fuses no multiply and add without leave), so both
-forms give the same bits. The result is cached on disk by numba, beside the source or in the user's cache directory.
+A module lists its kernel functions in ``KERNEL``, callees first, and those to be inlined in ``INLINE``. `compiled`
+gives each of them a copy of its globals in which the functions already compiled stand in for their plain namesakes, and
+compiles that copy; the originals stay as they are. Contraction and reordering stay off (`fastmath=False`; LLVM fuses no
+multiply and add without leave), so both forms give the same bits. The result is cached on disk by numba, beside the
+source or in the user's cache directory.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from __future__ import annotations
 import functools
 import importlib
 import importlib.util
+from collections.abc import Callable
 from types import FunctionType, SimpleNamespace
 from typing import Any
 
@@ -51,10 +53,13 @@ def compiled_error_free() -> Any:
     return cfunc(float64(*[float64] * 10), cache=True, error_model="numpy")(copy)
 
 
-def _compile(functions: tuple[FunctionType, ...], inline: tuple[FunctionType, ...], done: dict[str, Any]) -> None:
+def _compile(
+    functions: tuple[Callable[..., Any], ...], inline: tuple[Callable[..., Any], ...], done: dict[str, Any]
+) -> None:
     """Compile `functions` in order, each seeing those in `done`, and add them to it."""
-    from numba import njit
+    import numba
 
+    njit: Any = numba.njit  # numba's annotations leave out `_nrt`
     for function in functions:
         done[function.__name__] = njit(
             cache=True,
@@ -66,7 +71,7 @@ def _compile(functions: tuple[FunctionType, ...], inline: tuple[FunctionType, ..
         )(_with_globals(function, done))
 
 
-def _with_globals(function: FunctionType, done: dict[str, Any]) -> FunctionType:
+def _with_globals(function: Any, done: dict[str, Any]) -> FunctionType:
     copy = FunctionType(function.__code__, {**function.__globals__, **done}, function.__name__)
     copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
     return copy

@@ -13,17 +13,15 @@ Comput. 26 (2005) (sums carried in three parts: algorithm SumK with K = 3).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import Any
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Real = TypeVar("Real", float, NDArray[np.float64])
+#: A float or an array of floats: the arithmetic is the same.
+Real = Any
 
 __all__ = [
     "INLINE",
     "KERNEL",
+    "Real",
     "pair_product",
     "split",
     "sum_of_products",

@@ -21,9 +21,10 @@ alike. The bounds are derived in ``docs/pic.md``; nothing here is a tolerance on
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from carom.physics.double_double import (
+    Real,
     pair_product,
     split,
     sum_of_products,
@@ -35,10 +36,6 @@ from carom.physics.double_double import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Real = TypeVar("Real", float, NDArray[np.float64])
     Pair = tuple[Real, Real]
     ErrorFree = Callable[[float, float, float, float, float, float, float, float, float, float], float]
 
@@ -106,14 +103,12 @@ def separation(dx: Real, dy: Real, reach: Real) -> tuple[Real, Real]:
     return distance2 - reach2, ERROR * (distance2 + reach2) + NEGLIGIBLE
 
 
-def refine(
-    near: Real, x: Pair[Real], y: Pair[Real], ux: Pair[Real], uy: Pair[Real], reach: Pair[Real]
-) -> tuple[Real, Real]:
+def refine(near: Real, x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> tuple[Real, Real]:
     """Return the root near `near`, and whether it is certain to be the earlier one and right to 2 ulp.
 
-    One step of ``tau = c'/(2 q) (1 + x/4 + x^2/8 + ...)`` from `near`, with ``q = -b'`` and ``x = a c'/q^2``. Split in
-    two, time and velocity multiply exactly; on a common grid of 25 bits the squares of the two coordinates and of R, and
-    their sum, are exact too, and what the grid leaves over enters at first order.
+    One step of ``tau = c'/(2 q) (1 + x/4 + x^2/8 + ...)`` from `near`, with ``q = -b'`` and ``x = a c'/q^2``. Split
+    in two, time and velocity multiply exactly; on a common grid of 25 bits the squares of the two coordinates and of R,
+    and their sum, are exact too, and what the grid leaves over enters at first order.
 
     Args:
         near: A guess at the root, seconds, of 22 right bits or more.
@@ -131,9 +126,7 @@ def refine(
     px, py = x_head + x_rest, y_head + y_rest
     hx, hy, hr = (px + grid) - grid, (py + grid) - grid, (radius + grid) - grid
     lx, ly, lr = (x_head - hx) + x_rest, (y_head - hy) + y_rest, (radius - hr) + radius_rest
-    gap = ((hx * hx + hy * hy) - hr * hr) + (
-        2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr)
-    )
+    gap = ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr))
     closing = -(px * ux[0] + py * uy[0])
     step = gap / closing
     bend = ((ux[0] * ux[0] + uy[0] * uy[0]) * step) / closing
@@ -151,17 +144,15 @@ def refine(
     return near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend)), certain
 
 
-def _advanced(late: Real, early: Real, p: Pair[Real], v: Pair[Real]) -> Pair[Real]:
+def _advanced(late: Real, early: Real, p: Pair, v: Pair) -> Pair:
     """Return ``p + t v`` as head and rest, for a time split into ``late + early``."""
     fast, slow = split(v[0])
     head, error = two_sum(p[0], late * fast)
     return head, error + ((late * slow + early * fast) + (early * slow + (p[1] + late * v[1])))
 
 
-def exact_coefficients(
-    x: Pair[Real], y: Pair[Real], ux: Pair[Real], uy: Pair[Real], reach: Pair[Real]
-) -> tuple[Pair[Real], Pair[Real], Pair[Real]]:
-    """Return ``b``, ``c`` and ``a`` of the error-free form as pairs; arguments as in `refine`, none near over- or underflow."""
+def exact_coefficients(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> tuple[Pair, Pair, Pair]:
+    """Return ``b``, ``c`` and ``a`` of the error-free form as pairs; arguments as in `refine`, scaled to about 1."""
     zero = 0.0 * x[0]
     none = (zero, zero)
     # Nine factors each: one loop then serves all.
@@ -171,17 +162,17 @@ def exact_coefficients(
     return b, c, a
 
 
-def _square(p: Pair[Real], q: Pair[Real]) -> tuple[Pair[Real], Pair[Real], Pair[Real]]:
+def _square(p: Pair, q: Pair) -> tuple[Pair, Pair, Pair]:
     """Return the factors whose products add up to ``p q``, where q is p or -p."""
     return (p[0], q[0]), (2.0 * p[0], q[1]), (p[1], q[1])
 
 
-def _products(p: Pair[Real], q: Pair[Real]) -> tuple[Pair[Real], Pair[Real], Pair[Real], Pair[Real]]:
+def _products(p: Pair, q: Pair) -> tuple[Pair, Pair, Pair, Pair]:
     """Return the factors whose products add up to ``p q``."""
     return (p[0], q[0]), (p[0], q[1]), (p[1], q[0]), (p[1], q[1])
 
 
-def discriminant_from_gap(b: Pair[Real], c: Pair[Real], a: Pair[Real]) -> Pair[Real]:
+def discriminant_from_gap(b: Pair, c: Pair, a: Pair) -> Pair:
     """Return ``D = b^2 - a c`` as a pair: the form that loses nothing near contact, where b and c are small."""
     square, rest = two_prod(b[0], b[0])
     product, product_rest = two_prod(a[0], c[0])
@@ -189,10 +180,8 @@ def discriminant_from_gap(b: Pair[Real], c: Pair[Real], a: Pair[Real]) -> Pair[R
     return two_sum(high, low + ((rest - product_rest) + (2.0 * b[0] * b[1] - (a[0] * c[1] + a[1] * c[0]))))
 
 
-def discriminant_from_miss(
-    x: Pair[Real], y: Pair[Real], ux: Pair[Real], uy: Pair[Real], reach: Pair[Real], a: Pair[Real]
-) -> Pair[Real]:
-    """Return ``D = a R^2 - (d x u)^2`` as a pair: the form that loses nothing far away, where b^2 and a c nearly cancel."""
+def discriminant_from_miss(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair, a: Pair) -> Pair:
+    """Return ``D = a R^2 - (d x u)^2`` as a pair: it loses nothing far away, where b^2 and a c nearly cancel."""
     zero = 0.0 * x[0]
     cross = sum_of_products((*_products(x, uy), *_products((-y[0], -y[1]), ux), (zero, zero)))
     square, rest = pair_product(cross[0], cross[1], cross[0], cross[1])
@@ -202,8 +191,8 @@ def discriminant_from_miss(
     return two_sum(high, low + (largest_rest - rest))
 
 
-def exact_root(b: Pair[Real], c: Pair[Real], d: Pair[Real], root: Real) -> Real:
-    """Return ``c / (-b + sqrt(D))``, corrected once by its residual; `root` is the rounded square root of `d`'s head."""
+def exact_root(b: Pair, c: Pair, d: Pair, root: Real) -> Real:
+    """Return ``c / (-b + sqrt(D))``, corrected once by its residual; `root` is the rounded root of `d`'s head."""
     square, square_rest = two_prod(root, root)
     root_rest = (((d[0] - square) - square_rest) + d[1]) / (2.0 * root)
     high, low = two_sum(root, -b[0])
@@ -249,7 +238,7 @@ def exact_pair_time(
     return math.ldexp(exact_root(b, c, d, math.sqrt(d[0])), length - pace)
 
 
-def _scaled(pair: Pair[float], exponent: int) -> Pair[float]:
+def _scaled(pair: Pair, exponent: int) -> Pair:
     return math.ldexp(pair[0], exponent), math.ldexp(pair[1], exponent)
 
 
@@ -279,7 +268,7 @@ def contact_time(
     if b < 0.0 and c > 0.0 and d > 0.0:
         t, certain = refine(c / (math.sqrt(d) - b), x, y, ux, uy, reach)
         if certain:
-            return t
+            return float(t)
     return error_free(x[0], x[1], y[0], y[1], ux[0], ux[1], uy[0], uy[1], reach[0], reach[1])
 
 

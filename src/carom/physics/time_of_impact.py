@@ -81,7 +81,8 @@ def pair_times(*columns: Array) -> Array:
     times = np.full(count, math.inf)
     with np.errstate(all="ignore"):  # the error-free form takes over wherever something over- or underflows
         found = [_possible(start, *(a[start : start + _CHUNK] for a in columns)) for start in range(0, count, _CHUNK)]
-        rows, b, d = (np.concatenate(parts) for parts in zip(*found, strict=True)) if found else ([], [], [])
+        rows = np.concatenate([part[0] for part in found]) if found else np.zeros(0, np.intp)
+        b, d = (np.concatenate([part[k] for part in found]) if found else times for k in (1, 2))
         for start in range(0, len(rows), _CHUNK):
             some = slice(start, start + _CHUNK)
             times[rows[some]] = _contact_times(b[some], d[some], *(a[rows[some]] for a in columns))
@@ -130,6 +131,7 @@ def _contact_times(
     ux, uy = two_diff(vx2, vx1), two_diff(vy2, vy1)
     reach = two_sum(r1, r2)
     c, _ = separation(x[0], y[0], reach[0])
+    times: Array
     times, certain = refine(c / (np.sqrt(d) - b), x, y, ux, uy, reach)
     left = np.flatnonzero(~((b < 0.0) & (c > 0.0) & (d > 0.0) & (certain != 0)))
     if len(left):
@@ -139,18 +141,19 @@ def _contact_times(
 
 def _exact(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> Array:
     """`exact_pair_time` of arrays."""
-    _, length = np.frexp(np.maximum(np.maximum(abs(x[0]), abs(y[0])), reach[0]))
-    _, pace = np.frexp(np.maximum(abs(ux[0]), abs(uy[0])))
+    length: Any = np.frexp(np.maximum(np.maximum(abs(x[0]), abs(y[0])), reach[0]))[1]
+    pace: Any = np.frexp(np.maximum(abs(ux[0]), abs(uy[0])))[1]
     x, y, reach = _scaled(x, -length), _scaled(y, -length), _scaled(reach, -length)
     ux, uy = _scaled(ux, -pace), _scaled(uy, -pace)
     b, c, a = exact_coefficients(x, y, ux, uy, reach)
     near = b[0] * b[0] < a[0] * (reach[0] * reach[0])
     from_gap = discriminant_from_gap(b, c, a)
     from_miss = discriminant_from_miss(x, y, ux, uy, reach, a)
-    d = (np.where(near, from_gap[0], from_miss[0]), np.where(near, from_gap[1], from_miss[1]))
+    d: Any = (np.where(near, from_gap[0], from_miss[0]), np.where(near, from_gap[1], from_miss[1]))
     time = np.ldexp(exact_root(b, c, d, np.sqrt(d[0])), length - pace)
     time = np.where(d[0] > 0.0, time, math.inf)
-    return np.where(b[0] < 0.0, np.where(c[0] <= 0.0, 0.0, time), math.inf)
+    times: Array = np.where(b[0] < 0.0, np.where(c[0] <= 0.0, 0.0, time), math.inf)
+    return times
 
 
 def _scaled(pair: Pair, exponent: NDArray[np.int32]) -> Pair:

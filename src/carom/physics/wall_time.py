@@ -1,28 +1,22 @@
 """Time of impact of a disc and a wall in straight uniform motion, to within 2 units in the last place.
 
 A wall is the half-plane ``(p - q).n >= 0`` of a point q and a unit normal n, taken as they are given. The disc's rim is
-at ``gap = (p - q).n - r``, closes at ``-v.n``, and touches at their quotient. Offset, radius and products are carried as
-error-free pairs: the plain form is off by up to 1e14 units in the last place near contact.
+at ``gap = (p - q).n - r``, closes at ``-v.n``, and touches at their quotient. Offset, radius and products are carried
+as error-free pairs: the plain form is off by up to 1e14 units in the last place near contact.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, TypeVar
 
-from carom.physics.double_double import sum_of_products, two_diff, two_prod
+from carom.physics.double_double import Real, sum_of_products, two_diff, two_prod
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    Real = TypeVar("Real", float, NDArray[np.float64])
-    Pair = tuple[Real, Real]
+Pair = tuple[Real, Real]
 
 __all__ = ["INLINE", "KERNEL", "quotient", "wall_gap", "wall_speed", "wall_time"]
 
 
-def wall_gap(x: Real, y: Real, radius: Real, qx: Real, qy: Real, nx: Real, ny: Real) -> Pair[Real]:
+def wall_gap(x: Real, y: Real, radius: Real, qx: Real, qy: Real, nx: Real, ny: Real) -> Pair:
     """Return the distance of a disc's rim from a wall as a pair, metres; negative inside the wall."""
     dx, dx_rest = two_diff(x, qx)
     dy, dy_rest = two_diff(y, qy)
@@ -30,12 +24,12 @@ def wall_gap(x: Real, y: Real, radius: Real, qx: Real, qy: Real, nx: Real, ny: R
     return sum_of_products(((dx, nx), (dx_rest, nx), (dy, ny), (dy_rest, ny), (-radius, one)))
 
 
-def wall_speed(vx: Real, vy: Real, nx: Real, ny: Real) -> Pair[Real]:
+def wall_speed(vx: Real, vy: Real, nx: Real, ny: Real) -> Pair:
     """Return the velocity along a wall's normal as a pair, metres a second; negative towards the wall."""
     return sum_of_products(((vx, nx), (vy, ny)))
 
 
-def quotient(gap: Pair[Real], speed: Pair[Real]) -> Real:
+def quotient(gap: Pair, speed: Pair) -> Real:
     """Return ``-gap / speed`` of two pairs, corrected once by its residual."""
     t = -gap[0] / speed[0]
     product, rest = two_prod(t, speed[0])
@@ -68,7 +62,7 @@ def wall_time(
     gap = wall_gap(x, y, radius, qx, qy, nx, ny)
     if gap[0] <= 0.0:
         return 0.0
-    return quotient(gap, speed)
+    return float(quotient(gap, speed))
 
 
 #: What a compiler must compile, callees first.

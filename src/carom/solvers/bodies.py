@@ -117,9 +117,7 @@ class Bodies:
         """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
         if self.inverse_mass[i] == 0.0 or self.last_partner[i] == wall_body(k):
             return math.inf
-        return self.time[i] + wall_time(
-            self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k]
-        )
+        return self.time[i] + wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
 
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
         """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT."""

@@ -2,8 +2,8 @@
 
 A cell is wider than the largest sum of two radii, so two discs whose cells are not neighbours are apart. The outermost
 cells reach to infinity, so a disc is always in some cell, wherever it goes; around them lies a ring of cells that stay
-empty, which spares the scans all edge cases. Cells speed a run up and never change its result: a pair is first looked at
-when its cells become neighbours, which is before it can touch by the margin between cell width and contact distance.
+empty, which spares the scans all edge cases. Cells speed a run up and never change its result: a pair is first looked
+at when its cells become neighbours, which is before it can touch by the margin between cell width and contact distance.
 """
 
 from __future__ import annotations
@@ -84,9 +84,7 @@ def near_walls(grid: Grid, walls: Sequence[tuple[float, float, float, float]], l
                 continue
             x, y = x0 + (column + 0.5) * width, y0 + (row + 0.5) * width
             # Half a diagonal is .71 of a width: a whole width leaves .29 of it for roundings.
-            near.append(
-                int(any((x - qx) * mx + (y - qy) * my < largest_radius + width for qx, qy, mx, my in walls))
-            )
+            near.append(int(any((x - qx) * mx + (y - qy) * my < largest_radius + width for qx, qy, mx, my in walls)))
     return near
 
 
@@ -116,7 +114,7 @@ def insert_all(body: Column, link: Column, heads: Column, grid: Grid, discs: int
 
 
 def change_cell(body: Column, link: Column, heads: Column, i: int, stride: int) -> tuple[int, int]:
-    """Move disc `i` over the edge of its cell; return the first of its three new neighbour cells, and the step to the next."""
+    """Move disc `i` over the edge of its cell; return its first new neighbour cell, and the step to the others."""
     a = i * ROW
     row, column = int(link[a + CELL]) >> COLUMN_BITS, int(link[a + CELL]) & COLUMN_MASK
     before, after = int(link[a + PREVIOUS]), int(body[a + NEXT])

@@ -43,8 +43,9 @@ UNIT = 2.0**-52
 
 def reported_time(clock: Column, time: float) -> float:
     """Return the time since the start of a time since the epoch; never less than one reported before."""
-    since_start = clock[EPOCH] + (clock[EPOCH_REST] + time)
-    return since_start if since_start > clock[REPORTED] else clock[REPORTED]
+    since_start: float = clock[EPOCH] + (clock[EPOCH_REST] + time)
+    last: float = clock[REPORTED]
+    return since_start if since_start > last else last
 
 
 def move(body: Column, i: int, time: float) -> None:
@@ -65,8 +66,10 @@ def note_instant(body: Column, link: Column, clock: Column, tally: Column, i: in
         tally[DISCS_AT_INSTANT] += 1
 
 
-def restitution_now(body: Column, link: Column, i: int, time: float, restitution: float, contact_time_s: float) -> float:
-    """Return the restitution of an impact of disc `i` at `time`: 1 within `contact_time_s` of its last one (TC model)."""
+def restitution_now(
+    body: Column, link: Column, i: int, time: float, restitution: float, contact_time_s: float
+) -> float:
+    """Return the restitution of an impact of disc `i` at `time`: 1 within `contact_time_s` of its last (TC model)."""
     a = i * ROW
     if body[a + INVERSE_MASS] > 0.0 and link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < contact_time_s:
         return 1.0

@@ -1,6 +1,6 @@
 """Discs and walls as arrays: what the event-driven kernel starts from, and the way in for a million discs.
 
-A scene of a million discs is a million validated objects; the same state as arrays is checked and built in milliseconds.
+A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
 """
 
 from __future__ import annotations

@@ -51,9 +51,9 @@ if TYPE_CHECKING:
 
 __all__ = ["EventDrivenRun", "RunState"]
 
-#: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Loading numba
-#: and the compiled kernel from its cache costs .4 s; plain Python costs 60 to 100 us an impact, and building its lists
-#: 3 us a disc. Going over after the time that loading takes costs at most twice the better choice, whatever is to come.
+#: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Loading
+#: numba and the compiled kernel from its cache costs .4 s; plain Python costs 60 to 100 us an impact, and its
+#: lists 3 us a disc. Going over after the time that loading takes costs at most twice the better choice, whatever is to come.
 COMPILED_FROM_DISCS = 400
 PLAIN_IMPACTS = 4000
 
@@ -66,7 +66,7 @@ _NEVER = 2**62
 
 @dataclass(frozen=True)
 class RunState:
-    """All that a run needs to go on: hand it to `EventDrivenRun` again. Predictions are made anew, and come out the same.
+    """All that a run needs to go on: hand it to `EventDrivenRun` again. Predictions are made anew.
 
     Attributes:
         body: Paths, shape ``(n, 8)``, in the columns of `carom.solvers.layout`.
@@ -141,9 +141,7 @@ class EventDrivenRun:
         if self._plain and compiled is None and len(start) >= COMPILED_FROM_DISCS:
             self.notes = ("numba is not installed: ran as plain Python; pip install 'carom[fast]'",)
 
-    def advance_to(
-        self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None
-    ) -> Outcome:
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
 
         Args:
@@ -187,7 +185,8 @@ class EventDrivenRun:
         """Centres now, metres, shape ``(n, 2)``."""
         paths, clock = self._state.paths(), self._state.clock
         wait = ((self.time_s - clock[EPOCH]) - clock[EPOCH_REST]) - paths[:, OWN_TIME]
-        return paths[:, X : Y + 1] + paths[:, VX : VY + 1] * wait[:, None]
+        position: NDArray[np.float64] = paths[:, X : Y + 1] + paths[:, VX : VY + 1] * wait[:, None]
+        return position
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""

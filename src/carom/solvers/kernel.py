@@ -26,8 +26,8 @@ from carom.solvers.layout import (
     DISCS_AT_INSTANT,
     DONE,
     EPOCH,
-    EPOCHS,
     EPOCH_REST,
+    EPOCHS,
     EXACT,
     EXIT,
     FULL,
@@ -290,9 +290,7 @@ def run(
                 tally[PREDICTIONS] += 1
                 predict(body, link, heads, times, changed, grid[3] + 2, error_free)
                 next_exit(body, link, walls, near_wall, times, changed, grid)
-                set_time(
-                    tree, levels, changed, lesser(times[changed * TIMES + PAIR], times[changed * TIMES + LEAVE])
-                )
+                set_time(tree, levels, changed, lesser(times[changed * TIMES + PAIR], times[changed * TIMES + LEAVE]))
         bodies = tally[DISCS_AT_INSTANT] + len(walls) // 4
         if tally[AT_INSTANT] > STANDSTILL_IMPACTS * bodies * bodies:
             return STANDSTILL

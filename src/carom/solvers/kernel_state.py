@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -156,14 +156,17 @@ class KernelState:
 
     def as_lists(self) -> KernelState:
         """Return a copy on lists, for the plain kernel: Python reads a list many times faster than an array."""
-        return replace(self, **{name: np.asarray(getattr(self, name)).tolist() for name in _TYPES})
+        columns: dict[str, Any] = {name: np.asarray(getattr(self, name)).tolist() for name in _TYPES}
+        return replace(self, **columns)
 
     def as_arrays(self) -> KernelState:
         """Return a copy on arrays of the types that the compiled kernel takes."""
-        copy = replace(self, **{name: np.array(getattr(self, name), kind) for name, kind in _TYPES.items()})
-        body, tree = _cache_lines(len(self.body)), _cache_lines(len(self.tree))
-        body[:], tree[:] = self.body, self.tree
-        return replace(copy, body=body, tree=tree)
+        columns: dict[str, Any] = {name: np.array(getattr(self, name), kind) for name, kind in _TYPES.items()}
+        for name in ("body", "tree"):
+            aligned = _cache_lines(len(columns[name]))
+            aligned[:] = columns[name]
+            columns[name] = aligned
+        return replace(self, **columns)
 
     def run(
         self, form: SimpleNamespace, records: Column, until: float, impacts: int, window: tuple[float, float]

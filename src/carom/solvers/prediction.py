@@ -100,9 +100,8 @@ def pair_event_time(body: Column, i: int, j: int, error_free: ErrorFree) -> floa
     d, d_error = encounter(ox - ax, oy - ay, ovx - avx, ovy - avy, body[a + RADIUS] + body[o + RADIUS])
     if d < -d_error:
         return math.inf
-    return start + contact_time(
-        b, d, ax, ay, avx, avy, body[a + RADIUS], ox, oy, ovx, ovy, body[o + RADIUS], error_free
-    )
+    wait = contact_time(b, d, ax, ay, avx, avy, body[a + RADIUS], ox, oy, ovx, ovy, body[o + RADIUS], error_free)
+    return float(start + wait)
 
 
 def has_just_met(body: Column, link: Column, i: int, j: int) -> bool:
@@ -117,7 +116,15 @@ def has_just_met(body: Column, link: Column, i: int, j: int) -> bool:
 
 
 def scan_cell(
-    body: Column, link: Column, heads: Column, cell: int, i: int, low: float, high: float, partner: int, error_free: ErrorFree
+    body: Column,
+    link: Column,
+    heads: Column,
+    cell: int,
+    i: int,
+    low: float,
+    high: float,
+    partner: int,
+    error_free: ErrorFree,
 ) -> Candidate:
     """Return the earlier of a candidate (bounds on its time, and its partner) and the first that disc `i` has in `cell`.
 
@@ -180,9 +187,7 @@ def store(link: Column, times: Column, i: int, low: float, high: float, partner:
         link[i * ROW + PARTNER_VERSION] = link[partner * ROW + VERSION]
 
 
-def next_exit(
-    body: Column, link: Column, walls: Column, near_wall: Column, times: Column, i: int, grid: Grid
-) -> None:
+def next_exit(body: Column, link: Column, walls: Column, near_wall: Column, times: Column, i: int, grid: Grid) -> None:
     """Store when disc `i` next leaves its cell or meets a wall, and which.
 
     The outermost cells reach to infinity: a disc beyond the grid belongs to the nearest cell, and never leaves it
@@ -215,7 +220,11 @@ def next_exit(
             dx, dy, radius = body[a + X] - qx, body[a + Y] - qy, body[a + RADIUS]
             rim, rim_error = approach(dx, dy, mx, my)
             # Not at the wall by then even if all roundings are against it: no need to solve.
-            if link[a + LAST] == discs + k or toward > error or rim - radius - rim_error - ERROR * radius > (error - toward) * wait:
+            if (
+                link[a + LAST] == discs + k
+                or toward > error
+                or rim - radius - rim_error - ERROR * radius > (error - toward) * wait
+            ):
                 continue
             meet = wall_time(body[a + X], body[a + Y], vx, vy, radius, qx, qy, mx, my)
             if meet < wait or (meet == wait and kind >= WALL):

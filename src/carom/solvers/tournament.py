@@ -74,7 +74,9 @@ def next_at(tree: Column, levels: Column, i: int, time: float, discs: int) -> in
             return i
         # Step over the largest subtree that begins at i and holds nothing early enough.
         level = 0
-        while level < top and i & ((8 << 3 * level) - 1) == 0 and tree[levels[level + 1] + (i >> 3 * (level + 1))] > time:
+        while (
+            level < top and i & ((8 << 3 * level) - 1) == 0 and tree[levels[level + 1] + (i >> 3 * (level + 1))] > time
+        ):
             level += 1
         i += 1 << 3 * level
     return discs

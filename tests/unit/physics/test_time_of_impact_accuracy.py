@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from flint import arb, ctx
+from tests.unit.physics.exact import exact_time, ulps
 
 import carom
 from carom.bench.time_of_impact import CLASSES, pairs_of_class
@@ -17,7 +18,6 @@ from carom.physics.double_double import sum_of_products, two_diff, two_prod, two
 from carom.physics.pair_time import pair_time
 from carom.physics.time_of_impact import pair_times
 from carom.physics.wall_time import wall_time
-from tests.unit.physics.exact import exact_time, ulps
 
 CASES = 1500
 

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from tests.unit.solvers.scenes import box, equal_gas, random_start
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise
 from carom.solvers import event_driven
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.event_driven import EventDrivenRun
-from tests.unit.solvers.scenes import box, equal_gas, random_start
 
 numba = pytest.importorskip("numba")
 
@@ -121,7 +121,8 @@ def test_symmetric_scenes_with_shared_impacts_do_not_depend_on_the_cells() -> No
     rng = np.random.default_rng(3)
     for _ in range(60):
         n = int(rng.integers(3, 7))
-        place = np.stack(np.meshgrid(np.arange(n), np.arange(n)), axis=-1).reshape(-1, 2) * 2.0 + 1.0
+        row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
+        place = np.stack([column, row], axis=1) * 2.0 + 1.0
         velocity = rng.integers(-1, 2, (n * n, 2)).astype(float)
         start = DiscArrays(place, velocity, np.full(n * n, 0.5), np.ones(n * n), box(2.0 * n, 2.0 * n))
         reference = outcome_of(run_for(start, 300, compiled=True))
