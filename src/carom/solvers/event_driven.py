@@ -53,7 +53,7 @@ __all__ = ["EventDrivenRun", "RunState"]
 
 #: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Loading
 #: numba and the compiled kernel from its cache costs .4 s; plain Python costs 60 to 100 us an impact, and its
-#: lists 3 us a disc. Going over after the time that loading takes costs at most twice the better choice, whatever is to come.
+#: lists 3 us a disc. Going over after the time that loading takes costs at most twice the better choice.
 COMPILED_FROM_DISCS = 400
 PLAIN_IMPACTS = 4000
 

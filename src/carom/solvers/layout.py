@@ -14,8 +14,8 @@ Column = Any
 
 ROW = 8  # floats of a disc in `body`, and integers of a disc in `link`
 
-# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact. With them, so that a
-# scan of a cell reads one line a disc: the next disc of the same cell.
+# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact. With them, so that
+# a scan of a cell reads one line a disc: the next disc of the same cell.
 X, Y, VX, VY, OWN_TIME, RADIUS, INVERSE_MASS, NEXT = range(8)
 
 # link: where a disc stands, and what was predicted for it. CELL holds row and column, 16 bits each: taking them apart

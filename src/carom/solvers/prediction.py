@@ -107,7 +107,7 @@ def pair_event_time(body: Column, i: int, j: int, error_free: ErrorFree) -> floa
 def has_just_met(body: Column, link: Column, i: int, j: int) -> bool:
     """Whether discs `i` and `j` are on the paths that their impact with each other gave them.
 
-    Such a pair never meets again on these paths: what rounding leaves of their approach (all of it that there is, where
+    Such a pair never meets again on these paths: what rounding leaves of their approach (all that there is, where
     the restitution is 0) must not become an impact, and another, without end. An immovable disc is always on its path.
     """
     if body[i * ROW + INVERSE_MASS] > 0.0 and link[i * ROW + LAST] != j:

@@ -2,7 +2,7 @@
 
 Each group of eight times is one cache line; its least time stands in the level above. Level 0 holds the discs' own
 times. `levels` holds the offset of each level in `tree`; the last level is the single least time of all.
-Compared with a binary heap there is nothing to move and nothing to delete: a disc's time is overwritten where it stands.
+Compared with a binary heap there is nothing to move and nothing to delete: a disc's time is overwritten.
 """
 
 from __future__ import annotations
