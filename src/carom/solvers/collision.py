@@ -90,9 +90,7 @@ def record(
 ) -> None:
     """Write one impact down; `j` below 0 is a wall, and `approach` is the speed along the normal.
 
-    How well the instant is known: each centre is known to a unit in the last place a coordinate, their distance so to
-    under 5 units of the larger coordinate, root and radii included; divided by the approach speed that is a time, to
-    which come the roundings of the root and of the sum with the clock.
+    How well the instant is known is that of `carom.solvers.bodies.Bodies.resolution_s`.
     """
     r = tally[RECORDED] * RECORD
     a = i * ROW
@@ -109,8 +107,19 @@ def record(
     records[r + 10] = body[a + VY]
     records[r + 11] = body[j * ROW + VX] if j >= 0 else 0.0
     records[r + 12] = body[j * ROW + VY] if j >= 0 else 0.0
-    coordinate = body[a + RADIUS] + (abs(body[a + X]) if abs(body[a + X]) > abs(body[a + Y]) else abs(body[a + Y]))
-    records[r + 13] = UNIT * (5.0 * coordinate / approach + 2.0 * clock[REPORTED])
+    size = abs(body[a + X]) + abs(body[a + Y]) + body[a + RADIUS]
+    if j >= 0:
+        o = j * ROW
+        reach = body[a + RADIUS] + body[o + RADIUS]
+        error = 5.0 * UNIT * (size + abs(body[o + X]) + abs(body[o + Y]) + body[o + RADIUS])
+        ux, uy = before[0] - before[2], before[1] - before[3]
+        uncertain = math.sqrt(2.0 * reach * error / (ux * ux + uy * uy))
+    else:
+        error = 5.0 * UNIT * size
+        uncertain = math.inf
+    if approach > 0.0 and error / approach < uncertain:
+        uncertain = error / approach
+    records[r + 13] = uncertain + 2.0 * UNIT * clock[REPORTED]
     tally[RECORDED] += 1
 
 

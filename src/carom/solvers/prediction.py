@@ -126,7 +126,7 @@ def scan_cell(
     partner: int,
     error_free: ErrorFree,
 ) -> Candidate:
-    """Return the earlier of a candidate (bounds on its time, and its partner) and the first that disc `i` has in `cell`.
+    """Return the earlier of a candidate (bounds on its time, and its partner) and the first of disc `i` in `cell`.
 
     Simultaneous candidates are decided for the partner of the lower number.
     """

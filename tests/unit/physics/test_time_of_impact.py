@@ -13,7 +13,9 @@ from mpmath import mp, mpf  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.physics.time_of_impact import pair_time, time_of_impact, wall_time
+from carom.physics import pair_time as pair_module
+from carom.physics import wall_time as wall_module
+from carom.physics.time_of_impact import time_of_impact
 
 #: Relative rounding of one operation.
 U = 2.0**-53
@@ -25,6 +27,17 @@ def array_form(dx: float, dy: float, ux: float, uy: float, contact_distance: flo
     time = time_of_impact((0.0, 0.0), (0.0, 0.0), half, (dx, dy), (ux, uy), half)
     assert isinstance(time, float)
     return time
+
+
+def pair_time(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
+    """The scalar form, of relative position and velocity."""
+    half = contact_distance / 2
+    return pair_module.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
+
+
+def wall_time(gap: float, velocity: float) -> float:
+    """The scalar form, of a disc of radius 1 above a wall at height -1."""
+    return wall_module.wall_time(0.0, gap, 0.0, velocity, 1.0, 0.0, -1.0, 0.0, 1.0)
 
 
 FORMS = [pytest.param(pair_time, id="scalar"), pytest.param(array_form, id="array")]
