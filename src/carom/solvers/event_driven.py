@@ -20,7 +20,7 @@ from carom.solvers.layout import (
     EPOCH,
     EPOCH_REST,
     EPOCHS,
-    FULL,
+    LIMIT,
     OWN_TIME,
     PREDICTIONS,
     READY,
@@ -165,12 +165,10 @@ class EventDrivenRun:
             if ended == STANDSTILL:
                 self.time_s = float(self._state.clock[REPORTED])
                 return Outcome.STANDSTILL
-            if ended == FULL:
-                continue
-            if tally[TOTAL] < step and ended == DONE:
+            if ended == DONE:
                 self.time_s = max(self.time_s, time_s)
                 return Outcome.COMPLETED
-            if tally[TOTAL] >= last:
+            if ended == LIMIT and tally[TOTAL] >= last:
                 self.time_s = max(self.time_s, float(self._state.clock[REPORTED]))
                 return Outcome.MAX_IMPACTS
 

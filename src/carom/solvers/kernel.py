@@ -33,6 +33,7 @@ from carom.solvers.layout import (
     FULL,
     INVERSE_MASS,
     LEAVE,
+    LIMIT,
     NOBODY,
     NOW,
     OWN_TIME,
@@ -249,11 +250,12 @@ def run(
         error_free: The error-free form of the time of impact, in the same form as this function.
 
     Returns:
-        DONE, FULL (no room left in `records`: call again) or STANDSTILL.
+        DONE, FULL (no room left in `records`: call again), LIMIT (there would be another impact by `until`) or
+        STANDSTILL.
     """
     discs = len(times) // TIMES
     capacity = len(records) // RECORD
-    while tally[TOTAL] < impacts:
+    while True:
         if tally[SINCE_EPOCH] >= EPOCH_IMPACTS * discs:
             new_epoch(body, clock, tally, discs)
             tally[READY] = 0
@@ -277,6 +279,8 @@ def run(
         now = reported_time(clock, time if time > clock[NOW] else clock[NOW])
         if now > until:
             return DONE
+        if tally[TOTAL] >= impacts:
+            return LIMIT
         keep = capacity > 0 and window[0] <= now <= window[1]
         if keep and tally[RECORDED] == capacity:
             return FULL
@@ -294,7 +298,6 @@ def run(
         bodies = tally[DISCS_AT_INSTANT] + len(walls) // 4
         if tally[AT_INSTANT] > STANDSTILL_IMPACTS * bodies * bodies:
             return STANDSTILL
-    return DONE
 
 
 #: What a compiler must compile, callees first.

@@ -62,4 +62,4 @@ TALLIES = 12
 RECORD = 14
 
 # How `run` ended.
-DONE, FULL, STANDSTILL = range(3)
+DONE, FULL, LIMIT, STANDSTILL = range(4)
