@@ -113,7 +113,8 @@ def record(
         reach = body[a + RADIUS] + body[o + RADIUS]
         error = 5.0 * UNIT * (size + abs(body[o + X]) + abs(body[o + Y]) + body[o + RADIUS])
         ux, uy = before[0] - before[2], before[1] - before[3]
-        uncertain = math.sqrt(2.0 * reach * error / (ux * ux + uy * uy))
+        speed2 = ux * ux + uy * uy
+        uncertain = math.sqrt(2.0 * reach * error / speed2) if speed2 > 0.0 else math.inf
     else:
         error = 5.0 * UNIT * size
         uncertain = math.inf
