@@ -65,7 +65,7 @@ if TYPE_CHECKING:
 __all__ = ["EPOCH_IMPACTS", "INLINE", "KERNEL", "STANDSTILL_IMPACTS", "run"]
 
 #: Impacts a disc after which time is counted from a new epoch. Times of this many free flights hold to within
-#: 2^-53 of that time, in which a disc moves less than its own position is rounded by; starting anew costs one prediction
+#: 2^-53 of that time, in which a disc moves less than its own position is rounded by; a new one costs a prediction
 #: a disc, against two an impact.
 EPOCH_IMPACTS = 32
 
