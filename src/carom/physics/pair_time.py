@@ -225,7 +225,8 @@ def exact_pair_time(
     x, y, reach = _scaled(x, -length), _scaled(y, -length), _scaled(reach, -length)
     ux, uy = _scaled(ux, -pace), _scaled(uy, -pace)
     b, c, a = exact_coefficients(x, y, ux, uy, reach)
-    if not b[0] < 0.0:
+    # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
+    if not b[0] < 0.0 and not (b[0] == 0.0 and x[0] * ux_high + y[0] * uy_high < 0.0):
         return math.inf
     if c[0] <= 0.0:
         return 0.0

@@ -144,6 +144,7 @@ def _exact(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> Array:
     length: Any = np.frexp(np.maximum(np.maximum(abs(x[0]), abs(y[0])), reach[0]))[1]
     pace: Any = np.frexp(np.maximum(abs(ux[0]), abs(uy[0])))[1]
     x, y, reach = _scaled(x, -length), _scaled(y, -length), _scaled(reach, -length)
+    raw_ux, raw_uy = ux[0], uy[0]
     ux, uy = _scaled(ux, -pace), _scaled(uy, -pace)
     b, c, a = exact_coefficients(x, y, ux, uy, reach)
     near = b[0] * b[0] < a[0] * (reach[0] * reach[0])
@@ -152,7 +153,9 @@ def _exact(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> Array:
     d: Any = (np.where(near, from_gap[0], from_miss[0]), np.where(near, from_gap[1], from_miss[1]))
     time = np.ldexp(exact_root(b, c, d, np.sqrt(d[0])), length - pace)
     time = np.where(d[0] > 0.0, time, math.inf)
-    times: Array = np.where(b[0] < 0.0, np.where(c[0] <= 0.0, 0.0, time), math.inf)
+    # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
+    closing = (b[0] < 0.0) | ((b[0] == 0.0) & (x[0] * raw_ux + y[0] * raw_uy < 0.0))
+    times: Array = np.where(closing, np.where(c[0] <= 0.0, 0.0, time), math.inf)
     return times
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from carom.physics.double_double import Real, sum_of_products, two_diff, two_prod
+from carom.physics.pair_time import approach
 
 Pair = tuple[Real, Real]
 
@@ -56,6 +57,9 @@ def wall_time(
         0 where it touches or overlaps and approaches, infinity where it does not approach. Right to 2 ulp for lengths
         and speeds between 1e-250 and 1e290.
     """
+    toward, error = approach(vx, vy, nx, ny)
+    if toward > error:
+        return math.inf
     speed = wall_speed(vx, vy, nx, ny)
     if not speed[0] < 0.0:
         return math.inf

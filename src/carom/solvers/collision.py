@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from carom.physics.impact_law import pair_push
 from carom.solvers.layout import (
     AT_INSTANT,
-    DISCS_AT_INSTANT,
     EPOCH,
     EPOCH_REST,
     INVERSE_MASS,
@@ -57,13 +56,11 @@ def move(body: Column, i: int, time: float) -> None:
     body[a + OWN_TIME] = time
 
 
-def note_instant(body: Column, link: Column, clock: Column, tally: Column, i: int, time: float) -> None:
-    """Count disc `i` among those that have an impact at `time`, if it is the first of them or new among them."""
+def note_instant(clock: Column, tally: Column, time: float) -> None:
+    """Bring the clock to `time`, never back, and begin to count the impacts of this instant if it is a new one."""
     if time > clock[NOW]:
         clock[NOW] = time
-        tally[AT_INSTANT] = tally[DISCS_AT_INSTANT] = 0
-    if link[i * ROW + LAST] == NOBODY or body[i * ROW + OWN_TIME] != clock[NOW]:
-        tally[DISCS_AT_INSTANT] += 1
+        tally[AT_INSTANT] = 0
 
 
 def restitution_now(
@@ -145,8 +142,7 @@ def collide_pair(
 ) -> None:
     """Carry out the impact of discs `i` < `j` at `time`."""
     a, o = i * ROW, j * ROW
-    note_instant(body, link, clock, tally, i, time)
-    note_instant(body, link, clock, tally, j, time)
+    note_instant(clock, tally, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
     restitution = restitution_now(body, link, i, time, laws[0], laws[2])
@@ -194,7 +190,7 @@ def collide_wall(
     """Carry out the impact of disc `i` on wall `k` at `time`."""
     a = i * ROW
     nx, ny = walls[4 * k + 2], walls[4 * k + 3]
-    note_instant(body, link, clock, tally, i, time)
+    note_instant(clock, tally, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
     restitution = restitution_now(body, link, i, time, laws[1], laws[2])

@@ -68,7 +68,8 @@ class KeptImpacts:
         found: set[int] = set()
         for lag in (1, 2):
             later, earlier = impact[lag:], impact[:-lag]
-            known = rows[later, -1] + rows[earlier, -1]
+            with np.errstate(over="ignore"):  # a contact all but at rest is known to no time at all
+                known = rows[later, -1] + rows[earlier, -1]
             together = (discs[lag:] == discs[:-lag]) & (rows[later, 0] - rows[earlier, 0] <= known)
             later, earlier = later[together], earlier[together]
             across = np.sum(rows[later, 3:5] * rows[earlier, 3:5], axis=1) == 0.0

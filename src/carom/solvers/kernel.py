@@ -23,7 +23,6 @@ from carom.solvers.collision import collide_pair, collide_wall, move, reported_t
 from carom.solvers.layout import (
     AT_INSTANT,
     CROSSINGS,
-    DISCS_AT_INSTANT,
     DONE,
     EPOCH,
     EPOCH_REST,
@@ -69,10 +68,10 @@ __all__ = ["EPOCH_IMPACTS", "INLINE", "KERNEL", "STANDSTILL_IMPACTS", "run"]
 #: a disc, against two an impact.
 EPOCH_IMPACTS = 32
 
-#: n discs in a line make n(n-1)/2 impacts at one instant if they touch. Masses 1:100 against a wall make 31, 1:10,000
-#: make 314. A hundred times the square of the bodies involved lets all of these through, and ends a run in which time
-#: stands still.
+#: Impacts at one instant after which time stands still: as in `carom.solvers.impact_log`, a hundred times the
+#: square of the number of bodies; but for many bodies ten million (ten seconds) above the n^2/2 of a touching line.
 STANDSTILL_IMPACTS = 100
+MOST_STANDSTILL_IMPACTS = 10_000_000
 
 
 def is_stale(link: Column, i: int) -> bool:
@@ -255,6 +254,8 @@ def run(
     """
     discs = len(times) // TIMES
     capacity = len(records) // RECORD
+    bodies = discs + len(walls) // 4
+    standstill = min(STANDSTILL_IMPACTS * bodies * bodies, MOST_STANDSTILL_IMPACTS + bodies * bodies // 2)
     while True:
         if tally[SINCE_EPOCH] >= EPOCH_IMPACTS * discs:
             new_epoch(body, clock, tally, discs)
@@ -295,8 +296,7 @@ def run(
                 predict(body, link, heads, times, changed, grid[3] + 2, error_free)
                 next_exit(body, link, walls, near_wall, times, changed, grid)
                 set_time(tree, levels, changed, lesser(times[changed * TIMES + PAIR], times[changed * TIMES + LEAVE]))
-        bodies = tally[DISCS_AT_INSTANT] + len(walls) // 4
-        if tally[AT_INSTANT] > STANDSTILL_IMPACTS * bodies * bodies:
+        if tally[AT_INSTANT] > standstill:
             return STANDSTILL
 
 

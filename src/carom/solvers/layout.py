@@ -45,7 +45,6 @@ CLOCKS = 5
     TOTAL,
     SINCE_EPOCH,
     AT_INSTANT,
-    DISCS_AT_INSTANT,
     WALL_IMPACTS,
     CROSSINGS,
     STALE,
@@ -54,8 +53,8 @@ CLOCKS = 5
     TIES,
     EPOCHS,
     READY,
-) = range(12)
-TALLIES = 12
+) = range(11)
+TALLIES = 11
 
 # record: one row an impact: time, first, second, normal, velocities before and after, and how well the
 # instant is known.
