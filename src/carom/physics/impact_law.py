@@ -20,7 +20,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["impulse", "resolve_impact"]
+__all__ = ["INLINE", "KERNEL", "impulse", "pair_push", "resolve_impact"]
 
 
 def impulse(approach_speed: float, inverse_mass_1: float, inverse_mass_2: float, restitution: float) -> float:
@@ -75,3 +75,32 @@ def resolve_impact(
     inverse1, inverse2 = 1.0 / mass1, 1.0 / mass2
     j = np.where(approach > 0, (1.0 + e) * approach / (inverse1 + inverse2), 0.0)
     return velocity1 - (j * inverse1)[..., None] * n, velocity2 + (j * inverse2)[..., None] * n
+
+
+def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:
+    """Return the impulse of an impact of two discs, as a multiple of the vector between their centres.
+
+    The scalar form of the solvers. The vector is not normalised, so no rounding of its length can do work.
+
+    Args:
+        dx: Centre of the second less that of the first, x, metres; `dy` likewise.
+        dy: See `dx`.
+        ux: Velocity of the second less that of the first, x, metres a second; `uy` likewise.
+        uy: See `ux`.
+        inverse_masses: Sum of the two inverse masses, 1/kg, above 0.
+        restitution: Coefficient of restitution.
+
+    Returns:
+        The factor ``f <= 0``: the second disc receives the impulse ``-f d``, the first ``f d``. 0 where rounding has
+        turned the weakest of grazes into a separation: an impact never pulls.
+    """
+    along = dx * ux + dy * uy
+    if not along < 0.0:
+        return 0.0
+    return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses)
+
+
+#: What a compiler must compile.
+KERNEL = (pair_push,)
+#: Those of them that are cheaper than a call.
+INLINE = (pair_push,)

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.impact_law import impulse
-from carom.physics.time_of_impact import pair_time, wall_time
+from carom.physics.double_double import two_sum
+from carom.physics.impact_law import pair_push
+from carom.physics.pair_time import pair_time
+from carom.physics.wall_time import wall_time
 from carom.scene import Need
 from carom.trace import ImpactRecord, wall_body
 
@@ -56,6 +58,25 @@ class Bodies:
         self.restitution = scene.restitution
         self.wall_restitution = scene.wall_restitution
 
+        self.epoch = (0.0, 0.0)
+
+    def since_start(self, time_s: float) -> float:
+        """Return the time since the start of a time since the epoch."""
+        return self.epoch[0] + (self.epoch[1] + time_s)
+
+    def since_epoch(self, time_s: float) -> float:
+        """Return the time since the epoch of a time since the start."""
+        return (time_s - self.epoch[0]) - self.epoch[1]
+
+    def begin_epoch(self, now_s: float) -> None:
+        """Bring every disc to `now_s` since the epoch, and count time from there; see `carom.solvers.kernel`."""
+        for i in range(len(self)):
+            if self.inverse_mass[i] > 0.0:
+                self.move_to(i, now_s)
+            self.time[i] = 0.0
+        total, rest = two_sum(self.epoch[0], now_s)
+        self.epoch = (total, self.epoch[1] + rest)
+
     def __len__(self) -> int:
         return len(self.x)
 
@@ -78,22 +99,25 @@ class Bodies:
         if self._has_just_met(i, j) and self._has_just_met(j, i):
             return math.inf
         start = max(self.time[i], self.time[j])
-        back_i, back_j = start - self.time[i], start - self.time[j]
+        wait_i, wait_j = start - self.time[i], start - self.time[j]
         return start + pair_time(
-            (self.x[j] + self.vx[j] * back_j) - (self.x[i] + self.vx[i] * back_i),
-            (self.y[j] + self.vy[j] * back_j) - (self.y[i] + self.vy[i] * back_i),
-            self.vx[j] - self.vx[i],
-            self.vy[j] - self.vy[i],
-            self.radius[i] + self.radius[j],
+            self.x[i] + self.vx[i] * wait_i,
+            self.y[i] + self.vy[i] * wait_i,
+            self.vx[i],
+            self.vy[i],
+            self.radius[i],
+            self.x[j] + self.vx[j] * wait_j,
+            self.y[j] + self.vy[j] * wait_j,
+            self.vx[j],
+            self.vy[j],
+            self.radius[j],
         )
 
     def wall_impact_time(self, i: int, k: int) -> float:
         """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
-        if self.last_partner[i] == wall_body(k):
+        if self.inverse_mass[i] == 0.0 or self.last_partner[i] == wall_body(k):
             return math.inf
-        px, py, nx, ny = self.walls[k]
-        gap = (self.x[i] - px) * nx + (self.y[i] - py) * ny - self.radius[i]
-        return self.time[i] + wall_time(gap, self.vx[i] * nx + self.vy[i] * ny)
+        return self.time[i] + wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
 
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
         """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT."""
@@ -151,24 +175,26 @@ class Bodies:
         The normal is the line of centres as it stands: overlapped, where the impact is found late.
         """
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
-        distance = math.hypot(dx, dy)
-        nx, ny = dx / distance, dy / distance
         before_i, before_j = self._velocity(i), self._velocity(j)
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
-        approach = (self.vx[i] - self.vx[j]) * nx + (self.vy[i] - self.vy[j]) * ny
-        approach = max(approach, 0.0)  # rounding of a graze's positions must not turn the push into a pull
-        push = impulse(approach, self.inverse_mass[i], self.inverse_mass[j], self.restitution)
-        self._push(i, -push * nx, -push * ny)
-        self._push(j, push * nx, push * ny)
-        return ImpactRecord(time_s, i, j, (nx, ny), before_i, before_j, self._velocity(i), self._velocity(j))
+        w_i, w_j = self.inverse_mass[i], self.inverse_mass[j]
+        push = pair_push(dx, dy, self.vx[j] - self.vx[i], self.vy[j] - self.vy[i], w_i + w_j, self.restitution)
+        self.vx[i] += push * w_i * dx
+        self.vy[i] += push * w_i * dy
+        self.vx[j] -= push * w_j * dx
+        self.vy[j] -= push * w_j * dy
+        distance = math.sqrt(dx * dx + dy * dy)
+        normal = (dx / distance, dy / distance)
+        return ImpactRecord(time_s, i, j, normal, before_i, before_j, self._velocity(i), self._velocity(j))
 
     def collide_wall(self, i: int, k: int) -> ImpactRecord:
         """Give disc `i` its velocity after its impact on wall `k`, which it approaches."""
         _, _, nx, ny = self.walls[k]
         before = self._velocity(i)
-        change = (1.0 + self.wall_restitution) * (before[0] * nx + before[1] * ny)
-        self.vx[i] -= change * nx
-        self.vy[i] -= change * ny
+        along = before[0] * nx + before[1] * ny
+        if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
+            self.vx[i] -= (1.0 + self.wall_restitution) * along * nx
+            self.vy[i] -= (1.0 + self.wall_restitution) * along * ny
         rest = (0.0, 0.0)
         return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, self._velocity(i), rest)
 
@@ -191,7 +217,3 @@ class Bodies:
 
     def _velocity(self, i: int) -> Vector:
         return (self.vx[i], self.vy[i])
-
-    def _push(self, i: int, impulse_x: float, impulse_y: float) -> None:
-        self.vx[i] += impulse_x * self.inverse_mass[i]
-        self.vy[i] += impulse_y * self.inverse_mass[i]

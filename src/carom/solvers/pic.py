@@ -1,116 +1,90 @@
 """PIC, predicted instant of collision: event-driven, without frames.
 
-Every pair's next impact is solved for; the earliest one is carried out at its instant, and only the discs that took
+Each disc's next impact is solved for; the earliest of all is carried out at its instant, and only the discs that took
 part are predicted again. All impacts come in their order, however many there are between two frames.
 """
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from carom.errors import InputError
-from carom.solvers.bodies import Bodies, require_supported
-from carom.solvers.event_queue import EventQueue
-from carom.solvers.impact_log import ImpactLog
-from carom.trace import Outcome, Trace, impact_array, wall_body
+from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.two_discs import solve_two_discs
+from carom.trace import Outcome, Samples, Trace
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+    from collections.abc import Callable, Sequence
 
     from carom.scene import Scene
 
 __all__ = ["EventDrivenRun", "solve_pic"]
 
 
-class EventDrivenRun:
-    """A PIC run that can be taken forward in as many pieces as one likes; the pieces do not change the result.
-
-    A disc's position is moved only when the disc itself collides, and a pair is predicted from the later of its discs'
-    own clocks: no prediction depends on where the caller happened to pause.
-    """
-
-    def __init__(self, scene: Scene) -> None:
-        require_supported(scene, "PIC")
-        self.bodies = Bodies(scene)
-        self.log = ImpactLog(scene)
-        self.time_s = 0.0
-        self.predictions = 0
-        self._queue = EventQueue(len(self.bodies))
-        for i in range(len(self.bodies)):
-            self._predict(i, range(i + 1, len(self.bodies)))
-
-    def advance_to(self, time_s: float, max_impacts: int | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out."""
-        while (event := self._queue.peek()) is not None and event[0] <= time_s:
-            if max_impacts is not None and len(self.log.records) >= max_impacts:
-                return Outcome.MAX_IMPACTS
-            self._carry_out(*event)
-            if self.log.at_standstill:
-                return Outcome.STANDSTILL
-        self.time_s = max(self.time_s, time_s)
-        return Outcome.COMPLETED
-
-    def positions(self) -> NDArray[np.float64]:
-        """Centres now, metres, shape ``(n, 2)``."""
-        return self.bodies.positions_at(self.time_s)
-
-    def velocities(self) -> NDArray[np.float64]:
-        """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self.bodies.velocities()
-
-    def _predict(self, i: int, partners: range) -> None:
-        """Predict disc `i` against each of `partners` but itself, and against every wall."""
-        bodies, queue = self.bodies, self._queue
-        for j in partners:
-            if j != i:
-                first, second = (i, j) if i < j else (j, i)
-                queue.predict(bodies.pair_impact_time(first, second), first, second)
-        for k in range(len(bodies.walls)):
-            queue.predict(bodies.wall_impact_time(i, k), i, wall_body(k))
-        self.predictions += len(partners) + len(bodies.walls)
-
-    def _carry_out(self, time_s: float, first: int, second: int) -> None:
-        # A prediction can round to just before an impact already carried out; time never runs backwards.
-        self.time_s = max(self.time_s, time_s)
-        bodies = self.bodies
-        record = bodies.collide(first, second, self.time_s)
-        self.log.add(record, bodies.resolution_s(record))
-        everybody = range(len(bodies))
-        for body in (first, second):
-            if body >= 0 and bodies.inverse_mass[body] > 0.0:
-                self._queue.void(body)
-        # An immovable disc's path has not changed: what was predicted for it with others still stands.
-        for body in (first, second):
-            if body >= 0 and bodies.inverse_mass[body] > 0.0:
-                self._predict(body, everybody)
-
-
-def solve_pic(scene: Scene, *, max_impacts: int | None = None) -> Trace:
+def solve_pic(
+    scene: Scene,
+    *,
+    max_impacts: int | None = None,
+    until_s: float | None = None,
+    record: str = "all",
+    window_s: tuple[float, float] = (-math.inf, math.inf),
+    sample_times_s: Sequence[float] = (),
+    contact_duration_s: float = 0.0,
+    progress: Callable[[int, float], None] | None = None,
+) -> Trace:
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
         scene: The scene; discs and walls of any number, no gravity.
         max_impacts: Stop after this many impacts; None for no limit.
+        until_s: Stop at this time instead of the scene's duration.
+        record: Keep "all" impacts, or "none".
+        window_s: Keep only impacts reported within these times.
+        sample_times_s: Ascending times at which to keep all positions, none by default.
+        contact_duration_s: Contact time of the TC model, which ends inelastic collapse; 0 for none.
+        progress: Called now and then with the number of impacts so far and the time reached.
 
     Returns:
-        The trace. Its final state is that at `scene.duration_s`, or at the last impact where the run ended before.
+        The trace. Its final state is that at the end, or at the last impact where the run ended before.
 
     Raises:
-        InputError: The scene has gravity, or `max_impacts` is negative.
+        InputError: The scene has gravity, or an option is outside its range.
     """
     if max_impacts is not None and max_impacts < 0:
         raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
-    run = EventDrivenRun(scene)
-    outcome = run.advance_to(scene.duration_s, max_impacts)
+    end_s = scene.duration_s if until_s is None else until_s
+    if not end_s >= 0:
+        raise InputError(f"until_s must be 0 or more, got {until_s}")
+    plain_request = record == "all" and not sample_times_s and contact_duration_s == 0 and progress is None
+    if len(scene.discs) == 2 and not scene.walls and plain_request and window_s == (-math.inf, math.inf):
+        return solve_two_discs(scene, end_s, max_impacts)
+    run = EventDrivenRun(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
+    samples = []
+    times = [float(t) for t in sample_times_s if t <= end_s]
+    if times != sorted(times):
+        raise InputError("sample_times_s must ascend")
+    outcome = Outcome.COMPLETED
+    for k, time_s in enumerate([*times, end_s]):
+        outcome = run.advance_to(time_s, max_impacts, progress)
+        if outcome is not Outcome.COMPLETED:
+            times = times[:k]
+            break
+        if k < len(times):
+            samples.append(run.positions())
     return Trace(
         method="pic",
         scene=scene,
-        impacts=impact_array(run.log.records),
+        impacts=run.log.array(),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        ambiguous=tuple(run.log.ambiguous),
-        counts={"predictions": run.predictions},
+        ambiguous=run.log.ambiguous(np.array([disc.immovable for disc in scene.discs])),
+        samples=Samples(np.array(times), np.array(samples).reshape(len(samples), -1, 2)) if sample_times_s else None,
+        settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
+        counts=run.counts,
+        notes=run.notes,
     )

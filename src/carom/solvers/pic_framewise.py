@@ -17,6 +17,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.solvers.bodies import Bodies, require_supported
 from carom.solvers.impact_log import ImpactLog
+from carom.solvers.kernel import EPOCH_IMPACTS
 from carom.trace import Outcome, Trace, impact_array, wall_body
 
 if TYPE_CHECKING:
@@ -38,24 +39,36 @@ class FramewiseRun:
         self.log = ImpactLog(scene)
         self.time_s = 0.0
         self.predictions = 0
+        self._now_s = 0.0  # since the epoch
+        self._reported_s = 0.0
+        self._kept: dict[tuple[int, int], float] = {}
 
     def advance_frame(self, next_frame_s: float, *, closed: bool = False) -> Outcome:
         """Go to the next frame instant, stopping at every impact before it (and, where `closed`, on it)."""
+        bodies = self.bodies
         while True:
             time_s, first, second = min(self._upcoming(), default=(math.inf, 0, 0))
-            if time_s > next_frame_s or (time_s == next_frame_s and not closed):
+            reported_s = max(self._reported_s, bodies.since_start(time_s))
+            if reported_s > next_frame_s or (reported_s == next_frame_s and not closed):
                 break
-            self.time_s = max(self.time_s, time_s)
-            record = self.bodies.collide(first, second, self.time_s)
-            self.log.add(record, self.bodies.resolution_s(record))
+            self._now_s = max(self._now_s, time_s)
+            self._reported_s = max(self._reported_s, bodies.since_start(self._now_s))
+            self.time_s = self._reported_s
+            record = bodies.collide(first, second, self._now_s)._replace(time_s=self._reported_s)
+            self.log.add(record, bodies.resolution_s(record))
+            self._forget(first, second)
             if self.log.at_standstill:
                 return Outcome.STANDSTILL
+            if len(self.log.records) % (EPOCH_IMPACTS * len(bodies)) == 0:
+                bodies.begin_epoch(self._now_s)
+                self._now_s = 0.0
+                self._kept.clear()
         self.time_s = next_frame_s
         return Outcome.COMPLETED
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        return self.bodies.positions_at(self.time_s)
+        return self.bodies.positions_at(self.bodies.since_epoch(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
@@ -67,9 +80,26 @@ class FramewiseRun:
         self.predictions += n * (n - 1) // 2 + n * len(bodies.walls)
         for i in range(n):
             for j in range(i + 1, n):
-                yield bodies.pair_impact_time(i, j), i, j
+                yield self._solved(i, j), i, j
             for k in range(len(bodies.walls)):
-                yield bodies.wall_impact_time(i, k), i, wall_body(k)
+                yield self._solved(i, wall_body(k)), i, wall_body(k)
+
+    def _solved(self, first: int, second: int) -> float:
+        """Return when two bodies meet. While neither path changes, the answer is kept: it would be the same."""
+        key = (first, second)
+        if key not in self._kept:
+            bodies = self.bodies
+            self._kept[key] = (
+                bodies.wall_impact_time(first, wall_body(second))
+                if second < 0
+                else bodies.pair_impact_time(first, second)
+            )
+        return self._kept[key]
+
+    def _forget(self, first: int, second: int) -> None:
+        """Drop what was kept of two bodies whose paths have changed."""
+        changed = {body for body in (first, second) if body >= 0}
+        self._kept = {key: time for key, time in self._kept.items() if not changed.intersection(key)}
 
 
 def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:

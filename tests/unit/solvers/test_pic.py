@@ -320,8 +320,9 @@ def test_an_oblique_corner_is_flagged() -> None:
         walls=[Wall(**FLOOR), Wall(point_m=(-4, 8), normal=(0.8, -0.6))],
     )
     trace = solve_pic(scene)
-    assert pairs_of(trace)[:2] == [(0, -2), (0, -1)]
-    assert trace.impacts["time_s"].tolist()[:2] == [0.0, 0.0]
+    # The floats nearest to .8 and -.6 leave a gap of 2^-53 m before wall 1, so the floor comes first.
+    assert pairs_of(trace)[:2] == [(0, -1), (0, -2)]
+    assert 0.0 <= trace.impacts["time_s"][1] <= 2.0**-53
     assert 1 in trace.ambiguous
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from carom.errors import InputError
@@ -30,6 +30,7 @@ SHARED_PEG = Scene(
 
 @given(scenes(), st.sampled_from([0.1, 1.0, 7.0, 1 / 0.3, 30.0]))
 @example(SHARED_PEG, 7.0)
+@settings(deadline=None)
 def test_the_impacts_are_those_of_event_driven_pic_to_the_bit(scene: Scene, frame_rate_hz: float) -> None:
     """At any frame rate, both forms of PIC give identical impacts, flags, outcome and final state, bit for bit."""
     event_driven = solve_pic(scene)

@@ -1,0 +1,43 @@
+"""The hard-disc gas of the benchmarks: equal discs in a square box."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.solvers.disc_arrays import DiscArrays
+
+__all__ = ["hard_disc_gas"]
+
+
+def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0.5) -> DiscArrays:
+    """Return equal discs on a hexagonal lattice stretched to fill a square box, at rest as a whole.
+
+    Args:
+        discs: Number of discs.
+        packing: Share of the box's area that they cover.
+        seed: Of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs` joules.
+        radius_m: Radius, metres; the mass is 1 kg.
+
+    Raises:
+        InputError: So many discs do not fit.
+    """
+    side = math.sqrt(discs * math.pi * radius_m**2 / packing)
+    rows = np.arange(1, discs + 1)
+    columns = -(-discs // rows)
+    step_x = (side - 2 * radius_m) / np.maximum(1.0, columns - 0.5)
+    step_y = (side - 2 * radius_m) / np.maximum(1, rows - 1)
+    gap = np.minimum(np.minimum(step_x, np.hypot(step_x / 2, step_y)), 2 * step_y)
+    best = int(np.argmax(gap))
+    if gap[best] <= 2 * radius_m:
+        raise InputError(f"{discs} discs do not fit at packing {packing}")
+    row, column = np.divmod(np.arange(discs), columns[best])
+    x = radius_m + column * step_x[best] + (row % 2) * step_x[best] / 2
+    y = radius_m + row * step_y[best]
+    velocity = np.random.default_rng(seed).normal(size=(discs, 2))
+    velocity -= velocity.mean(axis=0)
+    velocity *= math.sqrt(2 * discs / np.sum(velocity**2))
+    walls = ((0.0, 0.0, 1.0, 0.0), (side, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, side, 0.0, -1.0))
+    return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)

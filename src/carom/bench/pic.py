@@ -1,0 +1,76 @@
+"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m carom.bench.pic [discs ...]``."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import subprocess
+import sys
+import time
+
+from carom import Disc, Scene, solve_pic
+from carom.bench.gas import hard_disc_gas
+from carom.solvers.event_driven import EventDrivenRun
+
+__all__ = ["main"]
+
+#: Impacts a disc before the clock starts, in which the lattice melts; and impacts that are timed, three times over.
+_MELT = 20
+_TIMED = 1_000_000
+
+
+def impacts_per_second(discs: int, packing: float) -> tuple[float, float]:
+    """Return the median of three timings, and the bytes a disc."""
+    run = EventDrivenRun(hard_disc_gas(discs, packing), record="none", compiled=True)
+    run.advance_to(math.inf, min(_MELT * discs, 5_000_000))
+    rates = []
+    for _ in range(3):
+        begin, before = time.process_time(), run.impacts
+        run.advance_to(math.inf, before + _TIMED)
+        rates.append((run.impacts - before) / (time.process_time() - begin))
+    return statistics.median(rates), run.bytes_per_disc
+
+
+def start_seconds() -> float:
+    """Return the time from starting Python to the first impacts of the compiled kernel, seconds."""
+    code = (
+        "import math; from carom.bench.gas import hard_disc_gas; from carom.solvers.event_driven import EventDrivenRun;"
+        "EventDrivenRun(hard_disc_gas(16, .3), compiled=True).advance_to(math.inf, 100)"
+    )
+    begin = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603
+    return time.perf_counter() - begin
+
+
+def two_disc_microseconds() -> float:
+    """Return the time of one solve of two discs from Python, microseconds."""
+    scene = Scene(
+        name="two discs",
+        discs=[
+            Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+            Disc(position_m=(3.0, 0.2), radius_m=0.5),
+        ],
+        duration_s=5.0,
+    )
+    timings = []
+    for _ in range(9):
+        begin = time.perf_counter()
+        for _ in range(200):
+            solve_pic(scene)
+        timings.append((time.perf_counter() - begin) / 200)
+    return min(timings) * 1e6
+
+
+def main(sizes: tuple[int, ...] = (1_000, 100_000, 1_000_000)) -> None:
+    """Print the tables."""
+    print(f"first or warm start, from nothing to 100 impacts: {start_seconds():.2f} s; again: {start_seconds():.2f} s")  # noqa: T201
+    print(f"two discs, one solve: {two_disc_microseconds():.0f} us")  # noqa: T201
+    print(f"{'discs':>9} {'packing':>8} {'impacts/s':>12} {'bytes/disc':>11}")  # noqa: T201
+    for discs in sizes:
+        for packing in (0.3, 0.6):
+            rate, memory = impacts_per_second(discs, packing)
+            print(f"{discs:9d} {packing:8.1f} {rate:12.3g} {memory:11.0f}", flush=True)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main(*([tuple(int(float(a)) for a in sys.argv[1:])] if len(sys.argv) > 1 else []))

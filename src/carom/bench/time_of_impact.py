@@ -1,0 +1,148 @@
+"""Accuracy and cost of the time of impact, beside the textbook form: ``python -m carom.bench.time_of_impact``."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.errors import MissingExtraError
+from carom.physics.time_of_impact import pair_times
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["CLASSES", "main", "pairs_of_class", "stable", "textbook"]
+
+#: The classes of input on which formulas differ, see ``docs/pic.md``.
+CLASSES = (
+    "random",
+    "grazing 1e-14..1e-4",
+    "grazing 1e-15",
+    "offset by 1e8",
+    "far apart",
+    "slow",
+    "tiny",
+    "near contact",
+    "near and grazing",
+    "as they come",
+)
+
+
+def pairs_of_class(name: str, count: int, seed: int = 1) -> Array:
+    """Return ten columns of `count` pairs of discs, in the order of `carom.physics.pair_time.pair_time`'s arguments.
+
+    All classes hold approaching pairs on a course to hit but the last, "as they come": places and velocities drawn
+    blindly, of which a tenth hit.
+    """
+    rng = np.random.default_rng(seed)
+    if name == "as they come":
+        place, speed = rng.uniform(-5, 5, (2, 2, count)), rng.normal(size=(2, 2, count))
+        radius = rng.uniform(0.1, 1.0, (2, count))
+        return np.array([*place[0], *speed[0], radius[0], *place[1], *speed[1], radius[1]])
+    radius = rng.uniform(0.1, 1.0, (2, count)) * (1e-9 if name == "tiny" else 1.0)
+    reach = radius.sum(axis=0)
+    miss = rng.uniform(-1.0, 1.0, count) * reach
+    distance = np.hypot(miss, reach) * rng.uniform(1.0, 10.0, count)
+    pace = rng.uniform(0.1, 2.0, count) * (1e-9 if name == "slow" else 1.0)
+    if name == "grazing 1e-14..1e-4":
+        miss = reach * (1 - 10 ** rng.uniform(-14, -4, count))
+    if name == "grazing 1e-15":
+        miss = reach * (1 + rng.uniform(-8e-15, 8e-15, count))
+    if name == "far apart":
+        distance = reach * 10 ** rng.uniform(1, 8, count)
+    if name == "tiny":
+        distance = distance * 1e9
+    if name == "near contact":
+        distance = reach * (1 + 10 ** rng.uniform(-16, -6, count))
+    if name == "near and grazing":
+        miss = reach * (1 - 10 ** rng.uniform(-15, -4, count))
+        distance = reach * (1 + 10 ** rng.uniform(-16, -8, count))
+    along = np.sqrt(np.maximum(distance**2 - miss**2, 0.0))
+    turn = rng.uniform(0, 2 * math.pi, count)
+    ahead, aside = np.stack([np.cos(turn), np.sin(turn)]), np.stack([-np.sin(turn), np.cos(turn)])
+    origin = rng.uniform(-1e8, 1e8, (2, count)) if name == "offset by 1e8" else np.zeros((2, count))
+    velocity = rng.normal(size=(2, count)) * pace
+    return np.array(
+        [*origin, *velocity, radius[0], *(origin - ahead * along + aside * miss), *(velocity + ahead * pace), radius[1]]
+    )
+
+
+def textbook(
+    x1: Array, y1: Array, vx1: Array, vy1: Array, r1: Array, x2: Array, y2: Array, vx2: Array, vy2: Array, r2: Array
+) -> Array:
+    """Return the root by ``(-b - sqrt(b^2 - a c)) / a``, where the discs approach."""
+    dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
+    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+    d = b * b - a * c
+    return np.where((b < 0) & (d > 0), (-b - np.sqrt(d)) / a, math.inf)
+
+
+def stable(
+    x1: Array, y1: Array, vx1: Array, vy1: Array, r1: Array, x2: Array, y2: Array, vx2: Array, vy2: Array, r2: Array
+) -> Array:
+    """Return the root by ``c / (-b + sqrt(a R^2 - (d x u)^2))``, where the discs approach: the best plain form."""
+    dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
+    b, c, cross = dx * ux + dy * uy, dx * dx + dy * dy - reach * reach, dx * uy - dy * ux
+    d = (ux * ux + uy * uy) * (reach * reach) - cross * cross
+    return np.where((b < 0) & (d > 0), c / (np.sqrt(d) - b), math.inf)
+
+
+def _errors(columns: Array, times: Array) -> tuple[float, float, int]:
+    """Return median and largest error in units of the last place, and the number of hits and misses mixed up."""
+    try:
+        from flint import arb, ctx
+    except ImportError:
+        raise MissingExtraError("the exact answers need python-flint: pip install 'carom[dev]'") from None
+    ctx.prec = 600  # a difference of products of two-part differences needs some 430 bits
+    errors, wrong = [], 0
+    for row, found in zip(columns.T.tolist(), times.tolist(), strict=True):
+        exact = _exact(*(arb(value) for value in row))
+        if exact is None or not math.isfinite(found):
+            wrong += (exact is None) != math.isinf(found)
+        elif exact > 0:
+            errors.append(float(abs(arb(found) - exact)) / math.ulp(float(exact.mid())))
+    return float(np.median(errors)), max(errors), wrong
+
+
+def _exact(x1: Any, y1: Any, vx1: Any, vy1: Any, r1: Any, x2: Any, y2: Any, vx2: Any, vy2: Any, r2: Any) -> Any:
+    dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
+    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+    d = b * b - a * c
+    if not (b < 0 and d > 0):
+        return None
+    return c / (d.sqrt() - b) if c > 0 else c * 0
+
+
+def _nanoseconds(form: Callable[..., Array], columns: Array, repeats: int = 7) -> float:
+    """Return the least time an element of several runs: what disturbs a run only ever adds."""
+    best = math.inf
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        form(*columns)
+        best = min(best, time.perf_counter() - begin)
+    return best / len(columns[0]) * 1e9
+
+
+def main(count: int = 100_000, checked: int = 10_000) -> None:
+    """Print the table. Cost is that of `count` elements at once; errors are those of the first `checked`."""
+    forms: dict[str, Callable[..., Array]] = {"textbook": textbook, "stable": stable, "carom": pair_times}
+    print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>46}" for name in forms))  # noqa: T201
+    for name in CLASSES:
+        columns = np.ascontiguousarray(pairs_of_class(name, count))
+        line = f"{name:22}"
+        for form in forms.values():
+            with np.errstate(all="ignore"):
+                median, largest, wrong = _errors(columns[:, :checked], form(*columns[:, :checked]))
+                line += f"{median:16.2g} /{largest:9.2g}{wrong:8d}{_nanoseconds(form, columns):11.1f}"
+        print(line)  # noqa: T201
+
+
+if __name__ == "__main__":
+    main()

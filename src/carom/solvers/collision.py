@@ -1,0 +1,223 @@
+"""What happens to the discs of the event-driven kernel at an impact, and what is written down of it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from carom.physics.impact_law import pair_push
+from carom.solvers.layout import (
+    AT_INSTANT,
+    EPOCH,
+    EPOCH_REST,
+    INVERSE_MASS,
+    LAST,
+    NOBODY,
+    NOW,
+    OWN_TIME,
+    PUSHED,
+    RADIUS,
+    RECORD,
+    RECORDED,
+    REPORTED,
+    ROW,
+    SINCE_EPOCH,
+    TOTAL,
+    VERSION,
+    VX,
+    VY,
+    WALL_IMPACTS,
+    X,
+    Y,
+)
+
+if TYPE_CHECKING:
+    from carom.solvers.layout import Column
+
+__all__ = ["INLINE", "KERNEL", "collide_pair", "collide_wall", "move", "note_instant", "reported_time"]
+
+#: Unit in the last place of 1.
+UNIT = 2.0**-52
+
+
+def reported_time(clock: Column, time: float) -> float:
+    """Return the time since the start of a time since the epoch; never less than one reported before."""
+    since_start: float = clock[EPOCH] + (clock[EPOCH_REST] + time)
+    last: float = clock[REPORTED]
+    return since_start if since_start > last else last
+
+
+def move(body: Column, i: int, time: float) -> None:
+    """Bring disc `i` forward to `time` along its straight path."""
+    a = i * ROW
+    dt = time - body[a + OWN_TIME]
+    body[a + X] += body[a + VX] * dt
+    body[a + Y] += body[a + VY] * dt
+    body[a + OWN_TIME] = time
+
+
+def note_instant(clock: Column, tally: Column, time: float) -> None:
+    """Bring the clock to `time`, never back, and begin to count the impacts of this instant if it is a new one."""
+    if time > clock[NOW]:
+        clock[NOW] = time
+        tally[AT_INSTANT] = 0
+
+
+def restitution_now(
+    body: Column, link: Column, i: int, time: float, restitution: float, contact_time_s: float
+) -> float:
+    """Return the restitution of an impact of disc `i` at `time`: 1 within `contact_time_s` of its last (TC model)."""
+    a = i * ROW
+    if body[a + INVERSE_MASS] > 0.0 and link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < contact_time_s:
+        return 1.0
+    return restitution
+
+
+def record(
+    body: Column,
+    clock: Column,
+    tally: Column,
+    records: Column,
+    i: int,
+    j: int,
+    nx: float,
+    ny: float,
+    approach: float,
+    before: tuple[float, float, float, float],
+) -> None:
+    """Write one impact down; `j` below 0 is a wall, and `approach` is the speed along the normal.
+
+    How well the instant is known is that of `carom.solvers.bodies.Bodies.resolution_s`.
+    """
+    r = tally[RECORDED] * RECORD
+    a = i * ROW
+    records[r] = clock[REPORTED]
+    records[r + 1] = i
+    records[r + 2] = j
+    records[r + 3] = nx
+    records[r + 4] = ny
+    records[r + 5] = before[0]
+    records[r + 6] = before[1]
+    records[r + 7] = before[2]
+    records[r + 8] = before[3]
+    records[r + 9] = body[a + VX]
+    records[r + 10] = body[a + VY]
+    records[r + 11] = body[j * ROW + VX] if j >= 0 else 0.0
+    records[r + 12] = body[j * ROW + VY] if j >= 0 else 0.0
+    size = abs(body[a + X]) + abs(body[a + Y]) + body[a + RADIUS]
+    if j >= 0:
+        o = j * ROW
+        reach = body[a + RADIUS] + body[o + RADIUS]
+        error = 5.0 * UNIT * (size + abs(body[o + X]) + abs(body[o + Y]) + body[o + RADIUS])
+        ux, uy = before[0] - before[2], before[1] - before[3]
+        speed2 = ux * ux + uy * uy
+        uncertain = math.sqrt(2.0 * reach * error / speed2) if speed2 > 0.0 else math.inf
+    else:
+        error = 5.0 * UNIT * size
+        uncertain = math.inf
+    if approach > 0.0 and error / approach < uncertain:
+        uncertain = error / approach
+    records[r + 13] = uncertain + 2.0 * UNIT * clock[REPORTED]
+    tally[RECORDED] += 1
+
+
+def count_impact(tally: Column) -> None:
+    """Count an impact."""
+    tally[TOTAL] += 1
+    tally[SINCE_EPOCH] += 1
+    tally[AT_INSTANT] += 1
+
+
+def collide_pair(
+    body: Column,
+    link: Column,
+    clock: Column,
+    tally: Column,
+    records: Column,
+    i: int,
+    j: int,
+    time: float,
+    laws: tuple[float, float, float],
+    keep: bool,
+) -> None:
+    """Carry out the impact of discs `i` < `j` at `time`."""
+    a, o = i * ROW, j * ROW
+    note_instant(clock, tally, time)
+    clock[REPORTED] = reported_time(clock, clock[NOW])
+    time = clock[NOW]
+    restitution = restitution_now(body, link, i, time, laws[0], laws[2])
+    restitution = restitution_now(body, link, j, time, restitution, laws[2])
+    # An immovable disc stands where it stood at the start: moving it on would change nothing but its own time.
+    if body[a + INVERSE_MASS] > 0.0:
+        move(body, i, time)
+    if body[o + INVERSE_MASS] > 0.0:
+        move(body, j, time)
+    dx, dy = body[o + X] - body[a + X], body[o + Y] - body[a + Y]
+    before = (body[a + VX], body[a + VY], body[o + VX], body[o + VY])
+    inverse_1, inverse_2 = body[a + INVERSE_MASS], body[o + INVERSE_MASS]
+    push = pair_push(dx, dy, before[2] - before[0], before[3] - before[1], inverse_1 + inverse_2, restitution)
+    body[a + VX] += push * inverse_1 * dx
+    body[a + VY] += push * inverse_1 * dy
+    body[o + VX] -= push * inverse_2 * dx
+    body[o + VY] -= push * inverse_2 * dy
+    distance2 = dx * dx + dy * dy
+    clock[PUSHED] -= push * distance2
+    link[a + VERSION] += 1
+    link[o + VERSION] += 1
+    link[a + LAST], link[o + LAST] = j, i
+    count_impact(tally)
+    if keep:
+        distance = math.sqrt(distance2)
+        nx, ny = dx / distance, dy / distance
+        speed = (before[0] - before[2]) * nx + (before[1] - before[3]) * ny
+        record(body, clock, tally, records, i, j, nx, ny, speed, before)
+
+
+def collide_wall(
+    body: Column,
+    link: Column,
+    walls: Column,
+    clock: Column,
+    tally: Column,
+    records: Column,
+    i: int,
+    k: int,
+    time: float,
+    laws: tuple[float, float, float],
+    discs: int,
+    keep: bool,
+) -> None:
+    """Carry out the impact of disc `i` on wall `k` at `time`."""
+    a = i * ROW
+    nx, ny = walls[4 * k + 2], walls[4 * k + 3]
+    note_instant(clock, tally, time)
+    clock[REPORTED] = reported_time(clock, clock[NOW])
+    time = clock[NOW]
+    restitution = restitution_now(body, link, i, time, laws[1], laws[2])
+    move(body, i, time)
+    link[a + VERSION] += 1
+    link[a + LAST] = discs + k
+    before = (body[a + VX], body[a + VY], 0.0, 0.0)
+    along = before[0] * nx + before[1] * ny
+    if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
+        body[a + VX] -= (1.0 + restitution) * along * nx
+        body[a + VY] -= (1.0 + restitution) * along * ny
+    count_impact(tally)
+    tally[WALL_IMPACTS] += 1
+    if keep:
+        record(body, clock, tally, records, i, -1 - k, -nx, -ny, -along, before)
+
+
+#: What a compiler must compile, callees first.
+KERNEL = (
+    reported_time,
+    move,
+    note_instant,
+    restitution_now,
+    record,
+    count_impact,
+    collide_pair,
+    collide_wall,
+)
+#: Those of them that are cheaper than a call.
+INLINE = (reported_time, move, note_instant, restitution_now, count_impact)

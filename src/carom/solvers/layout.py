@@ -1,0 +1,64 @@
+"""Where the event-driven kernel keeps what: offsets into its flat arrays. One row of 64 bytes a disc, one cache line.
+
+The arrays are NumPy arrays where the kernel is compiled and plain lists where it is not; the kernel can't tell.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__: list[str] = []
+
+#: A flat sequence of numbers: a list where the kernel runs as plain Python, an array where it is compiled.
+Column = Any
+
+ROW = 8  # floats of a disc in `body`, and integers of a disc in `link`
+
+# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact. With them, so that
+# a scan of a cell reads one line a disc: the next disc of the same cell.
+X, Y, VX, VY, OWN_TIME, RADIUS, INVERSE_MASS, NEXT = range(8)
+
+# link: where a disc stands, and what was predicted for it. CELL holds row and column, 16 bits each: taking them apart
+# again must not cost a division. VERSION counts the disc's impacts. LAST is the body that it met
+# last; walls are numbered on from the discs there.
+CELL, PREVIOUS, PARTNER, PARTNER_VERSION, EXACT, VERSION, EXIT, LAST = range(8)
+
+# times: two a disc, of its next impact with another, and of its leaving its cell or meeting a wall.
+PAIR, LEAVE = range(2)
+TIMES = 2
+
+NOBODY = -1  # no partner, no neighbour in the list, no impact yet
+
+COLUMN_BITS = 16
+COLUMN_MASK = (1 << COLUMN_BITS) - 1
+MOST_COLUMNS = (1 << (COLUMN_BITS - 1)) - 2  # of cells in either direction, the ring around them left out
+
+# EXIT: the next thing that ends a disc's stay in its cell: an edge, or (from WALL on) a wall.
+LEFT, RIGHT, DOWN, UP, WALL = range(5)
+
+# clock: times since the epoch, but for the epoch itself (a pair of floats) and the last time reported.
+NOW, EPOCH, EPOCH_REST, REPORTED, PUSHED = range(5)
+CLOCKS = 5
+
+# tally: work counts, and the counts by which a run is judged.
+(
+    TOTAL,
+    SINCE_EPOCH,
+    AT_INSTANT,
+    WALL_IMPACTS,
+    CROSSINGS,
+    STALE,
+    PREDICTIONS,
+    RECORDED,
+    TIES,
+    EPOCHS,
+    READY,
+) = range(11)
+TALLIES = 11
+
+# record: one row an impact: time, first, second, normal, velocities before and after, and how well the
+# instant is known.
+RECORD = 14
+
+# How `run` ended.
+DONE, FULL, LIMIT, STANDSTILL = range(4)

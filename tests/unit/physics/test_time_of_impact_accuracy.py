@@ -1,0 +1,158 @@
+"""The time of impact is right to the last digits on every class of input, in all its forms alike."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from tests.unit.physics.exact import exact_time, ulps
+
+import carom
+from carom.bench.time_of_impact import CLASSES, pairs_of_class
+from carom.physics import pair_time as pair_module
+from carom.physics.compilation import compiled, compiled_error_free, numba_installed
+from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
+from carom.physics.pair_time import pair_time
+from carom.physics.time_of_impact import pair_times
+from carom.physics.wall_time import wall_time
+
+CASES = 1500
+
+
+def assert_right(row: np.ndarray, found: float) -> None:
+    exact = exact_time(row)
+    if exact is None:
+        assert found == math.inf
+    elif exact == 0:
+        assert found == 0.0
+    else:
+        assert ulps(found, exact) <= 2.0
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_every_class_is_right_to_two_units_in_the_last_place(name: str) -> None:
+    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
+    rows = pairs_of_class(name, CASES, 1).T
+    for row, found in zip(rows, pair_times(*rows.T), strict=True):
+        assert_right(row, float(found))
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_scalar_array_and_compiled_forms_agree_to_the_bit(name: str) -> None:
+    """One source serves Python floats, arrays and compiled code, and all three must give the same bits."""
+    rows = pairs_of_class(name, 400, 2).T
+    array = pair_times(*rows.T)
+    scalar = [pair_time(*row) for row in rows.tolist()]
+    assert array.tolist() == scalar
+    if numba_installed():
+        kernel, error_free = compiled("carom.physics.double_double", "carom.physics.pair_time"), compiled_error_free()
+        for row, time in zip(rows.tolist(), scalar, strict=True):
+            x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = row
+            b, _ = pair_module.approach(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1)
+            d, d_error = pair_module.encounter(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2)
+            if not d < -d_error:
+                assert kernel.contact_time(b, d, *row, error_free) == time
+
+
+@pytest.mark.parametrize("length", [1e-100, 1.0, 1e150])
+@pytest.mark.parametrize("speed", [1e-100, 1.0, 1e150])
+def test_no_length_or_speed_is_too_small_or_too_large(length: float, speed: float) -> None:
+    """Lengths and speeds from 1e-100 to 1e150 give right times: nothing over- or underflows on the way."""
+    rows = pairs_of_class("random", 50, 3).T
+    rows[:, [0, 1, 4, 5, 6, 9]] *= length
+    rows[:, [2, 3, 7, 8]] *= speed
+    for row, found in zip(rows, pair_times(*rows.T), strict=True):
+        assert_right(row, float(found))
+        assert pair_time(*row.tolist()) == found
+
+
+@pytest.mark.parametrize(
+    ("p2", "v2", "expected"),
+    [
+        ((1 - 2.0**-53, 0.0), (-1.0, 0.0), 0.0),
+        ((0.6, 0.8), (-1.0, -1e-3), None),
+        ((1e8, 0.5), (-1.0, 0.0), None),
+        ((2.0, 0.0), (-1e-170, 0.0), 1e170),
+        ((2.0, 1.0), (-1.0, 0.0), math.inf),
+        ((1.0, 0.0), (1.0, 0.0), math.inf),
+        ((1.0, 0.0), (0.0, 1.0), math.inf),
+        ((2.0, 0.0), (0.0, 0.0), math.inf),
+    ],
+)
+def test_inputs_that_break_the_least_positive_root(
+    p2: tuple[float, float], v2: tuple[float, float], expected: float | None
+) -> None:
+    """Inputs on which textbook forms tunnel, miss, divide by zero or invent an impact have their right answers."""
+    found = carom.time_of_impact((0.0, 0.0), (0.0, 0.0), 0.5, p2, v2, 0.5)
+    if expected is None:
+        assert_right(np.array([0.0, 0.0, 0.0, 0.0, 0.5, *p2, *v2, 0.5]), float(found))
+        assert math.isfinite(float(found))
+    else:
+        assert found == expected
+
+
+def test_a_gap_of_one_unit_in_the_last_place_is_a_gap() -> None:
+    """Discs 1e-10 apart or less are not taken to touch: the time is that of the gap, to rounding."""
+    for gap in (1e-10, 2.0**-52):
+        row = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 1.0 + gap, 0.0, -1.0, 0.0, 0.5])
+        assert_right(row, pair_time(*row.tolist()))
+        assert 0 < pair_time(*row.tolist()) < 2 * gap
+
+
+def test_time_of_impact_broadcasts_and_returns_a_float_for_plain_numbers() -> None:
+    """Arrays of any shapes that fit broadcast; plain numbers give a plain float."""
+    positions = np.array([[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]])
+    times = carom.time_of_impact((0, 0), (1, 0), 0.5, positions[:, None, :], np.zeros((1, 2, 2)), [0.5, 0.25])
+    assert np.asarray(times).shape == (3, 2)
+    assert isinstance(carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5), float)
+    assert carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5) == 2.0
+    assert np.asarray(carom.time_of_impact(np.zeros((0, 2)), (1, 0), 0.5, (3, 0), (0, 0), 0.5)).shape == (0,)
+
+
+@pytest.mark.parametrize("gap", ["ordinary", "near", "offset"])
+@pytest.mark.parametrize("tilted", [False, True])
+def test_walls_are_right_to_two_units_in_the_last_place(gap: str, tilted: bool) -> None:
+    """The time to a wall, in any direction, is within 2 ulp of the exact one, also next to the wall and far from 0."""
+    rng = np.random.default_rng(4)
+    for _ in range(CASES):
+        turn = rng.uniform(0, 2 * math.pi)
+        nx, ny = (math.cos(turn), math.sin(turn)) if tilted else (0.0, 1.0)
+        qx, qy = rng.uniform(-1, 1, 2) * (1e8 if gap == "offset" else 1.0)
+        radius = rng.uniform(0.1, 1.0)
+        height = radius * (1 + (10 ** rng.uniform(-16, -6) if gap == "near" else rng.uniform(0.1, 9)))
+        x, y = qx + nx * height, qy + ny * height
+        vx, vy = rng.normal(size=2)
+        arguments = [float(value) for value in (x, y, vx, vy, radius, qx, qy, nx, ny)]
+        found = wall_time(*arguments)
+        ctx.prec = 600
+        ax, ay, avx, avy, ar, aqx, aqy, anx, any_ = (arb(value) for value in arguments)
+        closing, distance = avx * anx + avy * any_, (ax - aqx) * anx + (ay - aqy) * any_ - ar
+        if not closing < 0:
+            assert found == math.inf
+        elif not distance > 0:
+            assert found == 0.0
+        else:
+            assert ulps(found, -distance / closing) <= 2.0
+
+
+def test_error_free_transformations_are_exact() -> None:
+    """A sum, difference or product and its error add up to the exact result, in rational arithmetic."""
+    rng = np.random.default_rng(5)
+    for _ in range(300):
+        a, b = (float(x) for x in rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2))
+        for transform, exact in (
+            (two_sum, Fraction(a) + Fraction(b)),
+            (two_diff, Fraction(a) - Fraction(b)),
+            (two_prod, Fraction(a) * Fraction(b)),
+        ):
+            high, low = transform(a, b)
+            assert Fraction(high) + Fraction(low) == exact
+
+
+def test_a_sum_of_products_survives_total_cancellation() -> None:
+    """Products that cancel to 2^-100 of their size leave the right remainder."""
+    high, low = sum_of_products(((1.0 + 2.0**-52, 1.0 - 2.0**-52), (-1.0, 1.0), (2.0**-80, 2.0**-80)))
+    assert Fraction(high) + Fraction(low) == Fraction(2) ** -160 - Fraction(2) ** -104

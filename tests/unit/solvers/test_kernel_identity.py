@@ -1,0 +1,210 @@
+"""The trajectory does not depend on how it is computed: cells, pieces, form of the kernel, or a stop on the way."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.unit.solvers.scenes import box, equal_gas, random_start
+
+from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise
+from carom.solvers import event_driven
+from carom.solvers.disc_arrays import DiscArrays
+from carom.solvers.event_driven import EventDrivenRun
+
+numba = pytest.importorskip("numba")
+
+
+def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
+    return run.log.array().tobytes(), run.positions().tobytes(), run.velocities().tobytes()
+
+
+def run_for(start: DiscArrays, impacts: int, **options: object) -> EventDrivenRun:
+    run = EventDrivenRun(start, **options)  # type: ignore[arg-type]
+    run.advance_to(math.inf, impacts)
+    return run
+
+
+def starts() -> dict[str, DiscArrays]:
+    rng = np.random.default_rng(11)
+    return {
+        "elastic": random_start(rng, 40),
+        "inelastic": random_start(rng, 25, restitution=0.8, wall_restitution=0.7),
+        "tilted": random_start(rng, 30, tilt=0.3),
+        "immovable": random_start(rng, 30, immovable=6),
+        "polydisperse": random_start(rng, 60, spread=100.0),
+        "unbounded": random_start(rng, 40, walls=False),
+    }
+
+
+@pytest.mark.parametrize("name", list(starts()))
+def test_plain_and_compiled_forms_agree_to_the_bit(name: str) -> None:
+    """The kernel's source run as plain Python and compiled by numba gives identical impacts and states."""
+    start = starts()[name]
+    assert outcome_of(run_for(start, 1500, compiled=False)) == outcome_of(run_for(start, 1500, compiled=True))
+
+
+@pytest.mark.parametrize("name", list(starts()))
+@pytest.mark.parametrize("cell_factor", [1.3, 2.5, math.inf])
+def test_no_result_depends_on_the_cells(name: str, cell_factor: float) -> None:
+    """Wider cells, and a single cell in which all pairs are looked at, give identical bits."""
+    start = starts()[name]
+    reference = outcome_of(run_for(start, 20_000, compiled=True))
+    assert outcome_of(run_for(start, 20_000, compiled=True, cell_factor=cell_factor)) == reference
+
+
+def test_a_large_gas_does_not_depend_on_the_cells() -> None:
+    """A thousand discs follow identical paths over 100,000 impacts whether the cells are narrow or wide."""
+    start = equal_gas(1000, 0.6)
+    runs = [run_for(start, 100_000, record="none", compiled=True, cell_factor=factor) for factor in (1.0, 3.0)]
+    assert outcome_of(runs[0]) == outcome_of(runs[1])
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_pieces_do_not_change_a_run(compiled: bool) -> None:
+    """A run taken forward in many pieces, by time and by count, equals the run in one piece."""
+    start = starts()["elastic"]
+    whole = EventDrivenRun(start, compiled=compiled)
+    whole.advance_to(20.0)
+    pieces = EventDrivenRun(start, compiled=compiled)
+    for k in range(1, 101):
+        pieces.advance_to(k * 0.2, pieces.impacts + 3)
+        pieces.advance_to(k * 0.2)
+    assert outcome_of(pieces) == outcome_of(whole)
+
+
+@pytest.mark.parametrize("impacts", [50, 1300, 3000])
+def test_a_run_taken_up_again_from_its_state_goes_on_unchanged(impacts: int) -> None:
+    """A run stopped, saved and taken up again, in the other form of the kernel, equals the run that went on."""
+    start = starts()["elastic"]
+    whole = run_for(start, 4000, compiled=True)
+    first = run_for(start, impacts, compiled=True)
+    second = EventDrivenRun(start, resume=first.state(), compiled=False)
+    second.advance_to(math.inf, 4000)
+    assert second.positions().tobytes() == whole.positions().tobytes()
+    assert second.velocities().tobytes() == whole.velocities().tobytes()
+    joined = np.concatenate([first.log.array(), second.log.array()])
+    assert joined.tobytes() == whole.log.array().tobytes()
+
+
+def test_going_over_to_the_compiled_kernel_in_mid_run_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that begins as plain Python and goes over to the compiled kernel equals a run in one form."""
+    start = starts()["elastic"]
+    monkeypatch.setattr(event_driven, "PLAIN_IMPACTS", 200)
+    mixed = EventDrivenRun(start)
+    mixed.advance_to(math.inf, 1000)
+    assert mixed.counts["compiled"] == 1
+    assert outcome_of(mixed) == outcome_of(run_for(start, 1000, compiled=False))
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+@pytest.mark.parametrize("cell_factor", [1.0, 1.7, math.inf])
+def test_simultaneous_impacts_come_in_the_order_of_their_bodies(compiled: bool, cell_factor: float) -> None:
+    """A lattice of discs that all meet at once, each in a pair of its own, does so in the order of the disc numbers."""
+    pairs = 12
+    x = np.array([[4.0 * k, 4.0 * k + 2.0] for k in range(pairs)])
+    order = np.random.default_rng(0).permutation(2 * pairs)
+    position = np.stack([x.ravel(), np.zeros(2 * pairs)], axis=1)[order]
+    velocity = np.stack([np.tile([1.0, -1.0], pairs), np.zeros(2 * pairs)], axis=1)[order]
+    start = DiscArrays(position, velocity, np.full(2 * pairs, 0.5), np.ones(2 * pairs))
+    run = EventDrivenRun(start, compiled=compiled, cell_factor=cell_factor)
+    run.advance_to(0.5)
+    impacts = run.log.array()
+    assert len(impacts) == pairs
+    assert set(impacts["time_s"]) == {0.5}
+    assert impacts["first"].tolist() == sorted(impacts["first"].tolist())
+
+
+def test_symmetric_scenes_with_shared_impacts_do_not_depend_on_the_cells() -> None:
+    """Scenes on whole numbers, full of simultaneous and shared impacts, give identical bits for all cells and forms."""
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        n = int(rng.integers(3, 7))
+        row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
+        place = np.stack([column, row], axis=1) * 2.0 + 1.0
+        velocity = rng.integers(-1, 2, (n * n, 2)).astype(float)
+        start = DiscArrays(place, velocity, np.full(n * n, 0.5), np.ones(n * n), box(2.0 * n, 2.0 * n))
+        reference = outcome_of(run_for(start, 300, compiled=True))
+        for cell_factor in (1.4, math.inf):
+            assert outcome_of(run_for(start, 300, compiled=True, cell_factor=cell_factor)) == reference
+        assert outcome_of(run_for(start, 120, compiled=False)) == outcome_of(run_for(start, 120, compiled=True))
+
+
+def scene_of(start: DiscArrays, duration_s: float) -> Scene:
+    return Scene(
+        name="random",
+        discs=[
+            Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=r, mass_kg=m)
+            for p, v, r, m in zip(
+                start.position_m.tolist(),
+                start.velocity_m_s.tolist(),
+                start.radius_m.tolist(),
+                start.mass_kg.tolist(),
+                strict=True,
+            )
+        ],
+        walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.walls],
+        restitution=start.restitution,
+        wall_restitution=start.wall_restitution,
+        duration_s=duration_s,
+    )
+
+
+def test_the_frame_by_frame_form_finds_the_same_impacts() -> None:
+    """Algorithm 2, which solves every pair anew at every frame, finds impacts identical to the bit."""
+    rng = np.random.default_rng(8)
+    for walls in (True, False):
+        scene = scene_of(random_start(rng, 8, walls=walls), 3.0)
+        assert solve_pic(scene).impacts.tobytes() == solve_pic_framewise(scene).impacts.tobytes()
+
+
+def test_the_closed_form_of_two_discs_is_the_kernel_to_the_bit() -> None:
+    """Two discs without walls are solved in closed form, with the kernel's result to the bit."""
+    rng = np.random.default_rng(9)
+    for restitution in (1.0, 0.5, 0.0):
+        for _ in range(100):
+            start = random_start(rng, 2, walls=False, restitution=restitution)
+            scene = scene_of(start, 5.0)
+            run = EventDrivenRun(scene, compiled=False)
+            run.advance_to(5.0)
+            trace = solve_pic(scene)
+            assert trace.impacts.tobytes() == run.log.array().tobytes()
+            assert trace.final_position_m.tobytes() == run.positions().tobytes()
+
+
+def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
+    """Keeping a window of impacts, or none, keeps just that, and leaves the run and the counts as they are."""
+    start = starts()["elastic"]
+    whole, window, none = (
+        EventDrivenRun(start),
+        EventDrivenRun(start, window_s=(2.0, 3.0)),
+        EventDrivenRun(start, record="none"),
+    )
+    for run in (whole, window, none):
+        assert run.advance_to(5.0) is Outcome.COMPLETED
+    times = whole.log.array()["time_s"]
+    assert window.log.array().tobytes() == whole.log.array()[(times >= 2.0) & (times <= 3.0)].tobytes()
+    assert len(none.log) == 0
+    assert none.impacts == len(whole.log)
+    assert none.positions().tobytes() == whole.positions().tobytes()
+    bodies = np.concatenate([whole.log.array()["first"], whole.log.array()["second"]])
+    assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
+
+
+def test_progress_samples_and_stops() -> None:
+    """Progress is reported, positions are sampled only when asked for, and a run stops at a time or a count."""
+    scene = scene_of(starts()["elastic"], 4.0)
+    seen: list[tuple[int, float]] = []
+    trace = solve_pic(scene, sample_times_s=[0.0, 1.0, 2.0], progress=lambda count, time: seen.append((count, time)))
+    assert trace.samples is not None
+    assert trace.samples.position_m.shape == (3, 40, 2)
+    assert seen
+    assert seen[-1][0] == len(trace.impacts)
+    assert solve_pic(scene).samples is None
+    short = solve_pic(scene, until_s=1.0)
+    assert short.end_time_s == 1.0
+    assert short.final_position_m.tobytes() == trace.samples.position_m[1].tobytes()
+    stopped = solve_pic(scene, max_impacts=7)
+    assert stopped.outcome is Outcome.MAX_IMPACTS
+    assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()

@@ -1,0 +1,248 @@
+"""The event-driven kernel against answers that no code of Carom made."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.unit.solvers.scenes import random_start
+
+from carom import Disc, Outcome, Scene, Wall, solve_pic
+from carom.bench.gas import hard_disc_gas
+from carom.solvers.disc_arrays import DiscArrays
+from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.layout import PUSHED
+
+pytest.importorskip("numba")
+
+
+def galperin(k: int, *, compiled: bool | None = None) -> EventDrivenRun:
+    """Run two discs, masses 100^k : 1, against a wall (Galperin 2003); the light one stands between the two."""
+    start = DiscArrays(
+        np.array([[3.0, 0.0], [6.0, 0.0]]),
+        np.array([[0.0, 0.0], [-1.0, 0.0]]),
+        np.array([0.5, 0.5]),
+        np.array([1.0, 100.0**k]),
+        ((0.0, 0.0, 1.0, 0.0),),
+    )
+    run = EventDrivenRun(start, record="none", compiled=compiled)
+    assert run.advance_to(1e9) is Outcome.COMPLETED
+    return run
+
+
+@pytest.mark.parametrize("k", range(8))
+def test_galperin_counts_the_digits_of_pi(k: int) -> None:
+    """The number of impacts is floor(10^k pi), and the light disc's last velocity is that of the unfolded billiard.
+
+    In the coordinates (10^k V, v) each two impacts turn the velocity by 2 theta, tan(theta) = 10^-k (Galperin 2003).
+    The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root.
+    """
+    run = galperin(k, compiled=k > 2)
+    count = [3, 31, 314, 3141, 31415, 314159, 3141592, 31415926][k]
+    assert run.impacts == count
+    theta = math.atan(10.0**-k)
+    angle = (count + count % 2) * theta
+    light = abs(10.0**k * math.sin(angle))
+    assert abs(abs(run.velocities()[0, 0]) - light) <= 4 * math.sqrt(count) * 2.0**-53 * 10.0**k + 1e-14
+
+
+@pytest.mark.parametrize("n", [3, 10, 40])
+def test_discs_in_a_line_sort_their_velocities(n: int) -> None:
+    """N equal discs in a line, the fastest behind, make n(n-1)/2 impacts and leave with their velocities sorted."""
+    speed = np.linspace(float(n), 1.0, n) + np.random.default_rng(n).uniform(0, 0.3, n)
+    start = DiscArrays(
+        np.stack([np.arange(n) * 3.0, np.zeros(n)], axis=1),
+        np.stack([np.sort(speed)[::-1], np.zeros(n)], axis=1),
+        np.full(n, 0.5),
+        np.ones(n),
+    )
+    run = EventDrivenRun(start)
+    run.advance_to(1e6)
+    assert run.impacts == n * (n - 1) // 2
+    np.testing.assert_allclose(run.velocities()[:, 0], np.sort(speed), rtol=1e-12)
+
+
+def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
+    """Return Z = p V / (N k T) from the virial of the disc-disc impacts, in the bulk volume of the centres."""
+    run = EventDrivenRun(hard_disc_gas(discs, packing), record="none", compiled=True)
+    run.advance_to(math.inf, 20 * discs)
+    before = run.state()
+    run.advance_to(math.inf, (20 + impacts_per_disc) * discs)
+    after = run.state()
+    virial = after.clock[PUSHED] - before.clock[PUSHED]
+    return float(1 + virial / (2 * discs * (after.time_s - before.time_s)))
+
+
+@pytest.mark.parametrize(("packing", "expected"), [(0.3, 2.0632), (0.6, 6.45)])
+def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
+    """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.
+
+    The walls' share falls as 1/sqrt(N): two sizes give the limit. The spread of a single run is below half a per cent.
+    """
+    small, large = pressure(packing, 400, 1000), pressure(packing, 3600, 150)
+    limit = large + (large - small) / (3.0 - 1.0)  # sqrt(3600 / 400) = 3
+    assert abs(limit / expected - 1) < 0.015
+
+
+@pytest.mark.parametrize("impacts_per_disc", [1, 4])
+def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> None:
+    """After 1000 discs have had a few impacts each, reversing all velocities brings them back to where they began.
+
+    Chaos multiplies rounding by some 3 an impact a disc: 4e-14 after one, so below 1e-10 after four.
+    """
+    start = hard_disc_gas(1000, 0.3)
+    there = EventDrivenRun(start, record="none", compiled=True)
+    there.advance_to(math.inf, 500 * impacts_per_disc)
+    time_s = there.time_s
+    back = EventDrivenRun(
+        DiscArrays(there.positions(), -there.velocities(), start.radius_m, start.mass_kg, start.walls),
+        record="none",
+        compiled=True,
+    )
+    back.advance_to(time_s)
+    assert np.max(np.abs(back.positions() - start.position_m)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
+    # Discs of the lattice touch the walls at the start: which way they go at that very instant is rounding's choice.
+    speeds = np.hypot(*back.velocities().T) - np.hypot(*start.velocity_m_s.T)
+    assert np.max(np.abs(speeds)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
+
+
+def test_a_million_impacts_keep_energy_and_distance() -> None:
+    """After 1e6 impacts the energy is off by 1e-12 at most, and the deepest overlap is rounding."""
+    start = hard_disc_gas(500, 0.6)
+    run = EventDrivenRun(start, record="none", compiled=True)
+    run.advance_to(math.inf, 1_000_000)
+    energy = 0.5 * math.fsum((run.velocities() ** 2).ravel())
+    assert abs(energy / 500 - 1) <= 1e-12
+    assert deepest_overlap(run, start) < 1e-13
+
+
+def deepest_overlap(run: EventDrivenRun, start: DiscArrays) -> float:
+    position = run.positions()
+    apart = np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, math.inf)
+    side = start.walls[1][0]
+    into_wall = max(float(0.5 - position.min()), float(position.max() + 0.5 - side))
+    return max(float(1.0 - apart.min()), into_wall)
+
+
+def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
+    """A slow gas that has run for 1e9 seconds overlaps no deeper than one that has run for a few."""
+    gas = hard_disc_gas(30, 0.5)
+    start = DiscArrays(gas.position_m, gas.velocity_m_s * 1e-6, gas.radius_m, gas.mass_kg, gas.walls)
+    run = EventDrivenRun(start, record="none", compiled=True)
+    run.advance_to(1e9)
+    assert run.counts["epochs"] > 10
+    assert deepest_overlap(run, start) < 1e-13
+
+
+def oracle(start: DiscArrays, impacts: int) -> list[tuple[float, int, int]]:
+    """Run by brute force: all pairs and walls by the textbook formulas at every impact, all discs moved together."""
+    p, v = start.position_m.copy(), start.velocity_m_s.copy()
+    w, r, n = 1.0 / start.mass_kg, start.radius_m, len(start)
+    i, j = np.triu_indices(n, 1)
+    t, events = 0.0, []
+    last = (n, n)
+    for _ in range(impacts):
+        d, u = p[j] - p[i], v[j] - v[i]
+        a, b = np.sum(u * u, axis=1), np.sum(d * u, axis=1)
+        c = np.sum(d * d, axis=1) - (r[i] + r[j]) ** 2
+        disc = b * b - a * c
+        with np.errstate(all="ignore"):
+            times = np.where((b < 0) & (disc > 0) & (w[i] + w[j] > 0), (-b - np.sqrt(disc)) / a, np.inf)
+        times[(i == last[0]) & (j == last[1])] = np.inf
+        best, pair = np.inf, (-1, -1)
+        if len(times) and times.min() < np.inf:
+            k = int(np.argmin(times))
+            best, pair = float(times[k]), (int(i[k]), int(j[k]))
+        for k, (qx, qy, nx, ny) in enumerate(start.walls):
+            toward = v @ (nx, ny)
+            gap = (p - (qx, qy)) @ (nx, ny) - r
+            with np.errstate(all="ignore"):
+                meet = np.where((toward < 0) & (w > 0), gap / -toward, np.inf)
+            if last[1] == -1 - k:
+                meet[last[0]] = np.inf
+            m = int(np.argmin(meet))
+            if meet[m] < best:
+                best, pair = float(meet[m]), (m, -1 - k)
+        if best == np.inf:
+            break
+        best = max(best, 0.0)
+        p = p + v * best
+        t += best
+        f, s = pair
+        if s < 0:
+            normal = np.array(start.walls[-1 - s][2:])
+            v[f] -= (1 + start.wall_restitution) * (v[f] @ normal) * normal
+        else:
+            normal = (p[s] - p[f]) / np.linalg.norm(p[s] - p[f])
+            push = (1 + start.restitution) * ((v[f] - v[s]) @ normal) / (w[f] + w[s])
+            v[f] -= push * w[f] * normal
+            v[s] += push * w[s] * normal
+        last = pair
+        events.append((t, f, s))
+    return events
+
+
+@pytest.mark.parametrize("block", range(4))
+def test_a_brute_force_oracle_finds_the_same_impacts(block: int) -> None:
+    """Brute force by textbook formulas finds the same impacts in thousands of random scenes, while it can be trusted.
+
+    A small box loses up to half a bit an impact, so its first two dozen impacts keep some forty bits.
+    """
+    rng = np.random.default_rng(100 + block)
+    for case in range(500):
+        n = int(2 ** rng.uniform(1, 6)) if case % 10 == 0 else int(rng.integers(2, 13))
+        start = random_start(
+            rng,
+            n,
+            walls=bool(rng.random() < 0.8),
+            restitution=float(rng.choice([1.0, rng.uniform(0.3, 1)])),
+            wall_restitution=float(rng.choice([1.0, rng.uniform(0.3, 1)])),
+            immovable=int(rng.integers(0, max(1, n // 4))),
+            tilt=float(rng.choice([0.0, rng.uniform(0, 6)])),
+        )
+        expected = oracle(start, min(2 * n, 24))
+        run = EventDrivenRun(start, compiled=True)
+        run.advance_to(math.inf, len(expected))
+        found = [(float(row["time_s"]), int(row["first"]), int(row["second"])) for row in run.log.array()]
+        assert [event[1:] for event in found] == [event[1:] for event in expected], (block, case)
+        np.testing.assert_allclose([e[0] for e in found], [e[0] for e in expected], rtol=1e-7, atol=1e-9)
+
+
+def test_inelastic_collapse_ends_with_an_outcome_or_by_the_tc_model() -> None:
+    """Inelastic collapse ends with an outcome; with a contact time the run goes on (Luding & McNamara 1998)."""
+    scene = Scene(
+        name="collapse",
+        discs=[
+            Disc(position_m=(0.5, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+            Disc(position_m=(2.5, 0.0), radius_m=0.5),
+            Disc(position_m=(4.5, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(5.0, 0.0), normal=(-1.0, 0.0))],
+        restitution=0.02,
+        duration_s=1e4,
+    )
+    plain = solve_pic(scene, max_impacts=20_000)
+    assert plain.outcome in {Outcome.STANDSTILL, Outcome.COMPLETED, Outcome.MAX_IMPACTS}
+    gas = random_start(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
+    for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
+        run = EventDrivenRun(gas, record="none", compiled=True, contact_duration_s=contact_duration_s)
+        assert run.advance_to(100.0, 2_000_000) in expected
+
+
+def test_one_disc_into_two_touching_ones_is_flagged() -> None:
+    """A cue disc that meets two touching discs at once has no unique answer: the second impact is flagged, in order."""
+    scene = Scene(
+        name="break",
+        discs=[
+            Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+            Disc(position_m=(2.0, 0.5), radius_m=0.5),
+            Disc(position_m=(2.0, -0.5), radius_m=0.5),
+        ],
+        duration_s=3.0,
+    )
+    trace = solve_pic(scene)
+    assert trace.ambiguous
+    assert trace.impacts["second"][0] == 1
+    assert trace.impacts["second"][1] == 2
