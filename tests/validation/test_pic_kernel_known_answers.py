@@ -78,7 +78,7 @@ def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
 def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
     """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.
 
-    The walls' share falls as 1/sqrt(N): two sizes give the limit. The spread of a single run is below half a per cent.
+    The walls' share falls as 1/sqrt(N): two sizes give the limit.
     """
     small, large = pressure(packing, 400, 1000), pressure(packing, 3600, 150)
     limit = large + (large - small) / (3.0 - 1.0)  # sqrt(3600 / 400) = 3

@@ -44,7 +44,7 @@ __all__ = ["INLINE", "KERNEL", "change_cell", "choose_grid", "insert_all", "near
 #: units of a cell, which is 2^-53 of the number of columns.
 _MARGIN = 1.0 + 2.0**-10
 
-#: Cells a disc at most: beyond that cells hold too little to be worth crossing. Measured flat from 2 to 6.
+#: Cells a disc at most: beyond that cells hold too little to be worth crossing. Chosen, not tuned: it bounds memory.
 _CELLS_PER_DISC = 4
 
 
