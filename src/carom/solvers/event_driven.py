@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 __all__ = ["EventDrivenRun", "RunState"]
 
 #: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Importing
-#: numba and loading the kernel from its cache took .6 s or more where plain Python took 140 to 180 us an impact, so 4000
+#: numba and loading the kernel from its cache took .6 s or more, plain Python 140 to 180 us an impact; so 4000
 #: impacts cost as much as loading; going over then costs at most about twice the better choice. The number of discs is
 #: a choice: its lists cost 16 ms at 400.
 COMPILED_FROM_DISCS = 400
