@@ -133,7 +133,7 @@ def _nanoseconds(form: Callable[..., Array], columns: Array, repeats: int = 7) -
 def main(count: int = 100_000, checked: int = 10_000) -> None:
     """Print the table. Cost is that of `count` elements at once; errors are those of the first `checked`."""
     forms: dict[str, Callable[..., Array]] = {"textbook": textbook, "stable": stable, "carom": pair_times}
-    print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>46}" for name in forms))  # noqa: T201
+    print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>46}" for name in forms))
     for name in CLASSES:
         columns = np.ascontiguousarray(pairs_of_class(name, count))
         line = f"{name:22}"
@@ -141,7 +141,7 @@ def main(count: int = 100_000, checked: int = 10_000) -> None:
             with np.errstate(all="ignore"):
                 median, largest, wrong = _errors(columns[:, :checked], form(*columns[:, :checked]))
                 line += f"{median:16.2g} /{largest:9.2g}{wrong:8d}{_nanoseconds(form, columns):11.1f}"
-        print(line)  # noqa: T201
+        print(line)
 
 
 if __name__ == "__main__":
