@@ -1,0 +1,98 @@
+"""What every command of `carom` shares: exit codes, errors as sentences, and the reading of steps and scene names."""
+
+from __future__ import annotations
+
+import functools
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, ParamSpec
+
+import typer
+
+from carom.errors import CaromError, InputError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from carom.scene import Scene
+    from carom.scenes import CatalogueScene
+
+__all__ = [
+    "EXIT_BAD_INPUT",
+    "EXIT_CRASHED",
+    "EXIT_INTERRUPTED",
+    "EXIT_UNAVAILABLE",
+    "EXIT_VIOLATION",
+    "console",
+    "guarded",
+    "scenes_named",
+    "seconds",
+]
+
+EXIT_VIOLATION = 1
+EXIT_BAD_INPUT = 2
+EXIT_UNAVAILABLE = 3
+EXIT_CRASHED = 4
+EXIT_INTERRUPTED = 130  # what a shell reports for a command that Ctrl-C ended
+
+Parameters = ParamSpec("Parameters")
+
+
+def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
+    """Turn Carom's own errors and Ctrl-C into a sentence and an exit code."""
+
+    @functools.wraps(command)
+    def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except CaromError as error:
+            typer.echo(f"carom: {error}", err=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+        except KeyboardInterrupt:
+            typer.echo("carom: interrupted; no report was written", err=True)
+            raise typer.Exit(EXIT_INTERRUPTED) from None
+        except BrokenPipeError:  # the reader, `head` say, has seen enough
+            sys.stderr.close()
+            raise typer.Exit from None
+        except OSError as error:  # a disc that is full, a file that may not be written
+            typer.echo(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+
+    return guarded
+
+
+def console() -> Console:
+    """Return the console that results are printed on."""
+    from rich.console import Console
+
+    # A pipe or a log has no width of its own; 160 columns keep a row of the widest table on one line.
+    # Names and an engine's own words may hold brackets and colons that are no markup.
+    return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
+
+
+def seconds(text: str) -> float:
+    """Read a step such as ``1/240`` or ``0.004``."""
+    from fractions import Fraction
+
+    try:
+        value = float(Fraction(text))
+    except (ValueError, ZeroDivisionError, OverflowError):
+        raise InputError(f"--dt must be a number of seconds such as 1/240 or 0.004, got {text!r}") from None
+    if not value > 0:
+        raise InputError(f"--dt must be above 0, got {text!r}")
+    return value
+
+
+def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
+    """Load files, and find scenes of the catalogue by name; all of the catalogue where no name is given."""
+    from carom.scene import load_scene
+    from carom.scenes import catalogue, find_scenes
+
+    if not names:
+        return list(catalogue().values())
+    found: list[Scene | CatalogueScene] = []
+    for name in names:
+        is_file = Path(name).suffix in {".toml", ".json"} or Path(name).is_file()
+        found += [load_scene(name)] if is_file else find_scenes([name])
+    return found

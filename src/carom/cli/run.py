@@ -1,0 +1,148 @@
+"""`carom run`: run scenes through engines, score each against PIC, and print a verdict table."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli.common import EXIT_CRASHED, EXIT_UNAVAILABLE, EXIT_VIOLATION, console, guarded, scenes_named, seconds
+
+if TYPE_CHECKING:
+    from carom.runner import Results
+    from carom.scene import Scene
+    from carom.scenes import CatalogueScene
+
+__all__ = ["FailOn", "run"]
+
+
+class FailOn(StrEnum):
+    """The best grade that counts as a violation."""
+
+    SAMPLED = "sampled"
+    INACCURATE = "inaccurate"
+    WRONG = "wrong"
+    NEVER = "never"
+
+
+@guarded
+def run(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
+            "All of the catalogue by default."
+        ),
+    ] = None,
+    engine: Annotated[
+        list[str] | None, typer.Option("--engine", "-e", help="Engine to run, repeatable. All by default.")
+    ] = None,
+    dt: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--dt",
+            help="Step in seconds, such as 1/240; repeatable. "
+            "By default each scene's own frame, a quarter and a sixteenth of it.",
+        ),
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option(
+            "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
+        ),
+    ] = None,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
+    ] = None,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", help="Seconds after which an engine that gives no answer is ended.")
+    ] = 60.0,
+    timing: Annotated[
+        bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
+    ] = True,
+    fail_on: Annotated[
+        FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
+    ] = FailOn.INACCURATE,
+) -> None:
+    """Run scenes through engines, score each against PIC, and print a verdict table.
+
+    Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
+    `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
+    """
+    from carom.report import require_writable, verdict_line, verdict_table, write_report
+    from carom.report.impact_table import impact_tables
+
+    found = scenes_named(scenes or [])
+    if report is not None:
+        require_writable(report)
+    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing)
+    paths = None if report is None else write_report(results, report)
+    out = console()
+    out.print(verdict_table(results))
+    for table in impact_tables(results):
+        out.print(table)
+    out.print(verdict_line(results), soft_wrap=True)
+    if paths is not None:
+        out.print(f"report: {paths.html}", soft_wrap=True)
+    code = _exit_code(results, set(engine or ()), fail_on)
+    if code:
+        raise typer.Exit(code)
+
+
+def _cross_check(
+    scenes: list[Scene | CatalogueScene],
+    engine: list[str] | None,
+    dt: list[str] | None,
+    profile: list[str] | None,
+    jobs: int | None,
+    time_limit: float,
+    timing: bool,
+) -> Results:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from carom.runner import cross_check
+    from carom.runner.cross_check import DEFAULT_PROFILES
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("", total=None)
+
+        def progress(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=what)
+
+        return cross_check(
+            scenes,
+            engine,
+            dts=[seconds(text) for text in dt] if dt else None,
+            profiles=tuple(profile or DEFAULT_PROFILES),
+            jobs=jobs,
+            time_limit_s=time_limit,
+            timing=timing,
+            progress=progress,
+            command=shlex.join(["carom", *sys.argv[1:]]),
+        )
+
+
+def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
+    from carom.comparator import Grade
+    from carom.runner import Status, violates
+
+    broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
+    if any(row.status in broken for row in results.rows):
+        return EXIT_CRASHED
+    if any(row.status is Status.UNAVAILABLE and row.cell.engine in requested for row in results.rows):
+        return EXIT_UNAVAILABLE
+    if all(row.score is None for row in results.rows):  # what was not run does not conform
+        return EXIT_UNAVAILABLE
+    if fail_on is not FailOn.NEVER and any(violates(row, Grade[fail_on.name]) for row in results.rows):
+        return EXIT_VIOLATION
+    return 0

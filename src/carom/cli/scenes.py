@@ -1,0 +1,49 @@
+"""`carom scenes`: list the catalogue, or show scenes of it in full."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli.common import console, guarded
+
+__all__ = ["scenes"]
+
+
+@guarded
+def scenes(
+    names: Annotated[
+        list[str] | None, typer.Argument(help="Scenes to show in full, by name, group or pattern.")
+    ] = None,
+    save: Annotated[
+        Path | None,
+        typer.Option("--save", help="Write the scenes named into this folder, as TOML files of your own to edit."),
+    ] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a scene file.")] = False,
+) -> None:
+    """List the catalogue, or show scenes of it in full, as the files they could be loaded from."""
+    if schema:
+        import json
+
+        from carom.scene import scene_schema
+
+        typer.echo(json.dumps(scene_schema(), indent=2))
+        return
+    from carom.report.scene_table import scene_table, scene_text
+    from carom.scene import save_scene
+    from carom.scenes import catalogue, find_scenes
+
+    if not names and save is None:
+        console().print(scene_table(list(catalogue().values())))
+        return
+    found = find_scenes(names) if names else list(catalogue().values())
+    for entry in found:
+        if save is None:
+            typer.echo(scene_text(entry))
+            continue
+        path = save / f"{entry.name.replace('/', '-')}.toml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        save_scene(entry.scene, path)
+        typer.echo(path)
