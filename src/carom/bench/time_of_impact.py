@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import time
 from typing import TYPE_CHECKING, Any
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import MissingExtraError
+from carom.physics.compilation import numba_installed
 from carom.physics.time_of_impact import pair_times
 
 if TYPE_CHECKING:
@@ -99,7 +101,7 @@ def _errors(columns: Array, times: Array) -> tuple[float, float, int]:
     try:
         from flint import arb, ctx
     except ImportError:
-        raise MissingExtraError("the exact answers need python-flint: pip install 'carom[dev]'") from None
+        raise MissingExtraError("the exact answers need python-flint: pip install 'carom[certify]'") from None
     ctx.prec = 600  # a difference of products of two-part differences needs some 430 bits
     errors, wrong = [], 0
     for row, found in zip(columns.T.tolist(), times.tolist(), strict=True):
@@ -132,15 +134,21 @@ def _nanoseconds(form: Callable[..., Array], columns: Array, repeats: int = 7) -
 
 def main(count: int = 100_000, checked: int = 10_000) -> None:
     """Print the table. Cost is that of `count` elements at once; errors are those of the first `checked`."""
-    forms: dict[str, Callable[..., Array]] = {"textbook": textbook, "stable": stable, "carom": pair_times}
-    print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>46}" for name in forms))
+    forms: dict[str, Callable[..., Array]] = {
+        "textbook": textbook,
+        "stable": stable,
+        "carom": functools.partial(pair_times, compiled=False),
+    }
+    if numba_installed():
+        forms["carom, compiled"] = functools.partial(pair_times, compiled=True)
+    print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>52}" for name in forms))
     for name in CLASSES:
         columns = np.ascontiguousarray(pairs_of_class(name, count))
         line = f"{name:22}"
         for form in forms.values():
             with np.errstate(all="ignore"):
                 median, largest, wrong = _errors(columns[:, :checked], form(*columns[:, :checked]))
-                line += f"{median:16.2g} /{largest:9.2g}{wrong:8d}{_nanoseconds(form, columns):11.1f}"
+                line += f"{median:22.2g} /{largest:9.2g}{wrong:8d}{_nanoseconds(form, columns):11.1f}"
         print(line)
 
 

@@ -1,24 +1,26 @@
 """The same functions, compiled: one source runs as plain Python and, where numba is installed, as machine code.
 
-A module lists its kernel functions in ``KERNEL``, callees first, and those to be inlined in ``INLINE``. `compiled`
-gives each of them a copy of its globals in which the functions already compiled stand in for their plain namesakes, and
-compiles that copy; the originals stay as they are. Contraction and reordering stay off (`fastmath=False`; LLVM fuses no
-multiply and add without leave), so both forms give the same bits. The result is cached on disk by numba, beside the
-source or in the user's cache directory.
+A function and all of Carom's functions that it calls become one *unit*: a C function on numbers and on pointers into
+arrays. The originals stay as they are. Contraction and reordering stay off (`fastmath=False`; LLVM fuses no multiply
+and add without leave), so both forms give the same bits. What a unit calls of another unit stays in that other: a
+compiler works on a function together with all that it calls, so units keep the first start short. Numba caches a unit
+on disk, beside the source or in the user's cache directory, under a digest of all the code that went into it.
 """
 
 from __future__ import annotations
 
 import functools
-import importlib
+import hashlib
 import importlib.util
-from collections.abc import Callable
-from types import FunctionType, SimpleNamespace
+import marshal
+import sys
+from collections.abc import Callable, Iterator
+from types import FunctionType
 from typing import Any
 
-from carom.physics import double_double, pair_time
+__all__ = ["Unit", "addresses", "compiled_unit", "numba_installed"]
 
-__all__ = ["compiled", "compiled_error_free", "numba_installed"]
+Unit = Any  # numba's CFunc: `ctypes` calls it from Python, `address` is what other units call
 
 
 @functools.cache
@@ -28,50 +30,94 @@ def numba_installed() -> bool:
 
 
 @functools.cache
-def compiled(*modules: str) -> SimpleNamespace:
-    """Return the kernel functions of the named modules, compiled, as attributes.
+def compiled_unit(
+    function: Callable[..., Any], result: str, arguments: tuple[str, ...], linked: tuple[Unit, ...] = ()
+) -> Unit:
+    """Return a function, with all of Carom's that it calls, compiled.
 
     Args:
-        modules: Full names of modules with a ``KERNEL``; those that others call first.
+        function: The function. Its calls of other functions of Carom become calls of their compiled copies.
+        result: Type of its result: "float64", "int64" or so.
+        arguments: Types of its arguments; "float64*" is a pointer into an array.
+        linked: Units that this one calls instead of compiling their code into itself.
     """
-    done: dict[str, Any] = {}
-    for name in modules:
-        module = importlib.import_module(name)
-        _compile(module.KERNEL, module.INLINE, done)
-    return SimpleNamespace(**done)
-
-
-@functools.cache
-def compiled_error_free() -> Any:
-    """Return `exact_pair_time` compiled, as a function pointer: its callers call it and do not contain it."""
-    from numba import cfunc, float64
-
-    done: dict[str, Any] = {}
-    _compile(double_double.KERNEL, double_double.INLINE, done)
-    _compile(pair_time.ERROR_FREE[:-1], (), done)
-    copy = _with_globals(pair_time.exact_pair_time, done)
-    return cfunc(float64(*[float64] * 10), cache=True, error_model="numpy")(copy)
-
-
-def _compile(
-    functions: tuple[Callable[..., Any], ...], inline: tuple[Callable[..., Any], ...], done: dict[str, Any]
-) -> None:
-    """Compile `functions` in order, each seeing those in `done`, and add them to it."""
+    import llvmlite.binding as llvm  # type: ignore[import-untyped] # it has no annotations
     import numba
 
-    njit: Any = numba.njit  # numba's annotations leave out `_nrt`
-    for function in functions:
-        done[function.__name__] = njit(
-            cache=True,
-            nogil=True,
-            fastmath=False,
-            error_model="numpy",  # a division by zero gives what IEEE 754 says, and raises nothing
-            forceinline=function in inline,  # a call costs more than the smallest functions themselves
-            _nrt=False,  # nothing is allocated; counting references to the arrays took half of the time
-        )(_with_globals(function, done))
+    types: Any = numba.types  # the annotations of what follows are incomplete
+    njit: Any = numba.njit
+    cfunc: Any = numba.cfunc
+
+    def numba_type(name: str) -> Any:
+        kind = getattr(types, name.rstrip("*"))
+        return types.CPointer(kind) if name.endswith("*") else kind
+
+    options: dict[str, Any] = {
+        "nogil": True,
+        "fastmath": False,
+        "error_model": "numpy",  # a division by zero gives what IEEE 754 says, and raises nothing
+        "_nrt": False,  # nothing is allocated
+    }
+    external = {unit.function_name: types.ExternalFunction(unit.symbol, unit.signature) for unit in linked}
+    for unit in linked:
+        llvm.add_symbol(unit.symbol, unit.address)
+    digest = hashlib.sha256(repr(sorted(unit.symbol for unit in linked)).encode())
+    done: dict[str, Any] = dict(external)
+    for callee in _callees_first(function, set(done)):
+        digest.update(_identity(callee))
+        if callee is not function:
+            shared = _compiled_before if external.keys().isdisjoint(_called(callee)) else {}
+            if callee not in shared:
+                # Nobody but other compiled code calls it: no need for the way in from Python or C.
+                inline = callee in getattr(sys.modules[callee.__module__], "INLINE", ())
+                inner = njit(**options, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=inline)
+                shared[callee] = inner(_copy(callee, done, callee.__name__))
+            done[callee.__name__] = shared[callee]
+    name = f"{function.__name__}_{digest.hexdigest()[:16]}"
+    signature = numba_type(result)(*map(numba_type, arguments))
+    unit = cfunc(signature, cache=True, **options)(_copy(function, done, name))
+    unit.symbol, unit.function_name, unit.signature = f"carom_{name}", function.__name__, signature
+    return unit
 
 
-def _with_globals(function: Any, done: dict[str, Any]) -> FunctionType:
-    copy = FunctionType(function.__code__, {**function.__globals__, **done}, function.__name__)
-    copy.__module__, copy.__qualname__ = function.__module__, function.__qualname__
+#: Functions that call nothing of another unit, and so can stand in several.
+_compiled_before: dict[Any, Any] = {}
+
+
+def addresses(*arrays: Any) -> list[Any]:
+    """Return pointers to the data of NumPy arrays, as a unit takes them."""
+    import ctypes
+
+    from numpy.ctypeslib import as_ctypes_type
+
+    return [array.ctypes.data_as(ctypes.POINTER(as_ctypes_type(array.dtype))) for array in arrays]
+
+
+def _callees_first(function: Any, seen: set[str]) -> Iterator[Any]:
+    """Yield the functions of Carom that `function` calls, directly or not, callees first, and itself last."""
+    seen.add(function.__name__)
+    for name in function.__code__.co_names:
+        called = function.__globals__.get(name)
+        if isinstance(called, FunctionType) and called.__module__.startswith("carom.") and name not in seen:
+            yield from _callees_first(called, seen)
+    yield function
+
+
+def _called(function: Any) -> set[str]:
+    """Return the names of the functions of Carom that `function` calls, directly or not."""
+    return {called.__name__ for called in _callees_first(function, set())} - {function.__name__}
+
+
+def _identity(function: Any) -> bytes:
+    """Return what a function's machine code hangs on: its byte code, and the numbers it finds by name."""
+    code = function.__code__
+    known = {name: function.__globals__.get(name) for name in code.co_names}
+    numbers = sorted((name, value) for name, value in known.items() if isinstance(value, int | float))
+    return marshal.dumps((code.co_code, repr(code.co_consts), numbers))
+
+
+def _copy(function: Any, done: dict[str, Any], name: str) -> FunctionType:
+    """Return a copy that finds the functions already compiled in place of their plain namesakes."""
+    copy = FunctionType(function.__code__, {**function.__globals__, **done}, name)
+    copy.__module__, copy.__qualname__ = function.__module__, name
     return copy

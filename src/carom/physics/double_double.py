@@ -19,8 +19,6 @@ from typing import Any
 Real = Any
 
 __all__ = [
-    "INLINE",
-    "KERNEL",
     "Real",
     "pair_product",
     "split",
@@ -83,9 +81,3 @@ def pair_product(a_high: Real, a_low: Real, b_high: Real, b_low: Real) -> tuple[
     """Return the product of two pairs as a pair, to a relative error below 2^-100."""
     product, error = two_prod(a_high, b_high)
     return two_sum(product, error + (a_high * b_low + a_low * b_high))
-
-
-#: What a compiler must compile, callees first.
-KERNEL = (split, two_sum, two_diff, two_prod, sum_of_products, pair_product)
-#: Those of them that are cheaper than a call.
-INLINE = (split, two_sum, two_diff, two_prod)

@@ -20,7 +20,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["INLINE", "KERNEL", "impulse", "pair_push", "resolve_impact"]
+__all__ = ["impulse", "pair_push", "resolve_impact"]
 
 
 def impulse(approach_speed: float, inverse_mass_1: float, inverse_mass_2: float, restitution: float) -> float:
@@ -98,9 +98,3 @@ def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float,
     if not along < 0.0:
         return 0.0
     return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses)
-
-
-#: What a compiler must compile.
-KERNEL = (pair_push,)
-#: Those of them that are cheaper than a call.
-INLINE = (pair_push,)

@@ -34,16 +34,10 @@ from carom.physics.double_double import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     Pair = tuple[Real, Real]
-    ErrorFree = Callable[[float, float, float, float, float, float, float, float, float, float], float]
 
 __all__ = [
     "ERROR",
-    "ERROR_FREE",
-    "INLINE",
-    "KERNEL",
     "NEGLIGIBLE",
     "approach",
     "contact_time",
@@ -128,8 +122,9 @@ def refine(near: Real, x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> tup
     lx, ly, lr = (x_head - hx) + x_rest, (y_head - hy) + y_rest, (radius - hr) + radius_rest
     gap = ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr))
     closing = -(px * ux[0] + py * uy[0])
-    step = gap / closing
-    bend = ((ux[0] * ux[0] + uy[0] * uy[0]) * step) / closing
+    inverse = 1.0 / closing
+    step = gap * inverse
+    bend = ((ux[0] * ux[0] + uy[0] * uy[0]) * step) * inverse
     speed = abs(ux[0]) + abs(uy[0])
     extent = abs(x[0]) + abs(y[0]) + near * speed
     certain = (
@@ -256,12 +251,8 @@ def contact_time(
     vx2: float,
     vy2: float,
     r2: float,
-    error_free: ErrorFree,
 ) -> float:
-    """Return `pair_time` of two discs that the plain form's `b` and `d` have not ruled out; other arguments as there.
-
-    The error-free form is an argument so that a compiler need not work its code into every caller's.
-    """
+    """Return `pair_time` of discs that the plain form's `b` and `d` have not ruled out; other arguments as there."""
     x, y = two_diff(x2, x1), two_diff(y2, y1)
     ux, uy = two_diff(vx2, vx1), two_diff(vy2, vy1)
     reach = two_sum(r1, r2)
@@ -270,7 +261,7 @@ def contact_time(
         t, certain = refine(c / (math.sqrt(d) - b), x, y, ux, uy, reach)
         if certain:
             return float(t)
-    return error_free(x[0], x[1], y[0], y[1], ux[0], ux[1], uy[0], uy[1], reach[0], reach[1])
+    return exact_pair_time(x[0], x[1], y[0], y[1], ux[0], ux[1], uy[0], uy[1], reach[0], reach[1])
 
 
 def pair_time(
@@ -301,21 +292,4 @@ def pair_time(
     d, d_error = encounter(dx, dy, ux, uy, reach)
     if d < -d_error:
         return math.inf
-    return contact_time(b, d, x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2, exact_pair_time)
-
-
-#: What a compiler must compile, callees first, and what of that is cheaper than a call.
-KERNEL = (approach, encounter, separation, _advanced, refine, contact_time)
-INLINE = (approach, encounter, separation, _advanced, refine)
-
-#: The same for the error-free form.
-ERROR_FREE = (
-    _square,
-    _products,
-    exact_coefficients,
-    discriminant_from_gap,
-    discriminant_from_miss,
-    exact_root,
-    _scaled,
-    exact_pair_time,
-)
+    return contact_time(b, d, x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)

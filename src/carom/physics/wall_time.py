@@ -14,7 +14,7 @@ from carom.physics.pair_time import approach
 
 Pair = tuple[Real, Real]
 
-__all__ = ["INLINE", "KERNEL", "quotient", "wall_gap", "wall_speed", "wall_time"]
+__all__ = ["quotient", "wall_gap", "wall_speed", "wall_time"]
 
 
 def wall_gap(x: Real, y: Real, radius: Real, qx: Real, qy: Real, nx: Real, ny: Real) -> Pair:
@@ -67,8 +67,3 @@ def wall_time(
     if gap[0] <= 0.0:
         return 0.0
     return float(quotient(gap, speed))
-
-
-#: What a compiler must compile, callees first.
-KERNEL = (wall_gap, wall_speed, quotient, wall_time)
-INLINE = ()

@@ -11,34 +11,48 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from carom.solvers.layout import (
     CELL,
+    CELLS,
     COLUMN_BITS,
     COLUMN_MASK,
+    COLUMNS,
+    CORNER_X,
+    CORNER_Y,
+    DISCS,
     DOWN,
     EXIT,
+    LAST_BIT,
     LEFT,
     MOST_COLUMNS,
-    NEXT,
     NOBODY,
     OWN_TIME,
     PREVIOUS,
     RIGHT,
     ROW,
+    ROWS,
+    STRIDE,
     UP,
     VX,
     VY,
+    WIDTH,
     X,
     Y,
 )
 
+#: Corner, width of a cell, number of columns and rows.
+Grid = tuple[float, float, float, int, int]
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from carom.solvers.layout import Column
-    from carom.solvers.prediction import Grid
+    from numpy.typing import NDArray
 
-__all__ = ["INLINE", "KERNEL", "change_cell", "choose_grid", "insert_all", "near_walls"]
+    from carom.solvers.layout import Column
+
+__all__ = ["Grid", "change_cell", "choose_grid", "insert_all", "near_walls"]
 
 #: How much wider than the largest contact distance a cell must be: any amount well above the rounding of a position in
 #: units of a cell, which is 2^-53 of the number of columns.
@@ -69,30 +83,38 @@ def choose_grid(
     return (low[0], low[1], width, max(1, int(extent_x / width)), max(1, int(extent_y / width)))
 
 
-def near_walls(grid: Grid, walls: Sequence[tuple[float, float, float, float]], largest_radius: float) -> list[int]:
-    """Return for each cell, row by row with the ring around, whether a disc in it may meet a wall: 1 or 0.
+def near_walls(
+    grid: Grid, walls: Sequence[tuple[float, float, float, float]], largest_radius: float
+) -> NDArray[np.uint8]:
+    """Return for each cell, row by row with the ring around, which walls a disc in it may meet.
 
-    A disc meets a wall only where its centre is within a radius of it. Cells at the rim, which have no end, are always
-    near a wall.
+    A disc meets a wall only where its centre is within a radius of it. A cell at the rim has no end outwards, so each
+    wall is near it that comes nearer in that direction.
+
+    Returns:
+        One bit a wall, the last of the eight for the eighth and all that follow.
     """
     x0, y0, width, nx, ny = grid
-    near = []
-    for row in range(-1, ny + 1):
-        for column in range(-1, nx + 1):
-            if not (0 < column < nx - 1 and 0 < row < ny - 1):
-                near.append(1 if walls else 0)
-                continue
-            x, y = x0 + (column + 0.5) * width, y0 + (row + 0.5) * width
-            # Half a diagonal is .71 of a width: a whole width leaves .29 of it for roundings.
-            near.append(int(any((x - qx) * mx + (y - qy) * my < largest_radius + width for qx, qy, mx, my in walls)))
-    return near
+    column, row = np.arange(-1, nx + 1), np.arange(-1, ny + 1)
+    x, y = x0 + (column + 0.5) * width, (y0 + (row + 0.5) * width)[:, None]
+    near = np.zeros((len(row), len(column)), np.uint8)
+    for k, (qx, qy, mx, my) in enumerate(walls):
+        # Half a diagonal is .71 of a width: a whole width leaves .29 of it for roundings.
+        touches = (x - qx) * mx + (y - qy) * my < largest_radius + width
+        touches[:, :2] |= mx > 0.0
+        touches[:, -2:] |= mx < 0.0
+        touches[:2] |= my > 0.0
+        touches[-2:] |= my < 0.0
+        near |= np.where(touches, np.uint8(1 << min(k, LAST_BIT)), np.uint8(0))
+    return near.ravel()
 
 
-def insert(body: Column, link: Column, heads: Column, i: int, row: int, column: int, stride: int) -> None:
+def insert(link: Column, heads: Column, i: int, row: int, column: int, size: Column) -> None:
     """Put disc `i` at the head of the list of a cell; the ring around the grid is row 0 and column 0."""
-    cell = row * stride + column
+    cells = size[CELLS]
+    cell = row * size[STRIDE] + column
     head = int(heads[cell])
-    body[i * ROW + NEXT] = head
+    heads[cells + i] = head
     link[i * ROW + PREVIOUS] = NOBODY
     link[i * ROW + CELL] = (row << COLUMN_BITS) | column
     if head != NOBODY:
@@ -100,26 +122,34 @@ def insert(body: Column, link: Column, heads: Column, i: int, row: int, column: 
     heads[cell] = i
 
 
-def insert_all(body: Column, link: Column, heads: Column, grid: Grid, discs: int, now: float) -> None:
+def clamped(place: float, count: int) -> int:
+    """Return the number, of `count` from 0 on, of the row or column that a place is in; the outermost have no end."""
+    if not place > 0.0:
+        return 0
+    return int(place) if place < count else count - 1
+
+
+def insert_all(body: Column, link: Column, heads: Column, law: Column, size: Column, now: float) -> None:
     """Sort all discs into their cells by where they stand at the time `now`."""
-    x0, y0, width, nx, ny = grid
-    for cell in range(len(heads)):
+    width = law[WIDTH]
+    for cell in range(size[CELLS]):
         heads[cell] = NOBODY
-    for i in range(discs):
+    for i in range(size[DISCS]):
         a = i * ROW
         wait = now - body[a + OWN_TIME]
-        column = int(min(max((body[a + X] + body[a + VX] * wait - x0) / width, 0.0), nx - 1.0))
-        row = int(min(max((body[a + Y] + body[a + VY] * wait - y0) / width, 0.0), ny - 1.0))
-        insert(body, link, heads, i, row + 1, column + 1, nx + 2)
+        column = (body[a + X] + body[a + VX] * wait - law[CORNER_X]) / width
+        row = (body[a + Y] + body[a + VY] * wait - law[CORNER_Y]) / width
+        insert(link, heads, i, clamped(row, size[ROWS]) + 1, clamped(column, size[COLUMNS]) + 1, size)
 
 
-def change_cell(body: Column, link: Column, heads: Column, i: int, stride: int) -> tuple[int, int]:
+def change_cell(link: Column, heads: Column, i: int, size: Column) -> tuple[int, int]:
     """Move disc `i` over the edge of its cell; return its first new neighbour cell, and the step to the others."""
     a = i * ROW
     row, column = int(link[a + CELL]) >> COLUMN_BITS, int(link[a + CELL]) & COLUMN_MASK
-    before, after = int(link[a + PREVIOUS]), int(body[a + NEXT])
+    cells, stride = size[CELLS], size[STRIDE]
+    before, after = int(link[a + PREVIOUS]), int(heads[cells + i])
     if before != NOBODY:
-        body[before * ROW + NEXT] = after
+        heads[cells + before] = after
     else:
         heads[row * stride + column] = after
     if after != NOBODY:
@@ -127,13 +157,7 @@ def change_cell(body: Column, link: Column, heads: Column, i: int, stride: int) 
     edge = int(link[a + EXIT])
     across = 1 if edge == RIGHT else -1 if edge == LEFT else 0
     along = 1 if edge == UP else -1 if edge == DOWN else 0
-    insert(body, link, heads, i, row + along, column + across, stride)
+    insert(link, heads, i, row + along, column + across, size)
     # The new neighbours lie two cells on from the old cell, in a line across the way taken.
     first = (row + 2 * along - abs(across)) * stride + column + 2 * across - abs(along)
     return first, stride if along == 0 else 1
-
-
-#: What a compiler must compile.
-KERNEL = (insert, insert_all, change_cell)
-#: Those of them that are cheaper than a call.
-INLINE = (insert,)

@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING
 from carom.physics.impact_law import pair_push
 from carom.solvers.layout import (
     AT_INSTANT,
+    CONTACT_TIME,
+    DISCS,
     EPOCH,
     EPOCH_REST,
     INVERSE_MASS,
     LAST,
     NOBODY,
+    NORMAL_X,
+    NORMAL_Y,
     NOW,
     OWN_TIME,
     PUSHED,
@@ -20,6 +24,7 @@ from carom.solvers.layout import (
     RECORD,
     RECORDED,
     REPORTED,
+    RESTITUTION,
     ROW,
     SINCE_EPOCH,
     TOTAL,
@@ -27,6 +32,8 @@ from carom.solvers.layout import (
     VX,
     VY,
     WALL_IMPACTS,
+    WALL_RESTITUTION,
+    WALL_ROW,
     X,
     Y,
 )
@@ -34,7 +41,7 @@ from carom.solvers.layout import (
 if TYPE_CHECKING:
     from carom.solvers.layout import Column
 
-__all__ = ["INLINE", "KERNEL", "collide_pair", "collide_wall", "move", "note_instant", "reported_time"]
+__all__ = ["collide_pair", "collide_wall", "move", "note_instant", "reported_time"]
 
 #: Unit in the last place of 1.
 UNIT = 2.0**-52
@@ -133,11 +140,11 @@ def collide_pair(
     link: Column,
     clock: Column,
     tally: Column,
+    law: Column,
     records: Column,
     i: int,
     j: int,
     time: float,
-    laws: tuple[float, float, float],
     keep: bool,
 ) -> None:
     """Carry out the impact of discs `i` < `j` at `time`."""
@@ -145,8 +152,8 @@ def collide_pair(
     note_instant(clock, tally, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
-    restitution = restitution_now(body, link, i, time, laws[0], laws[2])
-    restitution = restitution_now(body, link, j, time, restitution, laws[2])
+    restitution = restitution_now(body, link, i, time, law[RESTITUTION], law[CONTACT_TIME])
+    restitution = restitution_now(body, link, j, time, restitution, law[CONTACT_TIME])
     # An immovable disc stands where it stood at the start: moving it on would change nothing but its own time.
     if body[a + INVERSE_MASS] > 0.0:
         move(body, i, time)
@@ -179,24 +186,24 @@ def collide_wall(
     walls: Column,
     clock: Column,
     tally: Column,
+    law: Column,
+    size: Column,
     records: Column,
     i: int,
     k: int,
     time: float,
-    laws: tuple[float, float, float],
-    discs: int,
     keep: bool,
 ) -> None:
     """Carry out the impact of disc `i` on wall `k` at `time`."""
     a = i * ROW
-    nx, ny = walls[4 * k + 2], walls[4 * k + 3]
+    nx, ny = walls[k * WALL_ROW + NORMAL_X], walls[k * WALL_ROW + NORMAL_Y]
     note_instant(clock, tally, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
-    restitution = restitution_now(body, link, i, time, laws[1], laws[2])
+    restitution = restitution_now(body, link, i, time, law[WALL_RESTITUTION], law[CONTACT_TIME])
     move(body, i, time)
     link[a + VERSION] += 1
-    link[a + LAST] = discs + k
+    link[a + LAST] = size[DISCS] + k
     before = (body[a + VX], body[a + VY], 0.0, 0.0)
     along = before[0] * nx + before[1] * ny
     if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
@@ -206,18 +213,3 @@ def collide_wall(
     tally[WALL_IMPACTS] += 1
     if keep:
         record(body, clock, tally, records, i, -1 - k, -nx, -ny, -along, before)
-
-
-#: What a compiler must compile, callees first.
-KERNEL = (
-    reported_time,
-    move,
-    note_instant,
-    restitution_now,
-    record,
-    count_impact,
-    collide_pair,
-    collide_wall,
-)
-#: Those of them that are cheaper than a call.
-INLINE = (reported_time, move, note_instant, restitution_now, count_impact)

@@ -23,7 +23,7 @@ __all__ = ["DiscArrays"]
 
 @dataclass(frozen=True)
 class DiscArrays:
-    """The start of an event-driven run. Overlaps are not looked for: whoever makes the arrays vouches for that.
+    """The start of an event-driven run, which refuses one in which discs overlap.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, metres.

@@ -13,7 +13,7 @@ from carom.physics.compilation import numba_installed
 from carom.solvers.bodies import require_supported
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
-from carom.solvers.kernel_state import KernelState, compiled_kernel, plain_kernel
+from carom.solvers.kernel_state import KernelState, compiled_kernel
 from carom.solvers.layout import (
     CROSSINGS,
     DONE,
@@ -38,6 +38,7 @@ from carom.solvers.layout import (
     X,
     Y,
 )
+from carom.solvers.overlap import require_apart
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -98,7 +99,8 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, an option is outside its range, or `compiled` without numba.
+        InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `compiled`
+            without numba.
     """
 
     def __init__(
@@ -115,6 +117,8 @@ class EventDrivenRun:
         if not isinstance(start, DiscArrays):
             require_supported(start, "PIC")
             start = DiscArrays.from_scene(start)
+        elif resume is None:
+            require_apart(start)
         if record not in {"all", "none"}:
             raise InputError(f"record must be 'all' or 'none', got {record!r}")
         if not contact_duration_s >= 0:
@@ -127,16 +131,15 @@ class EventDrivenRun:
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
         self._record = record == "all"
-        self._window = window_s
         self._forced = compiled
-        state = KernelState.of(start, contact_duration_s, cell_factor)
+        state = KernelState.of(start, contact_duration_s, cell_factor, window_s)
         if resume is not None:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
             state.clock[:], state.tally[:] = resume.clock, resume.tally
             self.time_s = resume.time_s
         self._plain = not (compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and numba_installed()))
         self._state = state.as_lists() if self._plain else state
-        self._form = plain_kernel() if self._plain else compiled_kernel()
+        self._compiled = None if self._plain else compiled_kernel()
         room = (_PLAIN_ROOM if self._plain else _ROOM) * RECORD if self._record else 0
         self._records = [0.0] * room if self._plain else np.zeros(room)
         if self._plain and compiled is None and len(start) >= COMPILED_FROM_DISCS:
@@ -157,7 +160,7 @@ class EventDrivenRun:
                 self._go_over()
                 tally = self._state.tally
             step = min(last, int(tally[TOTAL]) + (PLAIN_IMPACTS if self._plain else _CHUNK))
-            ended = self._state.run(self._form, self._records, time_s, step, self._window)
+            ended = self._state.run(self._compiled, self._records, time_s, step)
             tally = self._state.tally
             self.log.add(self._records, int(tally[RECORDED]))
             tally[RECORDED] = 0
@@ -176,7 +179,7 @@ class EventDrivenRun:
     def _go_over(self) -> None:
         """Go over from plain Python to the compiled kernel, in the middle of the run."""
         self._state = self._state.as_arrays()
-        self._form = compiled_kernel()
+        self._compiled = compiled_kernel()
         self._plain = False
         self._records = np.zeros(_ROOM * RECORD if self._record else 0)
 

@@ -21,8 +21,13 @@ from carom.physics.double_double import two_sum
 from carom.solvers.cells import change_cell, insert_all
 from carom.solvers.collision import collide_pair, collide_wall, move, reported_time
 from carom.solvers.layout import (
+    ALONE,
+    ANEW,
     AT_INSTANT,
+    CAPACITY,
+    CERTAIN,
     CROSSINGS,
+    DISCS,
     DONE,
     EPOCH,
     EPOCH_REST,
@@ -31,17 +36,19 @@ from carom.solvers.layout import (
     EXIT,
     FULL,
     INVERSE_MASS,
+    KEEP_FROM,
+    KEEP_TO,
     LEAVE,
     LIMIT,
     NOBODY,
     NOW,
+    OFFSET,
     OWN_TIME,
     PAIR,
     PARTNER,
     PARTNER_VERSION,
     PREDICTIONS,
     READY,
-    RECORD,
     RECORDED,
     ROW,
     SINCE_EPOCH,
@@ -49,19 +56,19 @@ from carom.solvers.layout import (
     STANDSTILL,
     TIES,
     TIMES,
+    TOP,
     TOTAL,
     VERSION,
     WALL,
+    WALLS,
 )
 from carom.solvers.prediction import next_exit, pair_event_time, predict, scan_edge
-from carom.solvers.tournament import earliest, lesser, next_at, set_time
+from carom.solvers.tournament import earliest, least_other, lesser, next_at, set_time
 
 if TYPE_CHECKING:
-    from carom.physics.pair_time import ErrorFree
     from carom.solvers.layout import Column
-    from carom.solvers.prediction import Grid
 
-__all__ = ["EPOCH_IMPACTS", "INLINE", "KERNEL", "STANDSTILL_IMPACTS", "run"]
+__all__ = ["EPOCH_IMPACTS", "STANDSTILL_IMPACTS", "run"]
 
 #: Impacts a disc after which time is counted from a new epoch. Times of this many free flights hold to within
 #: 2^-53 of that time, in which a disc moves less than its own position is rounded by; a new one costs a prediction
@@ -97,7 +104,7 @@ def new_epoch(body: Column, clock: Column, tally: Column, discs: int) -> None:
     tally[EPOCHS] += 1
 
 
-def predict_all(
+def predict_anew(
     body: Column,
     link: Column,
     walls: Column,
@@ -105,18 +112,15 @@ def predict_all(
     near_wall: Column,
     times: Column,
     tree: Column,
-    levels: Column,
-    grid: Grid,
-    now: float,
-    discs: int,
-    error_free: ErrorFree,
+    winner: Column,
+    law: Column,
+    size: Column,
+    i: int,
 ) -> None:
-    """Sort the discs into their cells as they stand `now`, and predict for each of them."""
-    insert_all(body, link, heads, grid, discs, now)
-    for i in range(discs):
-        predict(body, link, heads, times, i, grid[3] + 2, error_free)
-        next_exit(body, link, walls, near_wall, times, i, grid)
-        set_time(tree, levels, i, lesser(times[i * TIMES + PAIR], times[i * TIMES + LEAVE]))
+    """Predict all that is next for disc `i`, whose path is a new one."""
+    predict(body, link, heads, times, size, i)
+    next_exit(body, link, walls, near_wall, times, law, size, i)
+    set_time(tree, winner, size, i, lesser(times[i * TIMES + PAIR], times[i * TIMES + LEAVE]))
 
 
 def settle(
@@ -127,13 +131,13 @@ def settle(
     near_wall: Column,
     times: Column,
     tree: Column,
-    levels: Column,
+    winner: Column,
     tally: Column,
+    law: Column,
+    size: Column,
     i: int,
-    grid: Grid,
-    error_free: ErrorFree,
-) -> bool:
-    """Make the next event of disc `i` a certain impact, if it is not one yet; return whether anything was to be done.
+) -> int:
+    """Make the next event of disc `i` a certain impact, if it is not one yet: return ANEW, CERTAIN or ALONE.
 
     A disc that leaves its cell is taken over the edge and predicted against those that have become its neighbours; a
     stale impact is predicted again; one known only by a bound is solved for.
@@ -141,24 +145,28 @@ def settle(
     a, pair, leave = i * ROW, i * TIMES + PAIR, i * TIMES + LEAVE
     leaves = times[leave] <= times[pair]
     if leaves and link[a + EXIT] >= WALL and times[leave] < times[pair]:
-        return False
+        return CERTAIN
     leaves = leaves and link[a + EXIT] < WALL
+    first = step = 0
     if leaves:
         tally[CROSSINGS] += 1
-        first, step = change_cell(body, link, heads, i, grid[3] + 2)
-        next_exit(body, link, walls, near_wall, times, i, grid)
+        first, step = change_cell(link, heads, i, size)
+        next_exit(body, link, walls, near_wall, times, law, size, i)
     if is_stale(link, i):
         tally[STALE] += 1
-        predict(body, link, heads, times, i, grid[3] + 2, error_free)
+        predict(body, link, heads, times, size, i)
     elif leaves:
-        scan_edge(body, link, heads, times, i, first, step, error_free)
+        scan_edge(body, link, heads, times, size, i, first, step)
     elif link[a + EXACT] == 0:
         link[a + EXACT] = 1
-        times[pair] = pair_event_time(body, i, int(link[a + PARTNER]), error_free)
+        times[pair] = pair_event_time(body, i, link[a + PARTNER])
+        # Mostly it is the next of all still; then its disc will be predicted anew, and the tree need not hear of it.
+        if times[pair] < lesser(times[leave], least_other(tree, size, i)):
+            return ALONE
     else:
-        return False
-    set_time(tree, levels, i, lesser(times[pair], times[leave]))
-    return True
+        return CERTAIN
+    set_time(tree, winner, size, i, lesser(times[pair], times[leave]))
+    return ANEW
 
 
 def impact_of(link: Column, times: Column, i: int, time: float) -> tuple[int, int]:
@@ -180,30 +188,33 @@ def first_in_order(
     near_wall: Column,
     times: Column,
     tree: Column,
-    levels: Column,
+    winner: Column,
     tally: Column,
-    grid: Grid,
-    discs: int,
-    error_free: ErrorFree,
+    law: Column,
+    size: Column,
 ) -> tuple[float, int, int]:
     """Return the next impact where several discs share the least time: the first by (time, first, second).
 
     Every disc of the least time is settled first, until none of them has anything left but certain impacts. Of impacts
     that a disc has at one time it holds the first in order, so the first of all is among those held.
     """
+    discs = int(size[DISCS])
     while True:
-        _, least, _ = earliest(tree, levels)
+        least = tree[size[OFFSET + size[TOP]]]
         first, second = discs, discs
-        i = next_at(tree, levels, 0, least, discs) if least < math.inf else discs
+        i = next_at(tree, size, 0, least) if least < math.inf else discs
         unsettled = False
         while i < discs:
-            if settle(body, link, walls, heads, near_wall, times, tree, levels, tally, i, grid, error_free):
+            found = settle(body, link, walls, heads, near_wall, times, tree, winner, tally, law, size, i)
+            time = lesser(times[i * TIMES + PAIR], times[i * TIMES + LEAVE])
+            if found == ANEW or time != least:
+                set_time(tree, winner, size, i, time)
                 unsettled = True
             elif not unsettled:
                 held_first, held_second = impact_of(link, times, i, least)
                 if held_first < first or (held_first == first and held_second < second):
                     first, second = held_first, held_second
-            i = next_at(tree, levels, i + 1, least, discs)
+            i = next_at(tree, size, i + 1, least)
         if not unsettled:
             return least, first, second
 
@@ -216,64 +227,67 @@ def run(
     near_wall: Column,
     times: Column,
     tree: Column,
-    levels: Column,
+    winner: Column,
     clock: Column,
     tally: Column,
+    law: Column,
+    size: Column,
     records: Column,
-    grid: Grid,
-    laws: tuple[float, float, float],
     until: float,
     impacts: int,
-    window: tuple[float, float],
-    error_free: ErrorFree,
 ) -> int:
     """Carry out impacts until the time `until` (seconds from the start), or until there have been `impacts` in all.
 
     Args:
-        body: Paths, see `carom.solvers.layout`; so are `link`, `clock`, `tally` and `records`.
+        body: Paths, see `carom.solvers.layout`; so are `link`, `clock`, `tally`, `law`, `size` and `records`.
         link: Cells and predictions.
         walls: Four floats a wall: a point, and the unit normal.
         heads: First disc of each cell.
-        near_wall: Whether a wall is near each cell.
+        near_wall: Which walls are near each cell.
         times: When each disc meets another, and when it leaves its cell or meets a wall.
         tree: Tournament tree.
-        levels: Offsets of its levels.
+        winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
+        law: Restitution, cells and window.
+        size: How much there is of everything.
         records: Room for impacts; none are kept where it is empty.
-        grid: Corner, width of a cell, number of columns and rows.
-        laws: Restitution of discs and of walls, contact time of the TC model (0 for none).
         until: Impacts up to and including this time are carried out.
         impacts: Number of impacts, counted from the start of the run, after which to stop.
-        window: Impacts reported within these times are kept.
-        error_free: The error-free form of the time of impact, in the same form as this function.
 
     Returns:
         DONE, FULL (no room left in `records`: call again), LIMIT (there would be another impact by `until`) or
         STANDSTILL.
     """
-    discs = len(times) // TIMES
-    capacity = len(records) // RECORD
-    bodies = discs + len(walls) // 4
+    discs = size[DISCS]
+    capacity = size[CAPACITY]
+    bodies = discs + size[WALLS]
     standstill = min(STANDSTILL_IMPACTS * bodies * bodies, MOST_STANDSTILL_IMPACTS + bodies * bodies // 2)
     while True:
         if tally[SINCE_EPOCH] >= EPOCH_IMPACTS * discs:
             new_epoch(body, clock, tally, discs)
             tally[READY] = 0
         if tally[READY] == 0:
-            predict_all(body, link, walls, heads, near_wall, times, tree, levels, grid, clock[NOW], discs, error_free)
+            insert_all(body, link, heads, law, size, clock[NOW])
+            for i in range(discs):
+                # A disc that never moves need not look for those that meet it: they see it.
+                if body[i * ROW + INVERSE_MASS] > 0.0:
+                    predict_anew(body, link, walls, heads, near_wall, times, tree, winner, law, size, i)
             tally[READY] = 1
-        i, time, shared = earliest(tree, levels)
+        i = earliest(winner, size)
+        time = tree[i]
         if not time < math.inf or reported_time(clock, time) > until:
             return DONE
-        if settle(body, link, walls, heads, near_wall, times, tree, levels, tally, i, grid, error_free):
+        found = settle(body, link, walls, heads, near_wall, times, tree, winner, tally, law, size, i)
+        if found == ANEW:
             continue
-        if not shared:
-            first, second = impact_of(link, times, i, time)
-        else:
+        time = lesser(times[i * TIMES + PAIR], times[i * TIMES + LEAVE])
+        first, second = impact_of(link, times, i, time)
+        if found == CERTAIN and least_other(tree, size, i) <= time:
             tally[TIES] += 1
+            set_time(tree, winner, size, i, time)
             time, first, second = first_in_order(
-                body, link, walls, heads, near_wall, times, tree, levels, tally, grid, discs, error_free
+                body, link, walls, heads, near_wall, times, tree, winner, tally, law, size
             )
         if not time < math.inf:
             return DONE
@@ -282,25 +296,17 @@ def run(
             return DONE
         if tally[TOTAL] >= impacts:
             return LIMIT
-        keep = capacity > 0 and window[0] <= now <= window[1]
+        keep = capacity > 0 and law[KEEP_FROM] <= now <= law[KEEP_TO]
         if keep and tally[RECORDED] == capacity:
             return FULL
         if second < 0:
-            collide_wall(body, link, walls, clock, tally, records, first, -1 - second, time, laws, discs, keep)
+            collide_wall(body, link, walls, clock, tally, law, size, records, first, -1 - second, time, keep)
         else:
-            collide_pair(body, link, clock, tally, records, first, second, time, laws, keep)
+            collide_pair(body, link, clock, tally, law, records, first, second, time, keep)
         for k in range(2):
             changed = first if k == 0 else second
             if changed >= 0 and body[changed * ROW + INVERSE_MASS] > 0.0:
                 tally[PREDICTIONS] += 1
-                predict(body, link, heads, times, changed, grid[3] + 2, error_free)
-                next_exit(body, link, walls, near_wall, times, changed, grid)
-                set_time(tree, levels, changed, lesser(times[changed * TIMES + PAIR], times[changed * TIMES + LEAVE]))
+                predict_anew(body, link, walls, heads, near_wall, times, tree, winner, law, size, changed)
         if tally[AT_INSTANT] > standstill:
             return STANDSTILL
-
-
-#: What a compiler must compile, callees first.
-KERNEL = (is_stale, new_epoch, predict_all, settle, impact_of, first_in_order, run)
-#: Those of them that are cheaper than a call.
-INLINE = (is_stale, settle, impact_of)

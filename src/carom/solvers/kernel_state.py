@@ -1,19 +1,19 @@
-"""The arrays of the event-driven kernel, built from a start, and the kernel's two forms: plain Python, and compiled."""
+"""The columns of the event-driven kernel, built from a start, and the call of its two forms: plain, and compiled."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.physics.compilation import compiled, compiled_error_free
-from carom.physics.pair_time import exact_pair_time
+from carom.physics.compilation import addresses, compiled_unit
+from carom.physics.wall_time import wall_time
 from carom.solvers import kernel
 from carom.solvers.cells import choose_grid, near_walls
 from carom.solvers.layout import (
+    CAPACITY,
     CLOCKS,
     INVERSE_MASS,
     LAST,
@@ -21,6 +21,7 @@ from carom.solvers.layout import (
     OWN_TIME,
     PARTNER,
     RADIUS,
+    RECORD,
     ROW,
     TALLIES,
     TIMES,
@@ -29,39 +30,33 @@ from carom.solvers.layout import (
     X,
     Y,
 )
+from carom.solvers.prediction import pair_event_time
 from carom.solvers.tournament import level_offsets
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
+    from carom.physics.compilation import Unit
     from carom.solvers.disc_arrays import DiscArrays
     from carom.solvers.layout import Column
-    from carom.solvers.prediction import Grid
 
-__all__ = ["KernelState", "compiled_kernel", "plain_kernel"]
+__all__ = ["KernelState", "compiled_kernel"]
 
-#: What the compiled kernel is made of, callees first.
-_MODULES = (
-    "carom.physics.double_double",
-    "carom.physics.pair_time",
-    "carom.physics.wall_time",
-    "carom.physics.impact_law",
-    "carom.solvers.tournament",
-    "carom.solvers.cells",
-    "carom.solvers.prediction",
-    "carom.solvers.collision",
-    "carom.solvers.kernel",
-)
+_BODY = "float64*"
 
 
-def plain_kernel() -> SimpleNamespace:
-    """Return the kernel as plain Python."""
-    return SimpleNamespace(run=kernel.run, error_free=exact_pair_time)
+def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
+    """Return `carom.solvers.kernel.run` compiled; the solutions of a pair and of a wall are units of their own.
 
-
-def compiled_kernel() -> SimpleNamespace:
-    """Return the kernel compiled by numba."""
-    return SimpleNamespace(run=compiled(*_MODULES).run, error_free=compiled_error_free())
+    Args:
+        solution: What stands in for `pair_event_time`, of the same name: benchmarks time the kernel without it.
+    """
+    pair = compiled_unit(solution, "float64", (_BODY, "int64", "int64"))
+    wall = compiled_unit(wall_time, "float64", ("float64",) * 9)
+    columns = tuple(f"{np.dtype(kind).name}*" for kind in _TYPES.values())
+    return compiled_unit(kernel.run, "int64", (*columns, "float64*", "float64", "int64"), (pair, wall))
 
 
 #: The containers of a state, and the type of each as an array.
@@ -73,9 +68,11 @@ _TYPES = {
     "near_wall": np.uint8,
     "times": np.float64,
     "tree": np.float64,
-    "levels": np.int64,
+    "winner": np.int32,
     "clock": np.float64,
     "tally": np.int64,
+    "law": np.float64,
+    "size": np.int64,
 }
 
 
@@ -88,14 +85,14 @@ class KernelState:
         link: Cells and predictions.
         walls: Four floats a wall.
         heads: First disc of each cell.
-        near_wall: Whether a wall is near each cell.
+        near_wall: Which walls are near each cell.
         times: Predicted impact and exit of each disc.
         tree: Tournament tree of the lesser of the two.
-        levels: Offsets of its levels.
+        winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
-        grid: Corner, width, columns and rows of the cells.
-        laws: Restitution of discs, of walls, and contact time of the TC model.
+        law: Restitution, cells, and the window of the impacts that are kept.
+        size: How much there is of everything.
     """
 
     body: Column
@@ -105,20 +102,27 @@ class KernelState:
     near_wall: Column
     times: Column
     tree: Column
-    levels: Column
+    winner: Column
     clock: Column
     tally: Column
-    grid: Grid
-    laws: tuple[float, float, float]
+    law: Column
+    size: Column
 
     @classmethod
-    def of(cls, start: DiscArrays, contact_duration_s: float = 0.0, wider: float = 1.0) -> KernelState:
+    def of(
+        cls,
+        start: DiscArrays,
+        contact_duration_s: float = 0.0,
+        wider: float = 1.0,
+        window: tuple[float, float] = (-math.inf, math.inf),
+    ) -> KernelState:
         """Return the state at the start, as arrays; nothing is predicted yet.
 
         Args:
             start: The discs and walls.
             contact_duration_s: Contact time of the TC model, 0 for none.
             wider: Factor on the width of a cell; infinity for a single one.
+            window: Impacts reported within these times are kept.
         """
         n = len(start)
         body = _cache_lines(n * ROW)
@@ -135,7 +139,7 @@ class KernelState:
             (float(low[0]), float(low[1])), (float(high[0]), float(high[1])), start.largest_reach, n, wider
         )
         size = (grid[3] + 2) * (grid[4] + 2)
-        near = np.array(near_walls(grid, start.walls, float(start.radius_m.max())), np.uint8)
+        near = near_walls(grid, start.walls, float(start.radius_m.max()))
         levels, length = level_offsets(n)
         tree = _cache_lines(length)
         tree[:] = math.inf
@@ -143,15 +147,15 @@ class KernelState:
             body,
             link.ravel(),
             np.array(start.walls, np.float64).ravel(),
-            np.full(size, NOBODY, np.int32),
+            np.full(size + n, NOBODY, np.int32),
             near,
             np.full(n * TIMES, math.inf),
             tree,
-            np.array(levels, np.int64),
+            np.zeros(length, np.int32),
             np.zeros(CLOCKS),
             np.zeros(TALLIES, np.int64),
-            grid,
-            (start.restitution, start.wall_restitution, contact_duration_s),
+            np.array([start.restitution, start.wall_restitution, contact_duration_s, *grid[:3], *window]),
+            np.array([n, len(start.walls), *grid[3:], grid[3] + 2, size, 0, len(levels) - 1, *levels], np.int64),
         )
 
     def as_lists(self) -> KernelState:
@@ -168,31 +172,14 @@ class KernelState:
             columns[name] = aligned
         return replace(self, **columns)
 
-    def run(
-        self, form: SimpleNamespace, records: Column, until: float, impacts: int, window: tuple[float, float]
-    ) -> int:
-        """Take the state forward, see `carom.solvers.kernel.run`."""
-        return int(
-            form.run(
-                self.body,
-                self.link,
-                self.walls,
-                self.heads,
-                self.near_wall,
-                self.times,
-                self.tree,
-                self.levels,
-                self.clock,
-                self.tally,
-                records,
-                self.grid,
-                self.laws,
-                until,
-                impacts,
-                window,
-                form.error_free,
-            )
-        )
+    def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
+        """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
+        self.size[CAPACITY] = len(records) // RECORD
+        columns = [getattr(self, name) for name in _TYPES]
+        if compiled is None:
+            plain: Any = kernel.run
+            return int(plain(*columns, records, until, impacts))
+        return int(compiled.ctypes(*addresses(*columns, records), until, impacts))
 
     def paths(self) -> NDArray[np.float64]:
         """Return position, velocity and own time of each disc, shape ``(n, 8)``, in the columns of the layout."""

@@ -1,6 +1,8 @@
-"""Where the event-driven kernel keeps what: offsets into its flat arrays. One row of 64 bytes a disc, one cache line.
+"""Where the event-driven kernel keeps what: offsets into its flat columns. One row of 64 bytes a disc, one cache line.
 
-The arrays are NumPy arrays where the kernel is compiled and plain lists where it is not; the kernel can't tell.
+A column is a plain list where the kernel runs as plain Python, and a pointer into an array where it is compiled (which
+spares a compiler the bookkeeping of a dozen arrays); the kernel can't tell. A column knows no length: `size`
+holds those.
 """
 
 from __future__ import annotations
@@ -9,13 +11,18 @@ from typing import Any
 
 __all__: list[str] = []
 
-#: A flat sequence of numbers: a list where the kernel runs as plain Python, an array where it is compiled.
+#: A flat sequence of numbers: a list where the kernel runs as plain Python, a pointer where it is compiled.
 Column = Any
+
+
+def index(number: int) -> int:
+    """Return a number out of an integer column; compiled, in the width that all indices have."""
+    return number + 0
+
 
 ROW = 8  # floats of a disc in `body`, and integers of a disc in `link`
 
-# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact. With them, so that
-# a scan of a cell reads one line a disc: the next disc of the same cell.
+# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact.
 X, Y, VX, VY, OWN_TIME, RADIUS, INVERSE_MASS, NEXT = range(8)
 
 # link: where a disc stands, and what was predicted for it. CELL holds row and column, 16 bits each: taking them apart
@@ -36,9 +43,21 @@ MOST_COLUMNS = (1 << (COLUMN_BITS - 1)) - 2  # of cells in either direction, the
 # EXIT: the next thing that ends a disc's stay in its cell: an edge, or (from WALL on) a wall.
 LEFT, RIGHT, DOWN, UP, WALL = range(5)
 
+# walls: a point, and the unit normal.
+POINT_X, POINT_Y, NORMAL_X, NORMAL_Y = range(4)
+WALL_ROW = 4
+
+LAST_BIT = 7  # of `near_wall`: a bit a wall of each cell, the last one for all that are left
+
 # clock: times since the epoch, but for the epoch itself (a pair of floats) and the last time reported.
 NOW, EPOCH, EPOCH_REST, REPORTED, PUSHED = range(5)
 CLOCKS = 5
+
+# law: what the impacts obey, where the cells lie, and which impacts are kept.
+RESTITUTION, WALL_RESTITUTION, CONTACT_TIME, CORNER_X, CORNER_Y, WIDTH, KEEP_FROM, KEEP_TO = range(8)
+
+# size: how much there is of everything; from OFFSET on, where each level of the tree begins.
+DISCS, WALLS, COLUMNS, ROWS, STRIDE, CELLS, CAPACITY, TOP, OFFSET = range(9)
 
 # tally: work counts, and the counts by which a run is judged.
 (
@@ -59,6 +78,9 @@ TALLIES = 11
 # record: one row an impact: time, first, second, normal, velocities before and after, and how well the
 # instant is known.
 RECORD = 14
+
+# What `settle` found: look for the next event anew; a certain impact; one that is certainly before all others.
+ANEW, CERTAIN, ALONE = range(3)
 
 # How `run` ended.
 DONE, FULL, LIMIT, STANDSTILL = range(4)

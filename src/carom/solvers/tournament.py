@@ -7,12 +7,15 @@ Compared with a binary heap there is nothing to move and nothing to delete: a di
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
+
+from carom.solvers.layout import DISCS, OFFSET, TOP, index
 
 if TYPE_CHECKING:
     from carom.solvers.layout import Column
 
-__all__ = ["INLINE", "KERNEL", "earliest", "lesser", "level_offsets", "next_at", "set_time"]
+__all__ = ["earliest", "least_other", "lesser", "level_offsets", "next_at", "set_time"]
 
 
 def level_offsets(discs: int) -> tuple[list[int], int]:
@@ -31,57 +34,66 @@ def lesser(a: float, b: float) -> float:
     return a if a < b else b
 
 
-def set_time(tree: Column, levels: Column, i: int, time: float) -> None:
+def least_of_eight(tree: Column, group: int) -> float:
+    """Return the least of the eight times from `group` on; in three rounds, so that a processor can overlap them."""
+    a, b = lesser(tree[group], tree[group + 1]), lesser(tree[group + 2], tree[group + 3])
+    c, d = lesser(tree[group + 4], tree[group + 5]), lesser(tree[group + 6], tree[group + 7])
+    return lesser(lesser(a, b), lesser(c, d))
+
+
+def set_time(tree: Column, winner: Column, size: Column, i: int, time: float) -> None:
     """Give disc `i` its earliest time, and bring the levels above up to date as far as they change."""
     tree[i] = time
-    for level in range(len(levels) - 1):
-        group = levels[level] + (i >> 3 << 3)
-        least = tree[group]
-        for k in range(1, 8):
-            least = lesser(least, tree[group + k])
-        i >>= 3
-        above = levels[level + 1] + i
-        if tree[above] == least:
+    place = i
+    for level in range(size[TOP]):
+        group = size[OFFSET + level] + (place >> 3 << 3)
+        least = least_of_eight(tree, group)
+        place >>= 3
+        above = size[OFFSET + level + 1] + place
+        if tree[above] == least and winner[above] != i:
             return
+        holder, holders = 0, 0
+        for k in range(8):  # without branches: a processor could not foresee them
+            holder += k * (tree[group + k] <= least)
+            holders += tree[group + k] <= least
+        if holders > 1:
+            holder = 0
+            while tree[group + holder] > least:
+                holder += 1
         tree[above] = least
+        winner[above] = group + holder if level == 0 else winner[group + holder]
 
 
-def earliest(tree: Column, levels: Column) -> tuple[int, float, bool]:
-    """Return the disc of the least time (the lowest such disc), that time, and whether another disc has it too."""
-    level = len(levels) - 1
-    least = tree[levels[level]]
-    i = 0
-    holders = 0
-    while level > 0:
-        level -= 1
-        holders -= 1
-        i <<= 3
-        group = levels[level] + i
-        chosen = 0
-        for k in range(7, -1, -1):
-            if tree[group + k] == least:
-                chosen = k
-                holders += 1
-        i += chosen
-    return i, least, holders > 0
+def earliest(winner: Column, size: Column) -> int:
+    """Return the disc of the least time, or one of those that share it."""
+    return index(winner[size[OFFSET + size[TOP]]])
 
 
-def next_at(tree: Column, levels: Column, i: int, time: float, discs: int) -> int:
-    """Return the first disc from `i` on whose time is `time` or less, or `discs` if there is none."""
-    top = len(levels) - 1
-    while i < discs:
+def least_other(tree: Column, size: Column, i: int) -> float:
+    """Return the least time of all discs but disc `i`."""
+    least = math.inf
+    for level in range(size[TOP]):
+        place = size[OFFSET + level] + i
+        group = place >> 3 << 3
+        for k in range(group, group + 8):
+            least = lesser(least, tree[k] if k != place else math.inf)
+        i >>= 3
+    return least
+
+
+def next_at(tree: Column, size: Column, i: int, time: float) -> int:
+    """Return the first disc from `i` on whose time is `time` or less, or the number of discs if there is none."""
+    top = size[TOP]
+    while i < size[DISCS]:
         if tree[i] <= time:
             return i
         # Step over the largest subtree that begins at i and holds nothing early enough.
         level = 0
         while (
-            level < top and i & ((8 << 3 * level) - 1) == 0 and tree[levels[level + 1] + (i >> 3 * (level + 1))] > time
+            level < top
+            and i & ((8 << 3 * level) - 1) == 0
+            and tree[size[OFFSET + level + 1] + (i >> 3 * (level + 1))] > time
         ):
             level += 1
         i += 1 << 3 * level
-    return discs
-
-
-#: What a compiler must compile.
-KERNEL = (lesser, set_time, earliest, next_at)
-INLINE = (lesser, earliest)
+    return int(size[DISCS])
