@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from carom.registry import EngineInfo, engines
     from carom.runner import Results, cross_check, run
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
+    from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.pic import solve_pic
     from carom.solvers.pic_framewise import solve_pic_framewise
     from carom.solvers.pit import solve_pit
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CaromError",
+    "CertifiedTrace",
     "Disc",
     "EngineInfo",
     "Outcome",
@@ -32,6 +34,7 @@ __all__ = [
     "Score",
     "Trace",
     "Wall",
+    "certify",
     "compare",
     "cross_check",
     "engines",
@@ -47,6 +50,7 @@ __all__ = [
 
 _HOME = {
     "CaromError": "carom.errors",
+    "CertifiedTrace": "carom.solvers.certified.result",
     "Disc": "carom.scene",
     "EngineInfo": "carom.registry",
     "Outcome": "carom.trace",
@@ -56,6 +60,7 @@ _HOME = {
     "Score": "carom.comparator",
     "Trace": "carom.trace",
     "Wall": "carom.scene",
+    "certify": "carom.solvers.certified.certify",
     "compare": "carom.comparator",
     "cross_check": "carom.runner",
     "engines": "carom.registry",

@@ -1,0 +1,190 @@
+"""Rigorous float64 lower bounds of times of impact: they discard nearly all pairs, so that balls are for the few left.
+
+Of each disc the table holds a float64 state at its exact reference instant with a bound on the error of every
+coordinate. For two discs, with relative position d, known to e a coordinate, and relative velocity u, known to f,
+
+    |d + u t|^2 - R^2  >=  a' t^2 - 2 B t + c'   for all t >= 0,
+    c' = d.d - R^2 - 2 e |d|_1 - 2 e^2,   B = -d.u + e |u|_1 + f |d|_1 + 2 e f,   a' = u.u - 2 f |u|_1 - 2 f^2,
+
+so the true discs do not touch before the least zero of the right side. The roundings of this are covered by what is
+added to e and f: 16 units of 2^-53 of each disc's coordinates, radius and speed, where each term costs at most 6.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.trace import wall_body
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.solvers.certified.bodies import BallBodies
+
+__all__ = ["LowerBounds"]
+
+#: Half a unit in the last place of 1.
+UNIT = 2.0**-53
+#: Bits of accuracy from which a ball's radius is no more than half a unit in the last place of its float64.
+SHARP_BITS = 54
+#: Least float64 error that is ever granted: far below it, products underflow.
+TINY = 2.0**-500
+
+
+class LowerBounds:
+    """A lower bound of the time of impact for each disc (row) with each disc and each wall (columns).
+
+    The bound of two discs stands in the row of the one that changed last; the other entry is infinity.
+    """
+
+    def __init__(self, bodies: BallBodies) -> None:
+        self.bodies = bodies
+        scene = bodies.scene
+        n, walls = len(bodies), len(scene.walls)
+        self.n = n
+        self.table = np.full((n, n + walls), math.inf)
+        self.least = np.full(n, math.inf)
+        self.column = np.zeros(n, np.intp)
+        self._state = np.zeros((7, n))  # reference, x, y, vx, vy, errors of position and velocity
+        self._radius = np.array([disc.radius_m for disc in scene.discs])
+        self._fixed = np.array([disc.immovable for disc in scene.discs])
+        self._walls = [
+            (*wall.point_m, *wall.normal, math.hypot(*wall.normal) * (1 - 4 * UNIT), max(map(abs, wall.point_m)))
+            for wall in scene.walls
+        ]
+        for i in range(n):
+            self._load(i)
+        for i in range(n):
+            self._fill(i)
+            self.table[i, :i] = math.inf
+        self._find(np.arange(n))
+
+    def changed(self, *discs: int) -> None:
+        """Take over the state of discs after an impact, and bound their future anew."""
+        moved = [i for i in discs if self.bodies.movable[i]]
+        for i in moved:
+            self._load(i)
+        for i in moved:
+            self.table[:, i] = math.inf
+        for i in moved:
+            self._fill(i)
+        if len(moved) == 2:
+            self.table[moved[1], moved[0]] = math.inf  # it stands in the other's row, where they have not just met
+        affected = np.isin(self.column, moved)
+        affected[moved] = True
+        self._find(np.flatnonzero(affected))
+
+    def raise_to(self, i: int, column: int, bound: float) -> None:
+        """Replace one bound by a better one."""
+        self.table[i, column] = bound
+        if self.column[i] == column:
+            self._find(np.array([i]))
+        elif bound < self.least[i]:
+            self.least[i], self.column[i] = bound, column
+
+    def earliest(self) -> tuple[float, int, int]:
+        """Return the least bound of all, its row and its column."""
+        i = int(self.least.argmin())
+        return float(self.least[i]), i, int(self.column[i])
+
+    def no_later_than(self, time: float) -> list[tuple[int, int]]:
+        """Return rows and columns of all bounds up to a time."""
+        return [
+            (int(i), int(column))
+            for i in np.flatnonzero(self.least <= time)
+            for column in np.flatnonzero(self.table[i] <= time)
+        ]
+
+    def second(self, column: int) -> int:
+        """Return the body number that a column stands for."""
+        return column if column < self.n else wall_body(column - self.n)
+
+    def _find(self, rows: NDArray[np.intp]) -> None:
+        columns = self.table[rows].argmin(axis=1)
+        self.column[rows] = columns
+        self.least[rows] = self.table[rows, columns]
+
+    def _load(self, i: int) -> None:
+        bodies = self.bodies
+        state, errors = [], []
+        for ball in (bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]):
+            value = float(ball)  # cut off, so within one unit in the last place
+            error = 3.0 * UNIT * abs(value)
+            if ball.rel_accuracy_bits() < SHARP_BITS and not ball.is_exact():
+                error += float(ball.rad()) * (1.0 + UNIT * 4)
+            state.append(value)
+            errors.append(error if math.isfinite(error) else math.inf)
+        size = max(abs(state[0]), abs(state[1])) + float(self._radius[i])
+        speed = max(abs(state[2]), abs(state[3]))
+        self._state[:, i] = (
+            bodies.time[i],
+            *state,
+            max(errors[0], errors[1]) + 16.0 * UNIT * size + TINY,
+            max(errors[2], errors[3]) + 16.0 * UNIT * speed + TINY,
+        )
+
+    def _fill(self, i: int) -> None:
+        own_time, x, y, vx, vy, error, error_v = self._state[:, i].tolist()
+        times, xs, ys, vxs, vys, errors, errors_v = self._state
+        with np.errstate(all="ignore"):
+            start = np.maximum(times, own_time)
+            wait, waits = start - own_time, start - times
+            dx = (xs + vxs * waits) - (x + vx * wait)
+            dy = (ys + vys * waits) - (y + vy * wait)
+            ux, uy = vxs - vx, vys - vy
+            e = errors + errors_v * waits + (error + error_v * wait)
+            f = errors_v + error_v
+            d1, u1 = np.abs(dx) + np.abs(dy), np.abs(ux) + np.abs(uy)
+            reach = self._radius + float(self._radius[i])
+            c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
+            b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
+            a = np.maximum(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
+            ac, bb = a * c, b * b
+            d = bb - ac + 8.0 * UNIT * (bb + np.abs(ac))
+            hit = start + c / (b + np.sqrt(np.maximum(d, 0.0))) * (1.0 - 16.0 * UNIT)
+            bound = np.where(c <= 0.0, start, hit) * (1.0 - 4.0 * UNIT)
+            bound = np.where(np.isnan(bound) | np.isnan(b), start, bound)  # overflowed: balls will tell
+            bound = np.where((b <= 0.0) | (d < 0.0), math.inf, bound)
+        if self._fixed[i]:
+            bound[self._fixed] = math.inf
+        bound[i] = math.inf
+        row = self.table[i]
+        row[: self.n] = bound
+        bodies = self.bodies
+        partner = bodies.partner[i]
+        if partner is not None and partner >= 0 and bodies.have_just_met(i, partner):
+            row[partner] = math.inf
+        for k, (qx, qy, nx, ny, length, size) in enumerate(self._walls):
+            row[self.n + k] = self._wall_bound(
+                i, k, own_time, x - qx, y - qy, vx, vy, nx, ny, length, error, error_v, size
+            )
+
+    def _wall_bound(
+        self,
+        i: int,
+        k: int,
+        time: float,
+        x: float,
+        y: float,
+        vx: float,
+        vy: float,
+        nx: float,
+        ny: float,
+        length: float,
+        error: float,
+        error_v: float,
+        size: float,
+    ) -> float:
+        if self._fixed[i] or self.bodies.partner[i] == wall_body(k):
+            return math.inf
+        span = abs(nx) + abs(ny)
+        toward = error_v * span - (vx * nx + vy * ny)
+        if toward <= 0.0:
+            return math.inf
+        radius = float(self._radius[i])
+        gap = x * nx + y * ny - radius * length * (1.0 + 8.0 * UNIT) - (error + 16.0 * UNIT * size) * span
+        bound = time + max(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)
+        return bound * (1.0 - 4.0 * UNIT) if bound == bound else time
