@@ -42,6 +42,7 @@ class WallLaw(NamedTuple):
 
     nx: arb
     ny: arb
+    length: arb
     level: arb
     m_xx: arb
     m_xy: arb
@@ -51,13 +52,14 @@ class WallLaw(NamedTuple):
 
 
 class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (from first to second, of any length) and velocities after."""
+    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after."""
 
     first: int
     second: int
     time: arb
     nx: arb
     ny: arb
+    length: arb
     after: tuple[arb, arb, arb, arb]
 
 
@@ -180,13 +182,14 @@ class BallBodies:
             wall = self.scene.walls[k]
             nx, ny = arb(wall.normal[0]), arb(wall.normal[1])
             length2 = nx * nx + ny * ny
-            level = arb(wall.point_m[0]) * nx + arb(wall.point_m[1]) * ny + arb(radius) * length2.sqrt()
+            length = length2.sqrt()
+            level = arb(wall.point_m[0]) * nx + arb(wall.point_m[1]) * ny + arb(radius) * length
             turn = arb(self.scene.wall_restitution) + 1
             if ny.is_zero() or nx.is_zero():  # then the fractions of |n|^2 are 1 and 0 exactly
                 xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
             else:
                 xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
-            law = WallLaw(nx, ny, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
+            law = WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
             self._wall_laws[k, radius] = law
         return law
 
@@ -208,7 +211,9 @@ class BallBodies:
             self.vx[i] = law.m_xx * vx + law.m_xy * vy
             self.vy[i] = law.m_xy * vx + law.m_yy * vy
         self._note(i, wall_body(k), at, time)
-        return BallImpact(i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, (self.vx[i], self.vy[i], ZERO, ZERO))
+        return BallImpact(
+            i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, (self.vx[i], self.vy[i], ZERO, ZERO)
+        )
 
     def note_pair(self, i: int, j: int, at: float, time: arb) -> None:
         """Write down that discs `i` and `j` have met, with `at` their new reference."""

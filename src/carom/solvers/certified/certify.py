@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
     from carom.solvers.certified.bodies import BallBodies
+    from carom.solvers.certified.recording import Recording
     from carom.solvers.certified.run import Stage
 
 __all__ = ["MAX_PRECISION_BITS", "TIE_BITS", "certify"]
@@ -78,31 +79,33 @@ def certify(
         from flint import ctx
     except ImportError:
         raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
+    from carom.solvers.certified.recording import Recording
     from carom.solvers.certified.run import Budget, climb
 
     started = time.perf_counter()
     precision = ctx.prec
     try:
         budget = Budget(max_impacts, time_budget_s, max_precision_bits, tie_bits)
-        stage, replays = climb(scene, digits, budget, progress)
-        return _result(scene, stage, digits, replays, started)
+        recording = Recording(scene, digits)
+        stage, replays = climb(recording, scene, budget, progress)
+        return _result(scene, stage, recording, replays, started)
     finally:
         ctx.prec = precision
 
 
-def _result(scene: Scene, stage: Stage, digits: int, replays: int, started: float) -> CertifiedTrace:
+def _result(scene: Scene, stage: Stage, recording: Recording, replays: int, started: float) -> CertifiedTrace:
     from carom.solvers.certified.run import replayed
 
     ending = stage.ending or Ending.PRECISION_CAP
-    good = stage.good
-    impacts = np.array(stage.recording.rows[:good], dtype=IMPACT_DTYPE)
-    radii = np.array(stage.recording.radii[:good], dtype=IMPACT_DTYPE)
+    good, digits = recording.complete(), recording.digits
+    impacts = np.array(recording.rows[:good], dtype=IMPACT_DTYPE)
+    radii = np.array(recording.radii[:good], dtype=IMPACT_DTYPE)
     for array in (impacts, radii):
         array.flags.writeable = False
     bodies = replayed(scene, stage, good)
     bits_lost = stage.bits - bodies.worst_accuracy_bits()
     end_s = scene.duration_s if ending is Ending.COMPLETED else float(impacts["time_s"][-1]) if good else 0.0
-    (position, position_radius), (velocity, velocity_radius) = _final(bodies, end_s, stage.recording.bits)
+    (position, position_radius), (velocity, velocity_radius) = _final(bodies, end_s, recording.bits)
     trace = Trace(
         method="certified",
         scene=scene,
@@ -122,7 +125,7 @@ def _result(scene: Scene, stage: Stage, digits: int, replays: int, started: floa
         final_velocity_radius_m_s=velocity_radius,
         digits=digits,
         ending=ending,
-        decimals=tuple(stage.recording.decimals[:good]),
+        decimals=tuple(recording.decimals[:good]),
         degeneracy=stage.degeneracy if ending is Ending.DEGENERATE else None,
         commuted=tuple(pair for pair in stage.commuted if pair[1] < good),
         precision_bits=stage.bits,

@@ -8,6 +8,7 @@ coordinate. For two discs, with relative position d, known to e a coordinate, an
 
 so the true discs do not touch before the least zero of the right side. The roundings of this are covered by what is
 added to e and f: 16 units of 2^-53 of each disc's coordinates, radius and speed, where each term costs at most 6.
+NumPy's warnings of overflow are for the caller to silence: what overflows is left to the balls.
 """
 
 from __future__ import annotations
@@ -50,32 +51,32 @@ class LowerBounds:
         self.column = np.zeros(n, np.intp)
         self._state = np.zeros((7, n))  # reference, x, y, vx, vy, errors of position and velocity
         self._radius = np.array([disc.radius_m for disc in scene.discs])
+        self._rims = [disc.radius_m * (1.0 + 8.0 * UNIT) for disc in scene.discs]
         self._fixed = np.array([disc.immovable for disc in scene.discs])
         self._walls = [
-            (*wall.point_m, *wall.normal, math.hypot(*wall.normal) * (1 - 4 * UNIT), max(map(abs, wall.point_m)))
+            (*wall.point_m, *wall.normal, math.hypot(*wall.normal) * (1 + 4 * UNIT), max(map(abs, wall.point_m)))
             for wall in scene.walls
         ]
         for i in range(n):
             self._load(i)
         for i in range(n):
-            self._fill(i)
+            self._fill([i])
             self.table[i, :i] = math.inf
         self._find(np.arange(n))
 
     def changed(self, *discs: int) -> None:
         """Take over the state of discs after an impact, and bound their future anew."""
         moved = [i for i in discs if self.bodies.movable[i]]
+        stale = self.column == moved[0]
         for i in moved:
             self._load(i)
-        for i in moved:
             self.table[:, i] = math.inf
-        for i in moved:
-            self._fill(i)
+            stale |= self.column == i
+            stale[i] = True
+        self._fill(moved)
         if len(moved) == 2:
             self.table[moved[1], moved[0]] = math.inf  # it stands in the other's row, where they have not just met
-        affected = np.isin(self.column, moved)
-        affected[moved] = True
-        self._find(np.flatnonzero(affected))
+        self._find(stale.nonzero()[0])
 
     def raise_to(self, i: int, column: int, bound: float) -> None:
         """Replace one bound by a better one."""
@@ -92,11 +93,8 @@ class LowerBounds:
 
     def no_later_than(self, time: float) -> list[tuple[int, int]]:
         """Return rows and columns of all bounds up to a time."""
-        return [
-            (int(i), int(column))
-            for i in np.flatnonzero(self.least <= time)
-            for column in np.flatnonzero(self.table[i] <= time)
-        ]
+        rows = (self.least <= time).nonzero()[0].tolist()
+        return [(i, column) for i in rows for column in (self.table[i] <= time).nonzero()[0].tolist()]
 
     def second(self, column: int) -> int:
         """Return the body number that a column stands for."""
@@ -126,65 +124,53 @@ class LowerBounds:
             max(errors[2], errors[3]) + 16.0 * UNIT * speed + TINY,
         )
 
-    def _fill(self, i: int) -> None:
-        own_time, x, y, vx, vy, error, error_v = self._state[:, i].tolist()
-        times, xs, ys, vxs, vys, errors, errors_v = self._state
-        with np.errstate(all="ignore"):
-            start = np.maximum(times, own_time)
-            wait, waits = start - own_time, start - times
-            dx = (xs + vxs * waits) - (x + vx * wait)
-            dy = (ys + vys * waits) - (y + vy * wait)
-            ux, uy = vxs - vx, vys - vy
-            e = errors + errors_v * waits + (error + error_v * wait)
-            f = errors_v + error_v
-            d1, u1 = np.abs(dx) + np.abs(dy), np.abs(ux) + np.abs(uy)
-            reach = self._radius + float(self._radius[i])
-            c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
-            b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
-            a = np.maximum(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
-            ac, bb = a * c, b * b
-            d = bb - ac + 8.0 * UNIT * (bb + np.abs(ac))
-            hit = start + c / (b + np.sqrt(np.maximum(d, 0.0))) * (1.0 - 16.0 * UNIT)
-            bound = np.where(c <= 0.0, start, hit) * (1.0 - 4.0 * UNIT)
-            bound = np.where(np.isnan(bound) | np.isnan(b), start, bound)  # overflowed: balls will tell
-            bound = np.where((b <= 0.0) | (d < 0.0), math.inf, bound)
-        if self._fixed[i]:
-            bound[self._fixed] = math.inf
-        bound[i] = math.inf
-        row = self.table[i]
-        row[: self.n] = bound
-        bodies = self.bodies
-        partner = bodies.partner[i]
-        if partner is not None and partner >= 0 and bodies.have_just_met(i, partner):
-            row[partner] = math.inf
-        for k, (qx, qy, nx, ny, length, size) in enumerate(self._walls):
-            row[self.n + k] = self._wall_bound(
-                i, k, own_time, x - qx, y - qy, vx, vy, nx, ny, length, error, error_v, size
-            )
+    def _fill(self, rows: list[int]) -> None:
+        times, errors, errors_v = self._state[0], self._state[5], self._state[6]
+        places, speeds = self._state[1:3, None], self._state[3:5, None]
+        own = self._state[:, rows, None]
+        own_time, place, speed, error, error_v = own[0], own[1:3], own[3:5], own[5], own[6]
+        start = np.maximum(times, own_time)
+        wait, waits = start - own_time, start - times
+        dx, dy = d = (places + speeds * waits) - (place + speed * wait)
+        ux, uy = u = speeds - speed
+        e = (errors + errors_v * waits) + (error + error_v * wait)
+        f = errors_v + error_v
+        (d1x, d1y), (u1x, u1y) = np.abs(d), np.abs(u)
+        d1, u1 = d1x + d1y, u1x + u1y
+        reach = self._radius + self._radius[rows, None]
+        c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
+        b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
+        a = np.maximum(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
+        ac, bb = a * c, b * b
+        root = bb - ac + (8.0 * UNIT) * (bb + np.abs(ac))
+        # Where c <= 0, that is at the start already; where overflow leaves no number, balls will tell.
+        wait_for = np.maximum(c, 0.0) / (b + np.sqrt(np.maximum(root, 0.0)))
+        bound = (start + wait_for * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
+        np.copyto(bound, start, where=np.isnan(bound))
+        bound[(b <= 0.0) | (root < 0.0)] = math.inf
+        bodies, table = self.bodies, self.table
+        table[rows, : self.n] = bound
+        for i in rows:
+            row = table[i]
+            row[i] = math.inf
+            if self._fixed[i]:
+                row[: self.n][self._fixed] = math.inf
+            partner = bodies.partner[i]
+            if partner is not None and partner >= 0 and bodies.have_just_met(i, partner):
+                row[partner] = math.inf
+            if self._walls:
+                state = self._state[:, i].tolist()
+                row[self.n :] = [self._wall_bound(i, w, state) for w in range(len(self._walls))]
 
-    def _wall_bound(
-        self,
-        i: int,
-        k: int,
-        time: float,
-        x: float,
-        y: float,
-        vx: float,
-        vy: float,
-        nx: float,
-        ny: float,
-        length: float,
-        error: float,
-        error_v: float,
-        size: float,
-    ) -> float:
+    def _wall_bound(self, i: int, k: int, state: list[float]) -> float:
         if self._fixed[i] or self.bodies.partner[i] == wall_body(k):
             return math.inf
+        time, x, y, vx, vy, error, error_v = state
+        qx, qy, nx, ny, length, size = self._walls[k]
         span = abs(nx) + abs(ny)
         toward = error_v * span - (vx * nx + vy * ny)
         if toward <= 0.0:
             return math.inf
-        radius = float(self._radius[i])
-        gap = x * nx + y * ny - radius * length * (1.0 + 8.0 * UNIT) - (error + 16.0 * UNIT * size) * span
-        bound = time + max(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)
-        return bound * (1.0 - 4.0 * UNIT) if bound == bound else time
+        gap = (x - qx) * nx + (y - qy) * ny - self._rims[i] * length - (error + 16.0 * UNIT * size) * span
+        bound = (time + max(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
+        return bound if bound == bound else time

@@ -162,7 +162,7 @@ def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
         if bodies.movable[disc]:
             bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
     bodies.note_pair(i, j, meeting.at, meeting.time)
-    return BallImpact(i, j, meeting.time, nx, ny, (vxi, vyi, vxj, vyj))
+    return BallImpact(i, j, meeting.time, nx, ny, law.reach, (vxi, vyi, vxj, vyj))
 
 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:

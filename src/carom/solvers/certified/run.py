@@ -12,6 +12,7 @@ import time
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 from flint import ctx
 
 from carom.solvers.certified.bodies import BallBodies
@@ -42,6 +43,8 @@ _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 #: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
 #: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
 _COLLAPSE = 20
+#: The working precision is lowered where a tenth of it has come to mean nothing.
+_LOWER_AT = 0.9
 
 
 class Event(NamedTuple):
@@ -75,68 +78,61 @@ class Stage:
 
     Attributes:
         bits: Precision that it began with.
-        recording: Its impacts.
-        events: Its impacts again, as they can be carried out.
+        bodies: Their state after the last of its impacts.
+        events: Its impacts, as they can be carried out again.
         commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
         ending: How it ended; None where the balls have become too wide or an event was not decided.
         degeneracy: The event that was not decided.
     """
 
     bits: int
-    recording: Recording
     bodies: BallBodies
     events: list[Event] = field(default_factory=list)
     commuted: list[tuple[int, int]] = field(default_factory=list)
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
 
-    @property
-    def good(self) -> int:
-        """How many impacts are known to the digits asked for."""
-        return self.recording.good
-
 
 def climb(
-    scene: Scene, digits: int, budget: Budget, progress: Callable[[int, float, int], None] | None
+    recording: Recording, scene: Scene, budget: Budget, progress: Callable[[int, float, int], None] | None
 ) -> tuple[Stage, int]:
     """Run at rising precision until the scene, a budget or an event without an answer ends the run.
 
+    Args:
+        recording: Takes up the impacts that are known to the digits asked for.
+        scene: The scene.
+        budget: How far to go.
+        progress: Called with impacts, seconds and bits.
+
     Returns:
-        The attempt that reached furthest, and how often it was begun again.
+        The last attempt, which holds the events of all before, and how often it was begun again.
     """
-    started = time.perf_counter()
-    deadline = math.inf if budget.time_budget_s is None else started + budget.time_budget_s
-    base = math.ceil(digits * LOG2_10) + 16
+    deadline = math.inf if budget.time_budget_s is None else time.perf_counter() + budget.time_budget_s
+    base = math.ceil(recording.digits * LOG2_10) + 16
     bits = min(base + _FIRST_BITS, budget.max_precision_bits)
-    best: Stage | None = None
-    known: list[Event] = []
-    commuted: list[tuple[int, int]] = []
+    known = Stage(bits, BallBodies(scene))
     replays = 0
     while True:
         ctx.prec = bits
-        bodies = BallBodies(scene)
-        stage = Stage(bits, Recording(scene, digits), bodies, commuted=list(commuted))
+        recording.begin_again()
+        stage = Stage(bits, BallBodies(scene), commuted=list(known.commuted))
+        attempt = _Attempt(stage, recording, known.events, budget, deadline, progress)
         try:
-            _attempt(stage, known, budget, deadline, progress)
+            attempt.run()
         except KeyboardInterrupt:
-            stage.recording.convert()
             stage.ending = Ending.INTERRUPTED
-        if best is None or stage.good >= best.good:
-            best = stage
-        else:
-            best.ending = stage.ending
-        if stage.ending is not None:
-            return best, replays
-        if len(stage.events) >= len(known):
-            known, commuted = stage.events, stage.commuted
-        if stage.degeneracy is not None and stage.degeneracy.bits >= budget.tie_bits:
+        if stage.degeneracy is not None and stage.ending is None and stage.degeneracy.bits >= budget.tie_bits:
             stage.ending = Ending.DEGENERATE
-            return stage, replays
-        if bits >= budget.max_precision_bits:
+        if stage.ending is None and bits >= budget.max_precision_bits:
             undecided = stage.degeneracy is not None and stage.degeneracy.bits >= base
-            best.ending = Ending.DEGENERATE if undecided else Ending.PRECISION_CAP
-            best.degeneracy = stage.degeneracy if undecided else None
-            return best, replays
+            stage.ending = Ending.DEGENERATE if undecided else Ending.PRECISION_CAP
+        if len(stage.events) < len(known.events):  # ended amidst the replay
+            known.ending, known.degeneracy = stage.ending, stage.degeneracy
+            stage = known
+        if stage.ending is not None:
+            recording.convert()
+            return stage, replays
+        known = stage
         bits = min(_next_bits(stage, scene, budget, base), budget.max_precision_bits)
         replays += 1
 
@@ -154,70 +150,93 @@ def _next_bits(stage: Stage, scene: Scene, budget: Budget, base: int) -> int:
     return math.ceil(max(wanted, stage.bits * _LEAST_RISE))
 
 
-def _attempt(
-    stage: Stage,
-    known: list[Event],
-    budget: Budget,
-    deadline: float,
-    progress: Callable[[int, float, int], None] | None,
-) -> None:
-    """Replay what is known, and go on from there."""
-    bodies, scene = stage.bodies, stage.bodies.scene
-    last = math.inf if budget.max_impacts is None else budget.max_impacts
-    loses_energy = scene.restitution < 1 or (bool(scene.walls) and scene.wall_restitution < 1)
-    start = contact_at_start(scene)
-    if start is not None:
-        stage.ending, stage.degeneracy = Ending.DEGENERATE, start
-        return
-    selection: Selection | None = None
-    while True:
-        n = len(stage.events)
-        if n % _CHUNK == 0 and n:
-            if not _look(stage, deadline, progress):
+class _Attempt:
+    """Replays what is known at a new precision, and goes on from there."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        recording: Recording,
+        known: list[Event],
+        budget: Budget,
+        deadline: float,
+        progress: Callable[[int, float, int], None] | None,
+    ) -> None:
+        self.stage, self.recording, self.known = stage, recording, known
+        self.bodies, self.scene = stage.bodies, stage.bodies.scene
+        self.last = math.inf if budget.max_impacts is None else budget.max_impacts
+        self.deadline, self.progress = deadline, progress
+
+    def run(self) -> None:
+        """Take the stage as far as this precision and the budget let it go."""
+        start = contact_at_start(self.scene)
+        if start is not None:
+            self.stage.ending, self.stage.degeneracy = Ending.DEGENERATE, start
+            return
+        for event in self.known:
+            self._carry_out(_again(self.bodies, event))
+            if not self._may_go_on():
                 return
-            if loses_energy and (collapse := _collapse(stage)) is not None:
-                stage.ending, stage.degeneracy = Ending.DEGENERATE, collapse
-                return
-        if n < len(known):
-            meeting = _again(bodies, known[n])
-        else:
-            selection = selection or Selection(bodies, scene.duration_s)
-            try:
-                choice = selection.next_impact()
-            except Undecided as undecided:
-                good = stage.recording.convert()
-                if n >= last and good and stage.recording.state_is_good(bodies):
-                    stage.ending = Ending.MAX_IMPACTS
-                else:
-                    stage.degeneracy = undecided.degeneracy
-                return
-            if choice is None or n >= last:
-                if stage.recording.convert() and stage.recording.state_is_good(bodies):
-                    stage.ending = Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS
-                return
-            meeting = choice.meeting
-            if choice.commutes:
-                stage.commuted.append((n, n + 1))
-        stage.recording.add(meeting.carry_out(bodies))
-        stage.events.append(Event(meeting.first, meeting.second, meeting.at))
-        if selection is not None:
-            selection.changed(meeting)
+        with np.errstate(all="ignore"):  # what overflows is left to the balls
+            selection = Selection(self.bodies, self.scene.duration_s)
+            while (meeting := self._next(selection)) is not None:
+                self._carry_out(meeting)
+                selection.changed(meeting)
+                if not self._may_go_on():
+                    return
+
+    def _next(self, selection: Selection) -> Meeting | None:
+        stage = self.stage
+        at_limit = len(stage.events) >= self.last
+        try:
+            choice = selection.next_impact()
+        except Undecided as undecided:
+            if at_limit:
+                self._end(Ending.MAX_IMPACTS)
+            elif self.recording.convert():
+                stage.degeneracy = undecided.degeneracy
+            return None
+        if choice is None or at_limit:
+            self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
+            return None
+        if choice.commutes:
+            stage.commuted.append((len(stage.events), len(stage.events) + 1))
+        return choice.meeting
+
+    def _end(self, ending: Ending) -> None:
+        if self.recording.convert() and self.recording.state_is_good(self.bodies):
+            self.stage.ending = ending
+
+    def _carry_out(self, meeting: Meeting) -> None:
+        impact = meeting.carry_out(self.bodies)
+        self.stage.events.append(Event(meeting.first, meeting.second, meeting.at))
+        self.recording.add(impact)
+
+    def _may_go_on(self) -> bool:
+        """Now and then: convert, lower the precision, report; return whether to go on."""
+        stage = self.stage
+        if len(stage.events) % _CHUNK:
+            return True
+        if not self.recording.convert():
+            return False
+        if self.progress is not None:
+            self.progress(len(stage.events), max(self.bodies.time), stage.bits)
+        if time.perf_counter() > self.deadline:
+            stage.ending = Ending.TIME_BUDGET
+            return False
+        _follow(self.bodies)
+        loses_energy = self.scene.restitution < 1 or (bool(self.scene.walls) and self.scene.wall_restitution < 1)
+        if loses_energy and (collapse := _collapse(self.recording, self.bodies)) is not None:
+            stage.ending, stage.degeneracy = Ending.DEGENERATE, collapse
+            return False
+        return True
 
 
-def _look(stage: Stage, deadline: float, progress: Callable[[int, float, int], None] | None) -> bool:
-    """Convert, lower the precision, report; return whether to go on."""
-    bodies = stage.bodies
-    if not stage.recording.convert():
-        return False
-    if progress is not None:
-        progress(len(stage.events), max(bodies.time), stage.bits)
-    if time.perf_counter() > deadline:
-        stage.ending = Ending.TIME_BUDGET
-        return False
+def _follow(bodies: BallBodies) -> None:
+    """Lower the working precision where the balls have grown."""
     enough = bodies.best_accuracy_bits() + _GUARD_BITS
-    if enough < 0.9 * ctx.prec:
+    if enough < _LOWER_AT * ctx.prec:
         bodies.lower_precision(max(enough, 64))
-    return True
 
 
 def _again(bodies: BallBodies, event: Event) -> Meeting:
@@ -229,35 +248,35 @@ def _again(bodies: BallBodies, event: Event) -> Meeting:
     return meeting
 
 
-def _collapse(stage: Stage) -> Degeneracy | None:
+def _collapse(recording: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse that the last impacts are, if they are."""
-    rows = stage.recording.rows
-    latest = float(rows[-1][0])  # type: ignore[arg-type] # the rows hold floats and pairs of them
+    rows = recording.rows
+    if not rows:
+        return None
+    latest: float = rows[-1][0]
     earliest = math.nextafter(math.nextafter(latest, 0.0), 0.0)
-    bodies: set[int] = set()
+    involved: set[int] = set()
     count = 0
     for row in reversed(rows):
-        if float(row[0]) < earliest:  # type: ignore[arg-type]
+        if row[0] < earliest:
             break
-        bodies |= {int(row[1]), int(row[2])}  # type: ignore[call-overload]
+        involved |= {row[1], row[2]}
         count += 1
-    if count < _COLLAPSE * len(bodies) ** 2:
+    if count < _COLLAPSE * len(involved) ** 2:
         return None
-    known = min(stage.bodies.accuracy_bits(body) for body in bodies if body >= 0)
-    first = float(rows[-count][0])  # type: ignore[arg-type]
-    return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(bodies)), first, latest, proven=False, bits=known)
+    known = min(bodies.accuracy_bits(body) for body in involved if body >= 0)
+    first: float = rows[-count][0]
+    return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
 
 
 def replayed(scene: Scene, stage: Stage, count: int) -> BallBodies:
     """Return the state after the first impacts of an attempt."""
-    if count == len(stage.events):
+    if count == len(stage.events) and stage.ending is not Ending.INTERRUPTED:  # that may have cut an impact in two
         return stage.bodies
     ctx.prec = stage.bits
     bodies = BallBodies(scene)
     for n, event in enumerate(stage.events[:count]):
         _again(bodies, event).carry_out(bodies)
         if n % _CHUNK == 0:
-            enough = bodies.best_accuracy_bits() + _GUARD_BITS
-            if enough < 0.9 * ctx.prec:
-                bodies.lower_precision(max(enough, 64))
+            _follow(bodies)
     return bodies
