@@ -9,7 +9,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carom.comparator import Score, compare
+    from carom.comparator import Horizon, Score, compare, horizon
     from carom.errors import CaromError, SceneError
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
@@ -27,6 +27,7 @@ __all__ = [
     "CertifiedTrace",
     "Disc",
     "EngineInfo",
+    "Horizon",
     "Outcome",
     "Results",
     "Scene",
@@ -38,6 +39,7 @@ __all__ = [
     "compare",
     "cross_check",
     "engines",
+    "horizon",
     "load_scene",
     "resolve_impact",
     "run",
@@ -53,6 +55,7 @@ _HOME = {
     "CertifiedTrace": "carom.solvers.certified.result",
     "Disc": "carom.scene",
     "EngineInfo": "carom.registry",
+    "Horizon": "carom.comparator.horizon",
     "Outcome": "carom.trace",
     "Results": "carom.runner",
     "Scene": "carom.scene",
@@ -64,6 +67,7 @@ _HOME = {
     "compare": "carom.comparator",
     "cross_check": "carom.runner",
     "engines": "carom.registry",
+    "horizon": "carom.comparator",
     "load_scene": "carom.scene",
     "resolve_impact": "carom.physics.impact_law",
     "run": "carom.runner",
