@@ -40,12 +40,9 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
     while len(happened) < most:
         found = []
         for i in range(len(p)):
-            for j in range(i + 1, len(p)):
-                if (i, j) != just_met and (wait := _pair_wait(p, v, r, m, i, j)) is not None:
-                    found.append((wait, i, j))
-            for k, wall in enumerate(scene.walls):
-                if (i, -1 - k) != just_met and (wait := _wall_wait(p[i], v[i], r[i], m[i], wall)) is not None:
-                    found.append((wait, i, -1 - k))
+            waits = [(_pair_wait(p, v, r, m, i, j), i, j) for j in range(i + 1, len(p))]
+            waits += [(_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k) for k, wall in enumerate(scene.walls)]
+            found += [wait for wait in waits if wait[0] is not None and wait[1:] != just_met]
         if not found:
             break
         wait, i, j = min(found)
@@ -102,9 +99,9 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
     nj, tj = c * v[j][0] + s * v[j][1], -s * v[j][0] + c * v[j][1]
     apart = e * (ni - nj)
     if m[i] is None:
-        ni, nj = ni, ni + apart
+        nj = ni + apart
     elif m[j] is None:
-        ni, nj = nj - apart, nj
+        ni = nj - apart
     else:
         centre = (m[i] * ni + m[j] * nj) / (m[i] + m[j])
         ni, nj = centre - m[j] * apart / (m[i] + m[j]), centre + m[i] * apart / (m[i] + m[j])
@@ -113,7 +110,7 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
 
 
 def mixed_scene(seed: int) -> Scene:
-    """Make a scene of 2 to 6 discs of all masses, some immovable, in a turned box, by a wall or free, e from 0.2 to 1."""
+    """Make a scene of 2 to 6 discs of all masses, in a turned box, by a wall or free, with e from 0.2 to 1."""
     rng = random.Random(seed)  # noqa: S311 -- test data, no secret
     while True:
         discs = []

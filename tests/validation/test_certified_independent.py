@@ -1,19 +1,19 @@
-"""Certified runs against brute force at 400 digits that shares no code with them; a longer campaign is a command there."""
+"""Certified runs against brute force at 400 digits, which shares no code with them and is a longer campaign, too."""
 
 from __future__ import annotations
 
 import pytest
 from mpmath import mp  # type: ignore[import-untyped]
+from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene
 
 import carom
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene
 
 IMPACTS = 40
 
 
 @pytest.mark.parametrize("seed", range(24))
 def test_a_certified_run_never_contradicts_one_of_400_digits(seed: int) -> None:
-    """Masses of 1e-3 to 1e3 and infinite, e from .2 to 1, turned boxes: same impacts, all numbers within their radii."""
+    """Masses of 1e-3 to infinity, e from .2 to 1, turned boxes: same impacts, all numbers within their radii."""
     scene = mixed_scene(seed)
     certified = carom.certify(scene, max_impacts=IMPACTS)
     with mp.workdps(DIGITS):
