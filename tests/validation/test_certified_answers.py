@@ -32,7 +32,8 @@ def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
     """Same bodies in the same order, and times and velocities to 1e-12, for every impact up to the thirtieth."""
     certified = load(path)
     count = min(len(certified), LAST_OF_TWELVE_DIGITS)
-    found = horizon_of(certified, solve_pic(certified.trace.scene), tolerance=1e-12)
+    limit = None if certified.ending is Ending.COMPLETED else len(certified)
+    found = horizon_of(certified, solve_pic(certified.trace.scene, max_impacts=limit), tolerance=1e-12)
     assert found.agreed >= count
     assert found.order_differs is None or found.order_differs >= len(certified)
 
