@@ -113,6 +113,13 @@ class BallBodies:
         bits = [v.rel_accuracy_bits() for v in (vx, vy) if not v.is_zero()]
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
+    def state_bits(self, i: int) -> int:
+        """Bits to which velocity and centre of disc `i` are known, the centre relative to its place and radius."""
+        radius = arb(self.scene.discs[i].radius_m)
+        size = self.x[i].mid().max(ZERO - self.x[i].mid()) + self.y[i].mid().max(ZERO - self.y[i].mid()) + radius
+        spread = (self.x[i] - self.x[i].mid()) + (self.y[i] - self.y[i].mid())
+        return max(0, min(self.accuracy_bits(i), (size + spread).rel_accuracy_bits()))
+
     def worst_accuracy_bits(self) -> int:
         """Bits to which the least known velocity component is known, relative to its disc's speed."""
         return min(self.accuracy_bits(i) for i in range(len(self)))

@@ -51,12 +51,21 @@ class LowerBounds:
         self.column = np.zeros(n, np.intp)
         self._state = np.zeros((7, n))  # reference, x, y, vx, vy, errors of position and velocity
         self._radius = np.array([disc.radius_m for disc in scene.discs])
-        self._rims = [disc.radius_m * (1.0 + 8.0 * UNIT) for disc in scene.discs]
+        self._rim = self._radius * (1.0 + 8.0 * UNIT)
+        self._rims = self._rim.tolist()
         self._fixed = np.array([disc.immovable for disc in scene.discs])
-        self._walls = [
-            (*wall.point_m, *wall.normal, math.hypot(*wall.normal) * (1 + 4 * UNIT), max(map(abs, wall.point_m)))
-            for wall in scene.walls
-        ]
+        self._walls = np.array(
+            [
+                (
+                    *w.point_m,
+                    *w.normal,
+                    math.hypot(*w.normal) * (1 + 4 * UNIT),
+                    max(map(abs, w.point_m)),
+                    _span(w.normal),
+                )
+                for w in scene.walls
+            ]
+        ).T
         for i in range(n):
             self._load(i)
         for i in range(n):
@@ -107,22 +116,16 @@ class LowerBounds:
 
     def _load(self, i: int) -> None:
         bodies = self.bodies
-        state, errors = [], []
-        for ball in (bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]):
-            value = float(ball)  # cut off, so within one unit in the last place
-            error = 3.0 * UNIT * abs(value)
-            if ball.rel_accuracy_bits() < SHARP_BITS and not ball.is_exact():
-                error += float(ball.rad()) * (1.0 + UNIT * 4)
-            state.append(value)
-            errors.append(error if math.isfinite(error) else math.inf)
-        size = max(abs(state[0]), abs(state[1])) + float(self._radius[i])
-        speed = max(abs(state[2]), abs(state[3]))
-        self._state[:, i] = (
-            bodies.time[i],
-            *state,
-            max(errors[0], errors[1]) + 16.0 * UNIT * size + TINY,
-            max(errors[2], errors[3]) + 16.0 * UNIT * speed + TINY,
-        )
+        ball_x, ball_y, ball_vx, ball_vy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
+        x, y, vx, vy = float(ball_x), float(ball_y), float(ball_vx), float(ball_vy)
+        # Conversion cuts off less than a unit in the last place, and a sharp ball adds half of one: 3 halves of a unit.
+        error = 19.0 * UNIT * (max(abs(x), abs(y)) + self._rims[i]) + TINY
+        error_v = 19.0 * UNIT * max(abs(vx), abs(vy)) + TINY
+        if ball_x.rel_accuracy_bits() < SHARP_BITS or ball_y.rel_accuracy_bits() < SHARP_BITS:
+            error += float(ball_x.rad()) + float(ball_y.rad())
+        if ball_vx.rel_accuracy_bits() < SHARP_BITS or ball_vy.rel_accuracy_bits() < SHARP_BITS:
+            error_v += float(ball_vx.rad()) + float(ball_vy.rad())
+        self._state[:, i] = (bodies.time[i], x, y, vx, vy, error, error_v)
 
     def _fill(self, rows: list[int]) -> None:
         times, errors, errors_v = self._state[0], self._state[5], self._state[6]
@@ -150,6 +153,8 @@ class LowerBounds:
         bound[(b <= 0.0) | (root < 0.0)] = math.inf
         bodies, table = self.bodies, self.table
         table[rows, : self.n] = bound
+        if self._walls.size:
+            self._fill_walls(rows)
         for i in rows:
             row = table[i]
             row[i] = math.inf
@@ -158,19 +163,20 @@ class LowerBounds:
             partner = bodies.partner[i]
             if partner is not None and partner >= 0 and bodies.have_just_met(i, partner):
                 row[partner] = math.inf
-            if self._walls:
-                state = self._state[:, i].tolist()
-                row[self.n :] = [self._wall_bound(i, w, state) for w in range(len(self._walls))]
+            if partner is not None and partner < 0:
+                row[self.n + wall_body(partner)] = math.inf
 
-    def _wall_bound(self, i: int, k: int, state: list[float]) -> float:
-        if self._fixed[i] or self.bodies.partner[i] == wall_body(k):
-            return math.inf
-        time, x, y, vx, vy, error, error_v = state
-        qx, qy, nx, ny, length, size = self._walls[k]
-        span = abs(nx) + abs(ny)
+    def _fill_walls(self, rows: list[int]) -> None:
+        time, x, y, vx, vy, error, error_v = self._state[:, rows, None]
+        qx, qy, nx, ny, length, size, span = self._walls
         toward = error_v * span - (vx * nx + vy * ny)
-        if toward <= 0.0:
-            return math.inf
-        gap = (x - qx) * nx + (y - qy) * ny - self._rims[i] * length - (error + 16.0 * UNIT * size) * span
-        bound = (time + max(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
-        return bound if bound == bound else time
+        gap = (x - qx) * nx + (y - qy) * ny - self._rim[rows, None] * length - (error + 16.0 * UNIT * size) * span
+        bound = (time + np.maximum(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
+        np.copyto(bound, time, where=np.isnan(bound))
+        bound[toward <= 0.0] = math.inf
+        bound[self._fixed[rows]] = math.inf
+        self.table[rows, self.n :] = bound
+
+
+def _span(normal: tuple[float, float]) -> float:
+    return abs(normal[0]) + abs(normal[1])

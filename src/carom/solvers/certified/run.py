@@ -264,7 +264,7 @@ def _collapse(recording: Recording, bodies: BallBodies) -> Degeneracy | None:
         count += 1
     if count < _COLLAPSE * len(involved) ** 2:
         return None
-    known = min(bodies.accuracy_bits(body) for body in involved if body >= 0)
+    known = min(bodies.state_bits(body) for body in involved if body >= 0)
     first: float = rows[-count][0]
     return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
 

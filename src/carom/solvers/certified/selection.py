@@ -85,13 +85,20 @@ class Selection:
             if meeting is None:
                 self._solve(row, column, bound)
                 continue
-            rivals = self.bounds.no_later_than(float_above(meeting.time))
+            limit, rivals = -math.inf, [(row, column)]
+            while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
+                limit, rivals = reach, self.bounds.no_later_than(reach)
             unsolved = [place for place in rivals if place not in self._meetings]
             if unsolved:
                 place = min(unsolved, key=lambda p: self.bounds.table[p])
                 self._solve(*place, float(self.bounds.table[place]))
                 continue
             return self._choose([self._meetings[place] for place in rivals])
+
+    def _latest(self, places: list[tuple[int, int]]) -> float:
+        """Return the latest that any of these impacts may be, as far as they are solved."""
+        found = [self._meetings[place] for place in places if place in self._meetings]
+        return max(float_above(meeting.time) for meeting in found)
 
     def _solve(self, row: int, column: int, at: float) -> None:
         self.solved += 1
@@ -191,7 +198,7 @@ class Selection:
                 (meetings[1].first, meetings[1].second),
             )
         )
-        bits = min(bodies.accuracy_bits(body) for body in involved if body >= 0)
+        bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(time)
         return Degeneracy(kind, tuple(involved), float_below(time), latest, proven, bits)
 
