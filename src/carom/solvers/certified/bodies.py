@@ -94,6 +94,7 @@ class BallBodies:
         self.movable = [not disc.immovable for disc in discs]
         self.met: list[dict[int, arb]] = [{} for _ in discs]
         self.partner: list[int | None] = [None] * len(discs)
+        self._speed = arb(max(math.hypot(*disc.velocity_m_s) for disc in discs) or 1.0)
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
         self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
         self._wall_laws: dict[tuple[int, float], WallLaw] = {}
@@ -114,11 +115,13 @@ class BallBodies:
         return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def state_bits(self, i: int) -> int:
-        """Bits to which velocity and centre of disc `i` are known, the centre relative to its place and radius."""
+        """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
         radius = arb(self.scene.discs[i].radius_m)
         size = self.x[i].mid().max(ZERO - self.x[i].mid()) + self.y[i].mid().max(ZERO - self.y[i].mid()) + radius
         spread = (self.x[i] - self.x[i].mid()) + (self.y[i] - self.y[i].mid())
-        return max(0, min(self.accuracy_bits(i), (size + spread).rel_accuracy_bits()))
+        spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
+        known = min((size + spread).rel_accuracy_bits(), (self._speed + spread_v).rel_accuracy_bits())
+        return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
         """Bits to which the least known velocity component is known, relative to its disc's speed."""

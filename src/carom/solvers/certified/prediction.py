@@ -61,7 +61,8 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     second = -1 - k
     if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
         toward = ZERO - speed.lower()
-        return Meeting(i, second, at, arb(at) + (gap / toward).lower().max(ZERO), False)
+        resting = not gap > 0
+        return Meeting(i, second, at, arb(at) + (gap / toward).lower().max(ZERO), False, resting)
     time = arb(at) - gap / speed
     since = bodies.since(i, second)
     decided = time > (ZERO if since is None else since)

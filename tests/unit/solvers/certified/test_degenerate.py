@@ -185,3 +185,22 @@ def test_an_end_beside_an_irrational_instant_is_decided() -> None:
         certified = certify(scene(*discs, duration_s=duration))
         assert certified.ending is Ending.COMPLETED
         assert len(certified) == impacts
+
+
+def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
+    """Both walls of a turned corner of restitution 0 take all speed: the balls around it hold both signs."""
+    walls = [Wall(point_m=(0.0, 0.0), normal=(3.0, 4.0)), Wall(point_m=(0.0, 0.0), normal=(-4.0, 3.0))]
+    certified = certify(scene(disc(0.2, 3, 0.3, -1, r=0.5), walls=walls, wall_restitution=0.0))
+    assert len(certified) == 2
+    assert certified.ending is Ending.DEGENERATE
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+
+
+@pytest.mark.parametrize("scale", [2.0**-500, 1.0, 2.0**500])
+def test_no_size_is_too_small_or_too_large(scale: float) -> None:
+    """Lengths and speeds may be near the ends of float64's range: what overflows there is left to the balls."""
+    discs = (disc(0, 0, 3 * scale, 0, r=scale), disc(10 * scale, scale, r=scale))
+    certified = certify(scene(*discs))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [pytest.approx((10 - math.sqrt(3)) / 3, rel=1e-15)]
