@@ -19,7 +19,7 @@ from flint import arb, ctx
 from carom.scene import Scene
 from carom.trace import wall_body
 
-__all__ = ["BallBodies", "BallImpact", "PairLaw", "WallLaw", "extended"]
+__all__ = ["BallBodies", "BallImpact", "PairLaw", "WallLaw", "share_of_first"]
 
 ZERO = arb(0)
 
@@ -63,7 +63,7 @@ class BallImpact(NamedTuple):
     after: tuple[arb, arb, arb, arb]
 
 
-def extended(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
+def share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
     """Return ``(1 + e) (1/m1) / (1/m1 + 1/m2)``, the first's share; None is an infinite mass."""
     if mass_first is None:
         return ZERO
@@ -174,7 +174,7 @@ class BallBodies:
         if law is None:
             masses = [None if math.isinf(mass) else arb(mass) for mass, _ in key]
             e = arb(self.scene.restitution)
-            share_i, share_j = extended(masses[0], masses[1], e), extended(masses[1], masses[0], e)
+            share_i, share_j = share_of_first(masses[0], masses[1], e), share_of_first(masses[1], masses[0], e)
             reach = arb(key[0][1]) + arb(key[1][1])
             reach2 = reach * reach
             law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
