@@ -9,13 +9,14 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carom.comparator import Score, compare
+    from carom.comparator import Horizon, Score, compare, horizon
     from carom.errors import CaromError, SceneError
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
     from carom.registry import EngineInfo, engines
     from carom.runner import Results, cross_check, run
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
+    from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.pic import solve_pic
     from carom.solvers.pic_framewise import solve_pic_framewise
     from carom.solvers.pit import solve_pit
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "CaromError",
+    "CertifiedTrace",
     "Disc",
     "EngineInfo",
+    "Horizon",
     "Outcome",
     "Results",
     "Scene",
@@ -32,9 +35,11 @@ __all__ = [
     "Score",
     "Trace",
     "Wall",
+    "certify",
     "compare",
     "cross_check",
     "engines",
+    "horizon",
     "load_scene",
     "resolve_impact",
     "run",
@@ -47,8 +52,10 @@ __all__ = [
 
 _HOME = {
     "CaromError": "carom.errors",
+    "CertifiedTrace": "carom.solvers.certified.result",
     "Disc": "carom.scene",
     "EngineInfo": "carom.registry",
+    "Horizon": "carom.comparator.horizon",
     "Outcome": "carom.trace",
     "Results": "carom.runner",
     "Scene": "carom.scene",
@@ -56,9 +63,11 @@ _HOME = {
     "Score": "carom.comparator",
     "Trace": "carom.trace",
     "Wall": "carom.scene",
+    "certify": "carom.solvers.certified.certify",
     "compare": "carom.comparator",
     "cross_check": "carom.runner",
     "engines": "carom.registry",
+    "horizon": "carom.comparator",
     "load_scene": "carom.scene",
     "resolve_impact": "carom.physics.impact_law",
     "run": "carom.runner",

@@ -77,6 +77,7 @@ class Outcome(Enum):
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
+    STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from carom.errors import InputError
+from carom.scene import Disc, Scene, Wall
 from carom.solvers.disc_arrays import DiscArrays
 
-__all__ = ["hard_disc_gas"]
+__all__ = ["gas_scene", "hard_disc_gas"]
 
 
 def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0.5) -> DiscArrays:
@@ -41,3 +42,25 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0
     velocity *= math.sqrt(2 * discs / np.sum(velocity**2))
     walls = ((0.0, 0.0, 1.0, 0.0), (side, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, side, 0.0, -1.0))
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
+
+
+def gas_scene(discs: int, packing: float, seed: int = 1, *, duration_s: float = 1e4) -> Scene:
+    """Return the same gas as a scene whose discs touch neither walls nor each other at the start.
+
+    Args:
+        discs: Number of discs.
+        packing: Share of the box's area that they cover.
+        seed: Of the velocities.
+        duration_s: Duration, seconds.
+    """
+    shrink = 1 - 2.0**-10
+    gas = hard_disc_gas(discs, packing / shrink**2, seed)
+    return Scene(
+        name=f"gas of {discs} discs, packing {packing:g}",
+        discs=[
+            Disc(position_m=place, velocity_m_s=velocity, radius_m=float(radius) * shrink)
+            for place, velocity, radius in zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)
+        ],
+        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.walls],
+        duration_s=duration_s,
+    )

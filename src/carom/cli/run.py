@@ -68,6 +68,17 @@ def run(
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
+    certify: Annotated[
+        bool | None,
+        typer.Option(
+            "--certify/--no-certify",
+            help="Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
+            "reference, certified as far as it may be believed for scenes of three discs or more.",
+        ),
+    ] = None,
+    certify_time: Annotated[
+        float, typer.Option("--certify-time", help="Seconds for the certified run of each scene.")
+    ] = 10.0,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -78,18 +89,21 @@ def run(
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
     """
     from carom.report import require_writable, verdict_line, verdict_table, write_report
+    from carom.report.certified_reach import certified_lines
     from carom.report.impact_table import impact_tables
 
     found = scenes_named(scenes or [])
     if report is not None:
         require_writable(report)
-    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing)
+    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing, certify, certify_time)
     paths = None if report is None else write_report(results, report)
     out = console()
     out.print(verdict_table(results))
     for table in impact_tables(results):
         out.print(table)
     out.print(verdict_line(results), soft_wrap=True)
+    for line in certified_lines(results):
+        out.print(line.sentence, soft_wrap=True)
     if paths is not None:
         out.print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
@@ -105,6 +119,8 @@ def _cross_check(
     jobs: int | None,
     time_limit: float,
     timing: bool,
+    certify: bool | None,
+    certify_time: float,
 ) -> Results:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -127,6 +143,8 @@ def _cross_check(
             jobs=jobs,
             time_limit_s=time_limit,
             timing=timing,
+            certified=certify,
+            certify_s=certify_time,
             progress=progress,
             command=shlex.join(["carom", *sys.argv[1:]]),
         )

@@ -45,6 +45,23 @@ class Alignment:
     spurious: tuple[int, ...]
     undecided: tuple[int, ...]
 
+    def up_to(self, time_s: float, reference: Trace, observed: Trace) -> Alignment:
+        """Return the alignment of the reference's impacts up to a time; an impact observed too late for that is missed.
+
+        An observed impact that is some later impact of the reference, though seen before the time, is not spurious.
+        """
+        count = int(np.searchsorted(reference.impacts["time_s"], time_s, side="right"))
+        found = observed.impacts["time_s"]
+        latest = time_s + LATEST_STAMP_STEPS * observed.dt_s
+        matched = tuple((r, o) for r, o in self.matched if r < count and found[o] <= latest)
+        late = {r for r, o in self.matched if r < count and not found[o] <= latest}
+        return Alignment(
+            matched=matched,
+            missed=tuple(sorted({r for r in self.missed if r < count} | late)),
+            spurious=tuple(o for o in self.spurious if found[o] <= time_s),
+            undecided=tuple(r for r in self.undecided if r < count),
+        )
+
 
 def align(reference: Trace, observed: Trace) -> Alignment:
     """Align the impacts of two traces of one scene."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import Alignment, align
 from carom.comparator.score import ImpactError, Scales
-from carom.scene import Scene
+from carom.scene import Need, Scene
 from carom.trace import Trace, kinetic_energy
 
 __all__ = ["Measured", "measure", "scales_of"]
@@ -65,9 +65,24 @@ class Measured:
         return max((error.direction_rad for error in self.errors), default=math.nan)
 
 
-def measure(reference: Trace, observed: Trace, scales: Scales) -> Measured:
-    """Align a trace with the reference and measure every error."""
+def measure(reference: Trace, observed: Trace, scales: Scales, horizon_s: float | None = None) -> Measured:
+    """Align a trace with the reference and measure every error; nothing but energy beyond the horizon.
+
+    The reference beyond its horizon still says which bodies are about to meet, which the alignment may use. Kinetic
+    energy is conserved where all impacts are elastic, so there it can be held against the reference at any time.
+    """
     alignment = align(reference, observed)
+    if horizon_s is not None and horizon_s < reference.scene.duration_s:
+        alignment = alignment.up_to(horizon_s, reference, observed)
+        elastic = Need.RESTITUTION not in reference.scene.needs
+        return Measured(
+            alignment=alignment,
+            errors=_impact_errors(reference, observed, alignment, scales),
+            energy_error=_energy_error(reference, observed, scales) if elastic else 0.0,
+            momentum_error=math.nan,
+            final_position_error=math.nan,
+            final_velocity_error=math.nan,
+        )
     return Measured(
         alignment=alignment,
         errors=_impact_errors(reference, observed, alignment, scales),

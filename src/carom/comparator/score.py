@@ -22,6 +22,7 @@ class Verdict(Enum):
     CUT_SHORT = "the run ended before the scene did"
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "too close to the end of the run to be decided"
+    BEYOND_HORIZON = "impacts beyond the horizon are not scored"
     UNCOMPARED = "there is no PIT at this step to hold it against"
     CONFORMS = "agrees with the reference to rounding"
 
@@ -118,6 +119,8 @@ class Score:
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         scales: What errors were divided by.
+        horizon_s: Time beyond which nothing was scored, seconds; None where all was. Errors of the final state are then
+            not a number.
     """
 
     expected: int
@@ -137,6 +140,7 @@ class Score:
     findings: tuple[Finding, ...]
     grade: Grade
     scales: Scales
+    horizon_s: float | None = None
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.report import phrases, wording
+from carom.report.certified_reach import CERTIFIED_NOTE
 from carom.report.chart import velocity_chart, wrong_chart
 from carom.report.divergences import Divergence
 from carom.report.extra import require_report_extra
@@ -45,6 +46,7 @@ def html(view: View) -> str:
         view=view,
         phrases=phrases,
         wording=wording,
+        certified_note=CERTIFIED_NOTE,
         velocity_chart=velocity_chart(trend, "Median velocity error against the step") if trend.drawable else "",
         wrong_chart=wrong_chart(trend, "Scenes with a missed or invented impact, against the step")
         if trend.drawable

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from rich.table import Table
 from rich.text import Text
 
+from carom.comparator import Score
 from carom.runner import Results, Row
 from carom.trace import Trace
 
@@ -41,7 +42,7 @@ def _impact_table(row: Row, reference: Trace) -> Table:
         bodies = _bodies(int(impact["first"]), int(impact["second"]))
         error = by_reference.get(k)
         if error is None:
-            table.add_row(bodies, f"{time:.9g}", "not found" if k in score.undecided else "missed", "", "", "", "")
+            table.add_row(bodies, f"{time:.9g}", _not_found(k, score), "", "", "", "")
             continue
         table.add_row(
             bodies,
@@ -60,6 +61,12 @@ def _impact_table(row: Row, reference: Trace) -> Table:
         bodies = _bodies(int(impact["first"]), int(impact["second"]))
         table.add_row(bodies, "does not happen", f"{float(impact['time_s']):.9g}", "", "", "", "")
     return table
+
+
+def _not_found(k: int, score: Score) -> str:
+    if k >= score.expected:
+        return "beyond the horizon"
+    return "not found" if k in score.undecided else "missed"
 
 
 def _bodies(first: int, second: int) -> str:

@@ -61,6 +61,7 @@ def _fields(row: Row) -> dict[str, object]:
         "spurious": list(score.spurious) if score else None,
         "undecided": list(score.undecided) if score else None,
         **{name: getattr(score, name, None) for name in _NUMBERS},
+        "horizon_s": score.horizon_s if score else None,
         "scales": dataclasses.asdict(score.scales) if score else None,
         "outcome": trace.outcome.name.lower() if trace else None,
         "notes": list(trace.notes) if trace else [],

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from carom.report import wording
+from carom.report.certified_reach import CERTIFIED_NOTE
 from carom.report.grid import GridCell
 from carom.report.phrases import (
     AGREEMENT_NOTE,
@@ -37,7 +38,7 @@ def _lines(view: View) -> Iterator[str]:
     yield from ("", f"## Every scene on every engine, at {grid.step_phrase}", "")
     yield from _table(
         ["scene", *(column.name for column in grid.columns)],
-        ([row.scene.name, *map(_cell, row.cells)] for row in grid.rows),
+        ([_scene(view, row.scene.name), *map(_cell, row.cells)] for row in grid.rows),
     )
     yield ""
     for mark in grid.marks:
@@ -62,6 +63,9 @@ def _lines(view: View) -> Iterator[str]:
             ["scene", "source", "impacts", "deviation of PIC"],
             ([line.scene, line.source, line.impacts, line.deviation] for line in view.known),
         )
+    if view.certified:
+        yield from ("", "## How far the reference is certified", "", CERTIFIED_NOTE, "")
+        yield from (f"- {_text(line.sentence)}" for line in view.certified)
     if view.run_times:
         yield from ("", "## Run time", "", RUN_TIME_NOTE, "")
         yield from _table(
@@ -107,6 +111,11 @@ def _trend(view: View) -> Iterator[str]:
     )
     yield ""
     yield from (f"- {_text(line)}" for line in trend_scenes(trend))
+
+
+def _scene(view: View, name: str) -> str:
+    note = view.certified_to(name)
+    return f"{name} ({note})" if note else name
 
 
 def _cell(cell: GridCell) -> str:

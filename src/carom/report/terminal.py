@@ -7,6 +7,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from carom.report.certified_reach import certified_lines
 from carom.report.grid import GridCell, build_grid
 from carom.report.phrases import unrun_lines
 from carom.report.sampling import agreements
@@ -42,10 +43,15 @@ def verdict_table(results: Results) -> Table:
     table.add_column("scene", no_wrap=True)
     for column in grid.columns:
         table.add_column(Text(f"{column.label}\n{column.profile}"), justify="left")
+    notes = {line.scene: f"  {line.short}" for line in certified_lines(results)}
     for _, rows in grid.groups:
         for row in rows:
             last = row is rows[-1]
-            table.add_row(Text(row.scene.name), *(_cell(cell) for cell in row.cells), end_section=last)
+            table.add_row(
+                Text("\n".join(filter(None, (row.scene.name, notes.get(row.scene.name))))),
+                *(_cell(cell) for cell in row.cells),
+                end_section=last,
+            )
     return table
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from carom.report import wording
+from carom.report.certified_reach import CertifiedLine, certified_lines
 from carom.report.divergences import Divergence, divergences
 from carom.report.grid import Grid, build_grid
 from carom.report.sampling import Agreement, agreements
@@ -36,11 +37,16 @@ class View:
     paper: tuple[Divergence, ...]
     worst: tuple[Divergence, ...]
     known: tuple[KnownLine, ...]
+    certified: tuple[CertifiedLine, ...]
     run_times: tuple[RunTime, ...]
     settings: tuple[SettingsOf, ...]
     environment: tuple[tuple[str, str], ...]
     command: str
     cells: tuple[CellLine, ...]
+
+    def certified_to(self, scene: str) -> str:
+        """Return in a few words how far a scene's reference is certified; empty where that was not looked at."""
+        return next((line.short for line in self.certified if line.scene == scene), "")
 
 
 def build_view(results: Results) -> View:
@@ -56,6 +62,7 @@ def build_view(results: Results) -> View:
         paper=paper,
         worst=worst,
         known=known_lines(results),
+        certified=certified_lines(results),
         run_times=run_times(grid),
         settings=settings_used(results, grid),
         environment=_environment(results),

@@ -10,6 +10,7 @@ from dataclasses import replace
 from carom.comparator import compare
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo, engines, load_adapter
+from carom.runner.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
 from carom.runner.drive import profile_settings
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
@@ -79,6 +80,8 @@ def cross_check(
     jobs: int | None = None,
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
     timing: bool = True,
+    certified: bool | None = None,
+    certify_s: float = CERTIFY_SECONDS,
     progress: Progress | None = None,
     command: str = "",
 ) -> Results:
@@ -92,6 +95,9 @@ def cross_check(
         jobs: How many cells are observed at a time; as many as there are cores by default.
         time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
         timing: Whether to time each cell at its scene's coarsest step too, in a pass in which nothing else runs.
+        certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
+            discs or more a certified run says up to which impact it may be believed, where python-flint is installed.
+        certify_s: Seconds for the certified run of each scene.
         progress: Called with (done, all, what) as cells finish.
         command: The command line to print in the report.
 
@@ -102,12 +108,20 @@ def cross_check(
     started = time.perf_counter()
     if isinstance(scenes, Scene | CatalogueScene) or isinstance(engine_names, str):
         raise InputError("scenes and engine_names must be lists, also where there is one of them")
-    _require_positive(time_limit_s=time_limit_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())})
+    _require_positive(
+        time_limit_s=time_limit_s, certify_s=certify_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())}
+    )
     plain, answers = _sort_out(scenes)
     infos = _chosen(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
     solved = {scene.name: _reference(scene) for scene in plain}
-    references = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
+    held_against: dict[str, Reference] = {}
+    pic = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
+    for name, trace in pic.items():
+        if progress is not None and will_certify(trace.scene, certified):
+            progress(0, len(cells), f"certifying {name}")
+        held_against[name] = certified_reference(trace, certified, certify_s)
+    references = {name: reference.trace for name, reference in held_against.items()}
     unscorable = {name: reason for name, reason in solved.items() if isinstance(reason, str)}
     rows: dict[Key, Row] = {
         _key(cell): Row(cell, Status.UNSUPPORTED, unscorable[cell.scene.name])
@@ -132,7 +146,8 @@ def cross_check(
         if row.trace is None or reference is None:
             return row
         pit = rows[_key(replace(row.cell, engine=SAMPLING[0], profile=SAMPLING[1]))]
-        return replace(row, score=compare(reference, row.trace, sampling=pit.trace))
+        horizon_s = held_against[row.cell.scene.name].horizon_s
+        return replace(row, score=compare(reference, row.trace, sampling=pit.trace, horizon_s=horizon_s))
 
     with Executor(jobs, time_limit_s) as executor:
         for row in executor.observe_all(pit_cells):
@@ -148,7 +163,7 @@ def cross_check(
         rows=_with_ratios([rows[_key(cell)] for cell in cells]),
         references=references,
         known={
-            name: (answer, deviation(references[name], answer, references[name].scene))
+            name: (answer, deviation(pic[name], answer, references[name].scene))
             for name, answer in answers.items()
             if name in references
         },
@@ -156,6 +171,7 @@ def cross_check(
         environment=environment(_versions(infos)),
         command=command,
         elapsed_s=time.perf_counter() - started,
+        certified={name: r.certified for name, r in held_against.items() if r.certified is not None},
     )
 
 

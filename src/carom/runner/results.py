@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
-from carom.comparator import Grade, Score
+from carom.comparator import Grade, Horizon, Score
 from carom.registry import EngineInfo
 from carom.runner.drive import Timing
 from carom.runner.environment import Environment
@@ -97,6 +97,8 @@ class Results:
         environment: Machine and versions.
         command: The command that makes this again; empty where the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
+        certified: How far the reference of a scene is certified, or in words why it is not, by the scene's name; scenes
+            of one or two discs are left out unless that was asked for.
     """
 
     rows: tuple[Row, ...]
@@ -106,3 +108,4 @@ class Results:
     environment: Environment
     command: str
     elapsed_s: float
+    certified: Mapping[str, Horizon | str] = field(default_factory=dict)

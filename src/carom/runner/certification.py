@@ -1,0 +1,78 @@
+"""What of a scene's reference is certified, and what is scored against."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from carom.comparator import Horizon, horizon_of
+from carom.errors import InputError, MissingExtraError
+from carom.scene import Scene
+from carom.solvers.certified import certify
+from carom.trace import Trace
+
+__all__ = ["CERTIFY_SECONDS", "Reference", "certified_reference", "will_certify"]
+
+#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
+CERTIFY_SECONDS = 10.0
+#: Discs above which a scene is not certified unless that is asked for: bounds for all pairs take 8 MB at 1000.
+MOST_DISCS = 1000
+#: Discs below which the closed form says all, so that it is left out unless asked for.
+FEWEST_DISCS = 3
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a scene's runs are held against.
+
+    Attributes:
+        trace: The PIC trace, or the certified one.
+        certified: How far PIC agrees with the certified run, or why that is not known; None where it was not looked at.
+        horizon_s: Time up to which `trace` may be believed; None for all of it.
+    """
+
+    trace: Trace
+    certified: Horizon | str | None = None
+    horizon_s: float | None = None
+
+
+def will_certify(scene: Scene, asked: bool | None) -> bool:
+    """Whether a scene's reference is to be certified; see `certified_reference`."""
+    return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
+
+
+def certified_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+    """Certify a scene's reference as far as the time allows.
+
+    Args:
+        trace: The PIC trace of the scene.
+        asked: True to certify and to score against the certified run; None to find the horizon of many discs where
+            python-flint is installed; False not to.
+        time_budget_s: Seconds for the certified run.
+
+    Raises:
+        MissingExtraError: It was asked for, and python-flint is not installed.
+    """
+    scene = trace.scene
+    if not will_certify(scene, asked):
+        return Reference(trace)
+    if asked is None and len(scene.discs) > MOST_DISCS:
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
+    return _certified(scene, trace, asked, time_budget_s)
+
+
+def _certified(scene: Scene, trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
+    try:
+        certified = certify(scene, time_budget_s=time_budget_s)
+    except MissingExtraError as error:
+        if asked:
+            raise
+        return Reference(trace, f"not certified: {error}")
+    except InputError as error:
+        return Reference(trace, f"not certified: {error}")
+    found = horizon_of(certified, trace)
+    if certified.degeneracy is not None:  # beyond it there is a convention, which is PIC's
+        return Reference(trace, f"certified to impact {len(certified)}; there, {certified.degeneracy}")
+    if not asked:
+        return Reference(trace, found, None if found.covers_the_scene else found.end_s)
+    reach_s = scene.duration_s if found.complete else certified.trace.end_time_s
+    return Reference(certified.trace, found, reach_s)

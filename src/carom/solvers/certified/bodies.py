@@ -1,0 +1,237 @@
+"""The state of all discs in ball arithmetic, and what an impact does to it.
+
+A ball (arb) is a midpoint and a radius; every operation yields a ball that holds the true result. The float64 numbers
+of the scene are the exact input. Each disc is kept at an exact reference instant, a float64 just before its last
+impact: so the uncertainty of the impact's time enters the position only through the change of velocity, and the instant
+itself costs no rounding. Between the reference and the impact the present path is merely extended backwards.
+
+Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
+one line parallel to an axis.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flint import arb, ctx
+
+from carom.scene import Scene
+from carom.trace import wall_body
+
+__all__ = ["BallBodies", "BallImpact", "PairLaw", "WallLaw", "share_of_first"]
+
+ZERO = arb(0)
+
+
+class PairLaw(NamedTuple):
+    """Constants of a pair of discs at the working precision; each share is that of the change of relative velocity."""
+
+    reach: arb
+    reach2: arb
+    share_i: arb
+    share_j: arb
+    keep_i: arb
+    keep_j: arb
+    push_i: arb
+    push_j: arb
+
+
+class WallLaw(NamedTuple):
+    """Constants of a wall and a radius: velocities become ``M v``, positions ``M x + shift`` (a mirror where e = 1)."""
+
+    nx: arb
+    ny: arb
+    length: arb
+    level: arb
+    m_xx: arb
+    m_xy: arb
+    m_yy: arb
+    shift_x: arb
+    shift_y: arb
+
+
+class BallImpact(NamedTuple):
+    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after."""
+
+    first: int
+    second: int
+    time: arb
+    nx: arb
+    ny: arb
+    length: arb
+    after: tuple[arb, arb, arb, arb]
+
+
+def share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
+    """Return ``(1 + e) (1/m1) / (1/m1 + 1/m2)``, the first's share; None is an infinite mass."""
+    if mass_first is None:
+        return ZERO
+    if mass_second is None:
+        return restitution + 1
+    return (restitution + 1) * mass_second / (mass_first + mass_second)
+
+
+class BallBodies:
+    """Positions and velocities of all discs as balls, at the precision of python-flint's context.
+
+    Attributes:
+        time: Reference instant of each disc, seconds, exact.
+        x: Centre at the reference instant; likewise `y`, `vx`, `vy`.
+        met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
+            0 for any disc.
+        partner: Body that each disc met last; None before its first impact.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self.scene = scene
+        discs = scene.discs
+        self.x = [arb(disc.position_m[0]) for disc in discs]
+        self.y = [arb(disc.position_m[1]) for disc in discs]
+        self.vx = [arb(disc.velocity_m_s[0]) for disc in discs]
+        self.vy = [arb(disc.velocity_m_s[1]) for disc in discs]
+        self.time = [0.0] * len(discs)
+        self.movable = [not disc.immovable for disc in discs]
+        self.met: list[dict[int, arb]] = [{} for _ in discs]
+        self.partner: list[int | None] = [None] * len(discs)
+        self._speed = arb(max(math.hypot(*disc.velocity_m_s) for disc in discs) or 1.0)
+        self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
+        self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
+        self._wall_laws: dict[tuple[int, float], WallLaw] = {}
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    def lower_precision(self, bits: int) -> None:
+        """Go on with fewer bits, where the balls have grown so wide that more would say nothing."""
+        ctx.prec = bits
+        self._pair_laws.clear()
+        self._wall_laws.clear()
+
+    def accuracy_bits(self, i: int) -> int:
+        """Bits to which the velocity of disc `i` is known; the working precision where it is exact."""
+        vx, vy = self.vx[i], self.vy[i]
+        bits = [v.rel_accuracy_bits() for v in (vx, vy) if not v.is_zero()]
+        return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
+
+    def state_bits(self, i: int) -> int:
+        """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
+        radius = arb(self.scene.discs[i].radius_m)
+        size = self.x[i].mid().max(ZERO - self.x[i].mid()) + self.y[i].mid().max(ZERO - self.y[i].mid()) + radius
+        spread = (self.x[i] - self.x[i].mid()) + (self.y[i] - self.y[i].mid())
+        spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
+        known = min((size + spread).rel_accuracy_bits(), (self._speed + spread_v).rel_accuracy_bits())
+        return max(0, min(int(ctx.prec), known))
+
+    def worst_accuracy_bits(self) -> int:
+        """Bits to which the least known velocity component is known, relative to its disc's speed."""
+        return min(self.accuracy_bits(i) for i in range(len(self)))
+
+    def best_accuracy_bits(self) -> int:
+        """Bits to which the best known velocity that is not exact is known; the working precision where all are."""
+        inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
+        return max((self.accuracy_bits(i) for i in inexact), default=int(ctx.prec))
+
+    def untouched(self, *bodies: int) -> bool:
+        """Whether no disc among these has had an impact, so that its state is its exact start."""
+        return all(body < 0 or self.partner[body] is None for body in bodies)
+
+    def have_just_met(self, i: int, j: int) -> bool:
+        """Whether discs `i` and `j` are on the paths that their impact with each other gave them: then they part."""
+        return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
+
+    def since(self, i: int, second: int) -> arb | None:
+        """Return when disc `i` last met anybody whose impact could bear on one with `second`; None if never.
+
+        An impact on a wall exactly orthogonal to another changes neither the distance from that other nor the speed
+        towards it.
+        """
+        latest = None
+        for key, time in self.met[i].items():
+            if second < 0 and key < 0 and self.orthogonal(key, second):
+                continue
+            latest = time if latest is None else latest.max(time)
+        return latest
+
+    def orthogonal(self, wall: int, other: int) -> bool:
+        """Whether two walls, by body number, are exactly orthogonal."""
+        ax, ay = self.scene.walls[wall_body(wall)].normal
+        bx, by = self.scene.walls[wall_body(other)].normal
+        products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
+        return bool((products[0] + products[1]).is_zero())
+
+    def moved(self, i: int, at: float) -> tuple[arb, arb]:
+        """Return the centre of disc `i` at the exact instant `at` on its present path."""
+        if not self.movable[i] or at == self.time[i]:
+            return self.x[i], self.y[i]
+        dt = arb(at) - arb(self.time[i])
+        return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
+
+    def pair_law(self, i: int, j: int) -> PairLaw:
+        """Return the constants of discs `i` and `j`."""
+        key = (self._kind[i], self._kind[j])
+        law = self._pair_laws.get(key)
+        if law is None:
+            masses = [None if math.isinf(mass) else arb(mass) for mass, _ in key]
+            e = arb(self.scene.restitution)
+            share_i, share_j = share_of_first(masses[0], masses[1], e), share_of_first(masses[1], masses[0], e)
+            reach = arb(key[0][1]) + arb(key[1][1])
+            reach2 = reach * reach
+            law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
+            self._pair_laws[key] = law
+        return law
+
+    def wall_law(self, k: int, radius: float) -> WallLaw:
+        """Return the constants of the k-th wall and a disc's radius.
+
+        The wall is the half-plane ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and what
+        it spans is exact: its length is divided out, in the distance by ``|n|`` and in the reflection by ``|n|^2``.
+        """
+        law = self._wall_laws.get((k, radius))
+        if law is None:
+            wall = self.scene.walls[k]
+            nx, ny = arb(wall.normal[0]), arb(wall.normal[1])
+            length2 = nx * nx + ny * ny
+            length = length2.sqrt()
+            level = arb(wall.point_m[0]) * nx + arb(wall.point_m[1]) * ny + arb(radius) * length
+            turn = arb(self.scene.wall_restitution) + 1
+            if ny.is_zero() or nx.is_zero():  # then the fractions of |n|^2 are 1 and 0 exactly
+                xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
+            else:
+                xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
+            law = WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
+            self._wall_laws[k, radius] = law
+        return law
+
+    def settle_wall(self, i: int, k: int, at: float, time: arb) -> BallImpact:
+        """Carry out the impact of disc `i` on wall `k`, with `at` its new reference."""
+        law = self.wall_law(k, self.scene.discs[i].radius_m)
+        x, y = self.moved(i, at)
+        vx, vy = self.vx[i], self.vy[i]
+        if law.m_xy.is_zero():  # an exact 1 must not cost a rounding
+            if not law.nx.is_zero():
+                self.x[i], self.y[i] = law.m_xx * x + law.shift_x, y
+                self.vx[i] = law.m_xx * vx
+            else:
+                self.x[i], self.y[i] = x, law.m_yy * y + law.shift_y
+                self.vy[i] = law.m_yy * vy
+        else:
+            self.x[i] = law.m_xx * x + law.m_xy * y + law.shift_x
+            self.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
+            self.vx[i] = law.m_xx * vx + law.m_xy * vy
+            self.vy[i] = law.m_xy * vx + law.m_yy * vy
+        self._note(i, wall_body(k), at, time)
+        return BallImpact(
+            i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, (self.vx[i], self.vy[i], ZERO, ZERO)
+        )
+
+    def note_pair(self, i: int, j: int, at: float, time: arb) -> None:
+        """Write down that discs `i` and `j` have met, with `at` their new reference."""
+        for disc, other in ((i, j), (j, i)):
+            if self.movable[disc]:
+                self._note(disc, other, at, time)
+
+    def _note(self, i: int, other: int, at: float, time: arb) -> None:
+        self.time[i] = at
+        self.partner[i] = other
+        self.met[i][min(other, 0)] = time

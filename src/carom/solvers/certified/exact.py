@@ -1,0 +1,69 @@
+"""Questions about the start of a scene that exact rational arithmetic answers: ties, grazes, and contact.
+
+Times of impact on paths not yet changed are of the form ``(P - sqrt(Q)) / A`` with rational P, Q and A > 0, whatever
+the bodies: for two discs P = -b, Q = D, A = a; for a wall P = (p - q).n, Q = r^2 n.n, A = -v.n.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import NamedTuple
+
+from carom.scene import Scene
+from carom.trace import wall_body
+
+__all__ = ["exactly_grazing", "exactly_simultaneous", "pair_terms"]
+
+
+class PairTerms(NamedTuple):
+    """Coefficients of ``a t^2 + 2 b t + c`` for two discs at the start, and D = b^2 - a c."""
+
+    a: Fraction
+    b: Fraction
+    c: Fraction
+    d: Fraction
+
+
+def pair_terms(scene: Scene, i: int, j: int) -> PairTerms:
+    """Return the exact coefficients of two discs at the start."""
+    p, q = scene.discs[i], scene.discs[j]
+    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
+    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
+    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
+    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+    return PairTerms(a, b, c, b * b - a * c)
+
+
+def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
+    """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
+    terms = pair_terms(scene, i, j)
+    return terms.d == 0 or terms.a == 0
+
+
+def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+    if second >= 0:
+        terms = pair_terms(scene, first, second)
+        return -terms.b, terms.d, terms.a
+    disc, wall = scene.discs[first], scene.walls[wall_body(second)]
+    n = [Fraction(value) for value in wall.normal]
+    offset = [Fraction(disc.position_m[k]) - Fraction(wall.point_m[k]) for k in (0, 1)]
+    toward = -sum((Fraction(disc.velocity_m_s[k]) * n[k] for k in (0, 1)), Fraction(0))
+    radius = Fraction(disc.radius_m)
+    length2 = n[0] * n[0] + n[1] * n[1]
+    return offset[0] * n[0] + offset[1] * n[1], radius * radius * length2, toward
+
+
+def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, int]) -> bool:
+    """Whether two impacts on first paths, each known to take place, are at the very same instant.
+
+    ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
+    B = A1^2 Q2, which squaring twice decides.
+    """
+    p1, q1, a1 = _root_form(scene, *one)
+    p2, q2, a2 = _root_form(scene, *other)
+    k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
+    double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
+    sign = (k > 0) - (k < 0) if c > 0 else 0
+    if (double_product > 0) - (double_product < 0) != sign or double_product**2 != 4 * k * k * c:
+        return False
+    return k >= 0 or k * k <= c  # the left side, a root, is not negative

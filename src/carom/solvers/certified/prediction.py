@@ -1,0 +1,179 @@
+"""When two bodies meet, as a ball: certified to meet, certified never to, or not decided at this precision.
+
+The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it. With d and u the
+relative position and velocity there, ``a t^2 + 2 b t + c = 0`` has its earlier root at ``t = c / (-b + sqrt(D))``; c is
+nearly 0, so the root's error is that of the distance alone. ``D = a R^2 - (d x u)^2`` stands in place of
+``b^2 - a c``, since the cross product does not change along the paths.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.bodies import ZERO, BallBodies, BallImpact, PairLaw
+from carom.solvers.certified.exact import exactly_grazing
+
+__all__ = ["Meeting", "meet_pair", "meet_wall"]
+
+
+class Meeting(NamedTuple):
+    """A possible impact of two bodies on their present paths.
+
+    Attributes:
+        first: Disc.
+        second: Disc, of a higher number, or wall.
+        at: Float64 instant from which it was solved, seconds; the impact is not before it.
+        time: Ball that holds the time of impact; where undecided, that of the earliest it could be.
+        decided: Whether the impact is certain.
+        resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
+        proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
+        pair: What a pair's impact needs besides: positions of both at `at`, relative position and velocity, the root of
+            D and the time from `at`; None for a wall.
+    """
+
+    first: int
+    second: int
+    at: float
+    time: arb
+    decided: bool
+    resting: bool = False
+    proven: bool = False
+    pair: tuple[arb, ...] | None = None
+
+    def carry_out(self, bodies: BallBodies) -> BallImpact:
+        """Give both bodies the state after this impact, and return it."""
+        if self.second < 0:
+            return bodies.settle_wall(self.first, -1 - self.second, self.at, self.time)
+        return _collide(bodies, self)
+
+
+def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on wall `k`, known not to be before `at`; None where it certainly never comes."""
+    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    vx, vy = bodies.vx[i], bodies.vy[i]
+    speed = vx * law.nx + vy * law.ny
+    if speed >= 0:
+        return None
+    x, y = bodies.moved(i, at)
+    gap = x * law.nx + y * law.ny - law.level
+    second = -1 - k
+    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
+        toward = ZERO - speed.lower()
+        resting = not gap > 0
+        return Meeting(i, second, at, arb(at) + (gap / toward).lower().max(ZERO), False, resting)
+    time = arb(at) - gap / speed
+    since = bodies.since(i, second)
+    decided = time > (ZERO if since is None else since)
+    return Meeting(i, second, at, time, decided, resting=not decided)
+
+
+def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
+    """Return the impact of discs `i` < `j`, known not to be before `at`; None where it certainly never comes."""
+    law = bodies.pair_law(i, j)
+    xi, yi = bodies.moved(i, at)
+    xj, yj = bodies.moved(j, at)
+    dx, dy = xj - xi, yj - yi
+    ux, uy = bodies.vx[j] - bodies.vx[i], bodies.vy[j] - bodies.vy[i]
+    if dy.is_zero() and uy.is_zero():
+        root, wait = _on_a_line(dx, ux, law.reach)
+    elif dx.is_zero() and ux.is_zero():
+        root, wait = _on_a_line(dy, uy, law.reach)
+    else:
+        b = dx * ux + dy * uy
+        if b >= 0:
+            return None
+        a = ux * ux + uy * uy
+        cross = dx * uy - dy * ux
+        d = a * law.reach2 - cross * cross
+        if d < 0 or d.is_zero():
+            return None
+        c = dx * dx + dy * dy - law.reach2
+        if not (b < 0 and d > 0):
+            if bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j):
+                return None
+            earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
+            resting = not b < 0
+            return Meeting(i, j, at, arb(at) + earliest.lower().max(ZERO), False, resting)
+        root = d.sqrt()
+        wait = c / (root - b)
+    if root is None:
+        return None
+    if wait is None:
+        return Meeting(i, j, at, arb(at), False, resting=True)
+    time = arb(at) + wait
+    for disc in (i, j):
+        since = bodies.since(disc, max(i, j))
+        if not time > (ZERO if since is None else since):
+            if root.is_finite() and _already_apart(wait, root, ux, uy, at, since):
+                return None
+            certainly = since is not None and bool((time - since).is_zero())
+            return Meeting(i, j, at, time, False, resting=True, proven=certainly)
+    return Meeting(i, j, at, time, True, pair=(xi, yi, xj, yj, dx, dy, ux, uy, root, wait))
+
+
+def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
+    """Return the root of D and the time from now of an impact along an axis; no root where it never comes."""
+    if d > 0:
+        gap, closing = d - reach, ZERO - u
+    elif d < 0:
+        gap, closing = ZERO - d - reach, u
+    else:
+        return ZERO, None
+    if closing <= 0:
+        return None, None
+    if not closing > 0:
+        return ZERO, None
+    return closing * reach, gap / closing
+
+
+def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, since: arb | None) -> bool:
+    """Whether the bodies, on their paths extended backwards, had parted again before the paths began."""
+    if since is None:
+        return False
+    parted = arb(at) + wait + 2 * root / (ux * ux + uy * uy)
+    return bool(parted < since)
+
+
+def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
+    """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
+    i, j = meeting.first, meeting.second
+    assert meeting.pair is not None  # noqa: S101 -- a decided meeting of two discs holds it
+    xi, yi, xj, yj, dx, dy, ux, uy, root, wait = meeting.pair
+    law = bodies.pair_law(i, j)
+    vxi, vyi, vxj, vyj = bodies.vx[i], bodies.vy[i], bodies.vx[j], bodies.vy[j]
+    if dy.is_zero() and uy.is_zero():
+        nx, ny = (law.reach if dx > 0 else ZERO - law.reach), ZERO
+        vxi, vxj, xi, xj = _exchange(law, vxi, vxj, xi, xj, nx)
+    elif dx.is_zero() and ux.is_zero():
+        nx, ny = ZERO, (law.reach if dy > 0 else ZERO - law.reach)
+        vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
+    else:
+        nx, ny = dx + ux * wait, dy + uy * wait
+        if bodies.movable[i]:
+            push = law.push_i * root
+            px, py = push * nx, push * ny
+            vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * wait, yi + py * wait
+        if bodies.movable[j]:
+            push = law.push_j * root
+            px, py = push * nx, push * ny
+            vxj, vyj, xj, yj = vxj + px, vyj + py, xj - px * wait, yj - py * wait
+    for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
+        if bodies.movable[disc]:
+            bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
+    bodies.note_pair(i, j, meeting.at, meeting.time)
+    return BallImpact(i, j, meeting.time, nx, ny, law.reach, (vxi, vyi, vxj, vyj))
+
+
+def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
+    """Return velocities and positions after an impact along one axis, each a mean of what was before.
+
+    In ``x + share (gap)`` the error of x would count twice; as a mean of both positions it hardly grows.
+    """
+    return (
+        law.keep_i * vi + law.share_i * vj,
+        law.keep_j * vj + law.share_j * vi,
+        law.keep_i * xi + law.share_i * (xj - contact),
+        law.keep_j * xj + law.share_j * (xi + contact),
+    )

@@ -1,0 +1,111 @@
+"""What a certified run yields: the trace, and how far each of its numbers can be from the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from carom.trace import Trace
+
+__all__ = ["CertifiedTrace", "Degeneracy", "Degenerate", "Ending"]
+
+
+class Ending(Enum):
+    """How a certified run ended; the value is the sentence shown."""
+
+    COMPLETED = "certified to the end of the scene"
+    MAX_IMPACTS = "stopped after the number of impacts asked for"
+    TIME_BUDGET = "stopped when the time budget was used up"
+    PRECISION_CAP = "stopped at the precision cap: the digits asked for need more bits than were allowed"
+    INTERRUPTED = "interrupted; what was certified until then is kept"
+    DEGENERATE = "stopped at an event that has no certain answer"
+
+
+class Degenerate(Enum):
+    """Why an event has no certain answer; the value is the sentence shown."""
+
+    SHARED_INSTANT = "a disc has two impacts at one instant, and their order decides what follows"
+    TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
+    OVERLAPPING_START = "two bodies overlap at the start, by no more than rounding, and move towards each other"
+    RESTING_CONTACT = "two bodies already in contact are driven together"
+    GRAZE = "two bodies pass at so nearly their contact distance that touching cannot be told from missing"
+    SIMULTANEOUS_NEIGHBOURS = "two impacts fall at one instant so near each other that they may not be independent"
+    AT_THE_END = "an impact falls at the very end of the scene, and cannot be told to belong to it"
+    COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
+
+
+@dataclass(frozen=True)
+class Degeneracy:
+    """The event at which a certified run had to stop.
+
+    Attributes:
+        kind: What it is.
+        bodies: The bodies that take part, in ascending order; the k-th wall is ``-1 - k``.
+        earliest_s: It is certainly not before this, seconds.
+        latest_s: It is certainly not after this, seconds; infinity where a graze may not be a contact at all. Of a
+            collapse, the last of the impacts that were counted.
+        proven: Whether exact arithmetic shows that it is what it is called. Where it does not, the event was not
+            decided although the state was known to `bits` bits.
+        bits: Bits to which the state of its bodies was known.
+    """
+
+    kind: Degenerate
+    bodies: tuple[int, ...]
+    earliest_s: float
+    latest_s: float
+    proven: bool
+    bits: int
+
+    def __str__(self) -> str:
+        names = ", ".join(f"disc {body}" if body >= 0 else f"wall {-1 - body}" for body in self.bodies)
+        when = f"at {self.earliest_s:.17g} s"
+        if self.latest_s != self.earliest_s:
+            when = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"
+        how = "proven exactly" if self.proven else f"not decided with the state known to {self.bits} bits"
+        return f"{self.kind.value}: {names}, {when} ({how})"
+
+
+@dataclass(frozen=True)
+class CertifiedTrace:
+    """A trace with a proven bound on the error of every number in it.
+
+    Attributes:
+        trace: Method "certified". Each number is the float64 nearest to the middle of the ball that was proven to hold
+            the truth. It ends with the last impact that was certified, or with the scene.
+        radii: Structured array shaped as ``trace.impacts``: the truth is within this of each number there; the rounding
+            to float64 is included. The fields `first` and `second` repeat the bodies.
+        final_position_radius_m: Shape ``(n, 2)``, the same for `trace.final_position_m`.
+        final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
+        digits: The decimal digits asked for.
+        decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
+            numbers of which every digit is right to one unit in the last one. Empty where float64 can hold the digits.
+        ending: How the run ended.
+        degeneracy: The event that stopped it; None where none did.
+        commuted: Pairs of indices of impacts whose order is not known and makes no difference.
+        precision_bits: Bits that the run was begun with.
+        bits_lost: Bits of accuracy lost in the worst disc until the end.
+        replays: How often it was begun again at a higher precision.
+        elapsed_s: Seconds that it took.
+    """
+
+    trace: Trace
+    radii: NDArray[np.void]
+    final_position_radius_m: NDArray[np.float64]
+    final_velocity_radius_m_s: NDArray[np.float64]
+    digits: int
+    ending: Ending
+    decimals: tuple[tuple[str, ...], ...] = ()
+    degeneracy: Degeneracy | None = None
+    commuted: tuple[tuple[int, int], ...] = ()
+    precision_bits: int = 0
+    bits_lost: float = 0.0
+    replays: int = 0
+    elapsed_s: float = 0.0
+
+    def __len__(self) -> int:
+        return len(self.trace.impacts)

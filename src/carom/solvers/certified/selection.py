@@ -1,0 +1,208 @@
+"""Which impact comes next: decided by certified comparison only, or said not to be decided.
+
+The event with the least lower bound is solved in balls, which raises its bound; when the least bound belongs to an
+event that is solved already, all whose bounds do not exceed its time are its rivals, and they are solved, too. It comes
+next if it is certainly before each rival, or if the two commute.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.exact import exactly_simultaneous
+from carom.solvers.certified.lower_bounds import LowerBounds
+from carom.solvers.certified.prediction import Meeting, meet_pair, meet_wall
+from carom.solvers.certified.result import Degeneracy, Degenerate
+
+__all__ = ["Choice", "Selection", "Undecided", "float_above", "float_below"]
+
+
+class Undecided(Exception):  # noqa: N818 -- not an error: a signal to look closer
+    """The next impact is not decided at this precision; holds what to report if no precision decides it."""
+
+    def __init__(self, degeneracy: Degeneracy) -> None:
+        super().__init__(str(degeneracy))
+        self.degeneracy = degeneracy
+
+
+class Choice(NamedTuple):
+    """The next impact, and whether it might as well come after another that follows."""
+
+    meeting: Meeting
+    commutes: bool
+
+
+def float_below(ball: arb) -> float:
+    """Return a float64 no greater than anything in a ball of numbers from 0."""
+    return float(ball.lower())  # conversion cuts off
+
+
+def float_above(ball: arb) -> float:
+    """Return a float64 no less than anything in a ball of numbers from 0."""
+    return math.nextafter(float(ball.upper()), math.inf)
+
+
+class Selection:
+    """Chooses the next impact of discs in ball arithmetic.
+
+    Attributes:
+        solved: Number of times of impact solved in balls.
+    """
+
+    def __init__(self, bodies: BallBodies, end_s: float) -> None:
+        self.bodies = bodies
+        self.bounds = LowerBounds(bodies)
+        self.end_s = end_s
+        self.solved = 0
+        self._meetings: dict[tuple[int, int], Meeting] = {}
+        self._of: list[set[tuple[int, int]]] = [set() for _ in range(len(bodies))]
+
+    def changed(self, meeting: Meeting) -> None:
+        """Take over the state after an impact that was carried out."""
+        discs = [body for body in (meeting.first, meeting.second) if body >= 0]
+        for i in discs:
+            if self.bodies.movable[i]:
+                for key in self._of[i]:
+                    self._meetings.pop(key, None)
+                self._of[i].clear()
+        self.bounds.changed(*discs)
+
+    def next_impact(self) -> Choice | None:
+        """Return the impact that certainly comes next; None where certainly none comes before the end.
+
+        Raises:
+            Undecided: That is not decided at this precision.
+        """
+        while True:
+            bound, row, column = self.bounds.earliest()
+            if bound > self.end_s:
+                return None
+            meeting = self._meetings.get((row, column))
+            if meeting is None:
+                self._solve(row, column, bound)
+                continue
+            limit, rivals = -math.inf, [(row, column)]
+            while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
+                limit, rivals = reach, self.bounds.no_later_than(reach)
+            unsolved = [place for place in rivals if place not in self._meetings]
+            if unsolved:
+                place = min(unsolved, key=lambda p: self.bounds.table[p])
+                self._solve(*place, float(self.bounds.table[place]))
+                continue
+            return self._choose([self._meetings[place] for place in rivals])
+
+    def _latest(self, places: list[tuple[int, int]]) -> float:
+        """Return the latest that any of these impacts may be, as far as they are solved."""
+        found = [self._meetings[place] for place in places if place in self._meetings]
+        return max(float_above(meeting.time) for meeting in found)
+
+    def _solve(self, row: int, column: int, at: float) -> None:
+        self.solved += 1
+        second = self.bounds.second(column)
+        if second < 0:
+            meeting = meet_wall(self.bodies, row, wall_index(second), at)
+        else:
+            meeting = meet_pair(self.bodies, min(row, second), max(row, second), at)
+        if meeting is None:
+            self.bounds.raise_to(row, column, math.inf)
+            return
+        self._meetings[row, column] = meeting
+        for disc in (row, second):
+            if disc >= 0:
+                self._of[disc].add((row, column))
+        self.bounds.raise_to(row, column, max(at, float_below(meeting.time)))
+
+    def _choose(self, meetings: list[Meeting]) -> Choice | None:
+        if all(meeting.time > self.end_s for meeting in meetings):
+            return None
+        blocking: Undecided | None = None
+        for candidate in sorted(meetings, key=lambda m: float(m.time)):
+            if candidate.time > self.end_s:
+                continue
+            if not candidate.decided:
+                blocking = blocking or Undecided(self._unresolved(candidate))
+                continue
+            commutes = False
+            for rival in meetings:
+                if rival is candidate or candidate.time < rival.time:
+                    continue
+                if rival.decided and candidate.time.overlaps(rival.time) and self._commute(candidate, rival):
+                    commutes = True
+                    continue
+                blocking = blocking or Undecided(self._tied(candidate, rival))
+                break
+            else:
+                if not candidate.time <= self.end_s:
+                    raise Undecided(self._report(Degenerate.AT_THE_END, (candidate,), candidate.time))
+                return Choice(candidate, commutes)
+        assert blocking is not None  # noqa: S101 -- one meeting at least may be in time, and none was returned
+        raise blocking
+
+    def _commute(self, one: Meeting, other: Meeting) -> bool:
+        """Whether two impacts whose times overlap give the same in either order."""
+        bodies = self.bodies
+        mine = {body for body in (one.first, one.second) if body >= 0 and bodies.movable[body]}
+        theirs = {body for body in (other.first, other.second) if body >= 0 and bodies.movable[body]}
+        if mine & theirs:
+            both_walls = one.second < 0 and other.second < 0
+            return both_walls and bodies.orthogonal(one.second, other.second)
+        window = one.time.union(other.time)
+        return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
+
+    def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
+        """Whether two discs are so far apart that, whatever these impacts do to them, they can't meet in the window.
+
+        No impact with a partner of speed s leaves a disc of speed v with more than ``v + 2 (v + s)``; the partners'
+        speeds are among all discs' speeds.
+        """
+        bodies = self.bodies
+        at = float(window.mid())
+        (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
+        dx, dy = xj - xi, yj - yi
+        fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
+        # Both may move at 5 times the fastest speed for twice the window's length, and from `at` to the window.
+        length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
+        reach = bodies.pair_law(i, j).reach + 10 * fastest.sqrt() * length
+        return bool(dx * dx + dy * dy > reach * reach)
+
+    def _unresolved(self, meeting: Meeting) -> Degeneracy:
+        kind = Degenerate.RESTING_CONTACT if meeting.resting else Degenerate.GRAZE
+        return self._report(kind, (meeting,), meeting.time)
+
+    def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
+        if not other.decided:
+            return self._unresolved(other)
+        movable = [
+            {body for body in (m.first, m.second) if body >= 0 and self.bodies.movable[body]} for m in (one, other)
+        ]
+        shared = bool(movable[0] & movable[1])
+        kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
+        return self._report(kind, (one, other), one.time.union(other.time))
+
+    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], time: arb) -> Degeneracy:
+        bodies = self.bodies
+        involved = sorted({body for m in meetings for body in (m.first, m.second)})
+        if kind is Degenerate.RESTING_CONTACT:  # whoever met one of them last drives it into the other
+            last = [bodies.partner[body] for body in involved if body >= 0]
+            involved = sorted({*involved, *(body for body in last if body is not None)})
+        proven = all(m.proven for m in meetings) or (
+            len(meetings) == 2
+            and bodies.untouched(*involved)
+            and exactly_simultaneous(
+                bodies.scene,
+                (meetings[0].first, meetings[0].second),
+                (meetings[1].first, meetings[1].second),
+            )
+        )
+        bits = min(bodies.state_bits(body) for body in involved if body >= 0)
+        latest = math.inf if kind is Degenerate.GRAZE else float_above(time)
+        return Degeneracy(kind, tuple(involved), float_below(time), latest, proven, bits)
+
+
+def wall_index(body: int) -> int:
+    """Return the wall that a body number stands for."""
+    return -1 - body

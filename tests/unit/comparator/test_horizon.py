@@ -1,0 +1,109 @@
+"""The horizon, and that nothing is scored beyond it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom import CertifiedTrace, Trace, certify, compare, solve_pic
+from carom.bench.gas import gas_scene
+from carom.comparator import Grade, Verdict, horizon_of
+from carom.errors import InputError
+
+IMPACTS = 60
+SCENE = gas_scene(16, 0.1, duration_s=100.0)
+
+
+@pytest.fixture(scope="module")
+def certified() -> CertifiedTrace:
+    return certify(SCENE, max_impacts=IMPACTS)
+
+
+@pytest.fixture(scope="module")
+def pic() -> Trace:
+    return solve_pic(SCENE, max_impacts=IMPACTS)
+
+
+def spoilt(trace: Trace, k: int, **values: object) -> Trace:
+    impacts = trace.impacts.copy()
+    for name, value in values.items():
+        impacts[name][k] = value
+    return dataclasses.replace(trace, impacts=impacts)
+
+
+def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, pic: Trace) -> None:
+    """Of 60 impacts of a dilute gas all agree to 1e-6, and not all to a unit in the last place: errors grow."""
+    assert horizon_of(certified, pic, tolerance=1e-6).agreed == IMPACTS
+    assert horizon_of(certified, pic, tolerance=2e-15).agreed < IMPACTS
+
+
+@pytest.mark.parametrize("k", [0, 17, IMPACTS - 1])
+def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Trace, k: int) -> None:
+    """A time or a velocity off by more than the tolerance is where the horizon is, for NaN too."""
+    for values in (
+        {"time_s": pic.impacts["time_s"][k] + 1e-3},
+        {"velocity_first_after": (math.nan, 0.0)},
+    ):
+        found = horizon_of(certified, spoilt(pic, k, **values), tolerance=1e-6)
+        assert (found.agreed, found.order_differs) == (k, None)
+        assert found.end_s == (certified.trace.impacts["time_s"][k - 1] if k else 0.0)
+        assert not found.covers_the_scene
+
+
+def test_an_impact_of_other_bodies_is_where_the_order_differs(certified: CertifiedTrace, pic: Trace) -> None:
+    """The first impact of a pair that the certified run does not have there is named."""
+    other = 14 if pic.impacts["first"][25] != 14 else 13
+    found = horizon_of(certified, spoilt(pic, 25, first=other), tolerance=1e-6)
+    assert (found.agreed, found.order_differs) == (25, 25)
+    assert "differs from impact 26 on" in str(found)
+
+
+def test_a_scene_of_a_closed_form_is_covered_to_its_end() -> None:
+    """Where all impacts are certified and agree, the horizon is the end of the scene."""
+    scene = carom.Scene(
+        name="two",
+        discs=[
+            carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+            carom.Disc(position_m=(3.0, 0.3), radius_m=0.5),
+        ],
+        duration_s=5.0,
+    )
+    found = carom.horizon(scene)
+    assert found.covers_the_scene
+    assert (found.agreed, found.certified, found.end_s) == (1, 1, 5.0)
+
+
+def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
+    """Whatever is missed, invented or wrong after the horizon does not touch the score; before it, it does."""
+    horizon_s = float(pic.impacts["time_s"][29])
+    late = spoilt(pic, 40, velocity_first_after=(99.0, 99.0))
+    gone = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 45))
+    for observed in (pic, late, gone):
+        score = compare(pic, observed, horizon_s=horizon_s)
+        assert score.grade is Grade.EXACT
+        assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
+        assert Verdict.BEYOND_HORIZON in score.verdicts
+        assert math.isnan(score.final_position_error)
+    early = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 10))
+    assert compare(pic, early, horizon_s=horizon_s).missed == (10,)
+    assert compare(pic, gone).missed == (45,)
+
+
+def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:
+    """A horizon that covers the scene is no horizon."""
+    assert compare(pic, pic, horizon_s=SCENE.duration_s) == compare(pic, pic)
+    assert compare(pic, pic).horizon_s is None
+
+
+def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:
+    """NaN is no horizon, 0 no tolerance, and two scenes are not compared."""
+    with pytest.raises(InputError, match="horizon_s must be 0 or more, got nan"):
+        compare(pic, pic, horizon_s=math.nan)
+    with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
+        horizon_of(certified, pic, tolerance=0)
+    with pytest.raises(InputError, match="the trace of another"):
+        horizon_of(certified, solve_pic(SCENE.model_copy(update={"name": "other"}), max_impacts=0))

@@ -1,0 +1,109 @@
+"""Each budget ends a run with a clear outcome and what was certified so far."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+
+from carom import Outcome, certify
+from carom.bench.gas import gas_scene
+from carom.errors import InputError, MissingExtraError
+from carom.solvers.certified import Ending
+
+SCENE = gas_scene(9, 0.3, duration_s=1000.0)
+
+
+def test_a_limit_on_impacts() -> None:
+    """So many impacts are certified, and the final state is that at the last of them."""
+    certified = certify(SCENE, max_impacts=40)
+    assert certified.ending is Ending.MAX_IMPACTS
+    assert certified.trace.outcome is Outcome.MAX_IMPACTS
+    assert len(certified) == 40
+    assert certified.trace.end_time_s == certified.trace.impacts["time_s"][-1]
+
+
+def test_a_precision_cap_keeps_what_it_allows() -> None:
+    """At 96 bits some dozens of impacts are known to 15 digits; they are those of a run with more bits."""
+    capped = certify(SCENE, max_precision_bits=96)
+    assert capped.ending is Ending.PRECISION_CAP
+    assert capped.trace.outcome is Outcome.STOPPED
+    assert 0 < len(capped) < 200
+    more = certify(SCENE, max_impacts=len(capped))
+    assert capped.trace.impacts[["first", "second"]].tolist() == more.trace.impacts[["first", "second"]].tolist()
+    apart = np.abs(capped.trace.impacts["time_s"] - more.trace.impacts["time_s"])
+    assert np.all(apart <= capped.radii["time_s"] + more.radii["time_s"])
+
+
+def test_a_time_budget_keeps_what_was_reached() -> None:
+    """A budget that is used up at once still ends at a certified impact."""
+    certified = certify(SCENE, time_budget_s=1e-9)
+    assert certified.ending is Ending.TIME_BUDGET
+    assert 0 < len(certified) < 100
+
+
+def test_an_interrupt_keeps_the_prefix() -> None:
+    """Ctrl-C in the middle returns what was certified before it, with a final state that belongs to it."""
+
+    def interrupt(impacts: int, _time_s: float, _bits: int) -> None:
+        if impacts >= 64:
+            raise KeyboardInterrupt
+
+    certified = certify(SCENE, progress=interrupt)
+    assert certified.ending is Ending.INTERRUPTED
+    whole = certify(SCENE, max_impacts=len(certified))
+    assert len(certified) == 64
+    assert certified.trace.impacts.tobytes() == whole.trace.impacts.tobytes()
+    assert certified.trace.final_position_m.tobytes() == whole.trace.final_position_m.tobytes()
+
+
+def test_an_interrupt_in_a_replay_keeps_what_was_certified_before_it() -> None:
+    """The replay at a higher precision is not worth less than the attempt before it."""
+    reached = [0]
+
+    def interrupt(impacts: int, _time_s: float, bits: int) -> None:
+        if bits > 300:
+            raise KeyboardInterrupt
+        reached[0] = impacts
+
+    certified = certify(SCENE, progress=interrupt)
+    assert certified.ending is Ending.INTERRUPTED
+    assert len(certified) >= reached[0] > 64
+
+
+def test_the_precision_of_python_flint_is_left_as_it_was() -> None:
+    """The global precision is restored, whatever happens."""
+    from flint import ctx
+
+    before = ctx.prec
+    certify(SCENE, max_impacts=3)
+    assert ctx.prec == before
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ({"digits": 0}, "digits must be 1 to 10000, got 0"),
+        ({"max_impacts": -1}, "max_impacts must be 0 or more, got -1"),
+        ({"time_budget_s": float("nan")}, "time_budget_s must be above 0, got nan"),
+        ({"tie_bits": 3}, "tie_bits must be 64 or more, got 3"),
+    ],
+)
+def test_bad_options_are_refused(option: dict[str, int], words: str) -> None:
+    """The message names the option and its value."""
+    with pytest.raises(InputError, match=words):
+        certify(SCENE, **option)  # type: ignore[arg-type]
+
+
+def test_gravity_is_refused() -> None:
+    """A scene with gravity is an error that says what to do."""
+    with pytest.raises(InputError, match="a certified run does not support gravity yet"):
+        certify(SCENE.model_copy(update={"gravity_m_s2": (0.0, -9.81)}))
+
+
+def test_without_python_flint_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message holds the command that installs it."""
+    monkeypatch.setitem(sys.modules, "flint", None)
+    with pytest.raises(MissingExtraError, match=r"certify needs python-flint: pip install 'carom\[certify\]'"):
+        certify(SCENE)

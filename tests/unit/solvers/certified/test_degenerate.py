@@ -1,0 +1,206 @@
+"""Ties, grazes and contact, built exactly from Pythagorean triples: named as what they are, never guessed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from carom import Disc, Outcome, Scene, Wall, certify
+from carom.solvers.certified import Degeneracy, Degenerate, Ending
+
+AXIS_BOX = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))]
+
+
+def disc(x: float, y: float, vx: float = 0.0, vy: float = 0.0, r: float = 2.5, m: float = 1.0) -> Disc:
+    return Disc(position_m=(x, y), velocity_m_s=(vx, vy), radius_m=r, mass_kg=m)
+
+
+def scene(*discs: Disc, **more: Any) -> Scene:
+    return Scene(name="exact", discs=discs, **{"duration_s": 100.0} | more)
+
+
+def stopped_at(found: Scene, **more: Any) -> Degeneracy:
+    certified = certify(found, **more)
+    assert certified.ending is Ending.DEGENERATE
+    assert certified.trace.outcome is (
+        Outcome.STANDSTILL
+        if certified.degeneracy and certified.degeneracy.kind is Degenerate.COLLAPSE
+        else Outcome.STOPPED
+    )
+    assert certified.degeneracy is not None
+    return certified.degeneracy
+
+
+def test_a_disc_that_meets_two_at_one_instant_is_a_shared_instant() -> None:
+    """3-4-5: a disc coming down the axis reaches contact, 5 apart, with both others at t = 6 exactly."""
+    found = stopped_at(scene(disc(-3, 0), disc(3, 0), disc(0, 10, 0, -1)))
+    assert found.kind is Degenerate.SHARED_INSTANT
+    assert found.bodies == (0, 1, 2)
+    assert found.proven
+    assert found.earliest_s <= 6.0 <= found.latest_s
+    assert found.latest_s - found.earliest_s < 1e-14
+
+
+@pytest.mark.parametrize(("nudge", "first"), [(math.nextafter(-3.0, -4.0), 1), (math.nextafter(-3.0, 0.0), 0)])
+def test_the_same_tie_split_by_an_ulp_is_decided_both_ways(nudge: float, first: int) -> None:
+    """Moving one of the two in by one unit in the last place makes it the first, and out the other."""
+    certified = certify(scene(disc(nudge, 0), disc(3, 0), disc(0, 10, 0, -1)))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["first"][:2].tolist() == [first, 1 - first]
+
+
+def test_a_tie_of_disjoint_pairs_commutes() -> None:
+    """Two pairs that meet at t = 2 exactly, far apart, are both certified, and their order is said not to matter."""
+    pairs = [disc(0, y, 1) for y in (0, 100)] + [disc(7, y) for y in (0, 100)]
+    certified = certify(scene(*pairs))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [2.0, 2.0]
+    assert certified.commuted == ((0, 1),)
+
+
+def test_a_tie_with_an_immovable_disc_in_common_commutes() -> None:
+    """An immovable disc is not changed by an impact, so two discs may strike it at once."""
+    certified = certify(scene(disc(0, 0, m=math.inf), disc(-10, 0, 1), disc(10, 0, -1)))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [5.0, 5.0]
+
+
+def test_orthogonal_walls_commute_in_their_corner() -> None:
+    """A disc that reaches both walls of a corner at one instant is turned back by both."""
+    certified = certify(scene(disc(6, 6, -1, -1, r=2.0), walls=AXIS_BOX))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [4.0, 4.0]
+    assert certified.trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
+
+
+def test_walls_at_any_other_angle_do_not_commute() -> None:
+    """Two walls of 3-4-5 met at one instant: the order of the impacts would decide."""
+    walls = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
+    found = stopped_at(scene(disc(0, 20, 0, -1, r=4.0), walls=walls))
+    assert found.kind is Degenerate.SHARED_INSTANT
+    assert found.bodies == (-2, -1, 0)
+    assert found.proven
+
+
+@pytest.mark.parametrize(("x", "y", "vx", "vy"), [(-20, 5, 1, 0), (-20.0, 0.0, 4.0, 3.0), (12.0, -16.0, 0.0, 1.0)])
+def test_an_exact_graze_on_first_paths_is_no_impact(x: float, y: float, vx: float, vy: float) -> None:
+    """Passing at exactly the contact distance of 5 (or 12) changes nothing, whatever the direction; D = 0 exactly."""
+    distance = abs(x * vy - y * vx) / math.hypot(vx, vy)
+    certified = certify(scene(disc(x, y, vx, vy, r=distance / 2), disc(0, 0, r=distance / 2)))
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == 0
+
+
+@pytest.mark.parametrize(("y", "impacts"), [(math.nextafter(5.0, 0.0), 1), (math.nextafter(5.0, 9.0), 0)])
+def test_a_graze_moved_by_an_ulp_is_decided_both_ways(y: float, impacts: int) -> None:
+    """One unit in the last place nearer it is an impact, one further it is a miss."""
+    certified = certify(scene(disc(-20, y, 1), disc(0, 0)))
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == impacts
+
+
+def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -> None:
+    """Struck by a disc of half its mass, a disc leaves at 2/3 m/s, no dyadic number, and grazes a third one exactly."""
+    certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, 5)), tie_bits=1024)
+    assert certified.trace.impacts["time_s"].tolist() == [5.0]
+    assert certified.ending is Ending.DEGENERATE
+    found = certified.degeneracy
+    assert found is not None
+    assert (found.kind, found.bodies, found.proven) == (Degenerate.GRAZE, (1, 2), False)
+    assert found.bits >= 1024
+    # 20 m at 2/3 m/s after 5 s; it may not touch at all, so there is no latest.
+    assert found.earliest_s == pytest.approx(35.0, abs=1e-14)
+    assert found.latest_s == math.inf
+
+
+@pytest.mark.parametrize(("y", "impacts"), [(math.nextafter(5.0, 0.0), 2), (math.nextafter(5.0, 9.0), 1)])
+def test_the_same_graze_moved_by_an_ulp_is_decided_both_ways(y: float, impacts: int) -> None:
+    """One unit in the last place nearer the third disc is struck, one further it is not."""
+    certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, y)))
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == impacts
+
+
+def test_a_touching_start_in_motion_is_named() -> None:
+    """Two discs at exactly the contact distance that approach: the state has no past, so it is reported."""
+    found = stopped_at(scene(disc(0, 0, 1), disc(3, 4)))
+    assert (found.kind, found.bodies, found.earliest_s) == (Degenerate.TOUCHING_START, (0, 1), 0.0)
+    wall = stopped_at(scene(disc(2.5, 5, -1), walls=AXIS_BOX))
+    assert (wall.kind, wall.bodies) == (Degenerate.TOUCHING_START, (-1, 0))
+
+
+def test_a_touching_start_that_parts_is_certified() -> None:
+    """Two discs that touch and part, or rest, are as certain as any."""
+    assert certify(scene(disc(0, 0, -1), disc(3, 4))).ending is Ending.COMPLETED
+    assert certify(scene(disc(0, 0), disc(3, 4))).ending is Ending.COMPLETED
+
+
+def test_a_start_that_overlaps_by_rounding_is_named() -> None:
+    """Touching in decimal numbers, overlapping in binary ones: said to be so."""
+    left, right = disc(0.1, 0, 1, r=0.1), disc(0.3, 0, r=0.1)
+    overlap = scene(left, right)
+    assert stopped_at(overlap).kind in (Degenerate.OVERLAPPING_START, Degenerate.TOUCHING_START)
+    below = scene(disc(0, 0, 1), disc(math.nextafter(5.0, 0.0), 0))
+    assert stopped_at(below).kind is Degenerate.OVERLAPPING_START
+
+
+def test_a_disc_driven_into_its_neighbour_is_resting_contact() -> None:
+    """The first of two touching discs is struck: that pair's impact has no unique answer, and the first is kept."""
+    certified = certify(scene(disc(-10, 0, 1), disc(0, 0), disc(5, 0)))
+    assert certified.trace.impacts["time_s"].tolist() == [5.0]
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+    assert certified.degeneracy.bodies == (0, 1, 2)
+    assert certified.degeneracy.proven
+
+
+def test_inelastic_collapse_is_named_and_does_not_hang() -> None:
+    """Three equal discs below e = 7 - 4 sqrt(3) collide without end (McNamara and Young, 1992)."""
+    found = stopped_at(scene(disc(-12, 0, 1), disc(0, 0), disc(13, 0, -1), restitution=0.0625), time_budget_s=120.0)
+    assert found.kind is Degenerate.COLLAPSE
+    assert found.bodies == (0, 1, 2)
+    assert found.latest_s - found.earliest_s <= 2 * math.ulp(found.latest_s)
+
+
+def test_the_same_three_part_above_the_critical_restitution() -> None:
+    """Above 7 - 4 sqrt(3) they part after a few impacts, and the run is certified to its end."""
+    certified = certify(scene(disc(-12, 0, 1), disc(0, 0), disc(13, 0, -1), restitution=0.125))
+    assert certified.ending is Ending.COMPLETED
+
+
+def test_an_impact_at_the_very_end_is_told_to_belong_to_it() -> None:
+    """An impact at exactly the scene's duration belongs to the scene, as in PIC; one after it does not."""
+    discs = (disc(0, 0, 1), disc(7, 0))
+    assert len(certify(scene(*discs, duration_s=2.0))) == 1
+    assert len(certify(scene(*discs, duration_s=math.nextafter(2.0, 1.0)))) == 0
+
+
+def test_an_end_beside_an_irrational_instant_is_decided() -> None:
+    """A duration of the float64 just below or above an irrational time of impact is told apart from it."""
+    discs = (disc(0, 0, 1, 0), disc(7, 1))
+    instant = 7 - math.sqrt(24)
+    for duration, impacts in ((instant - 4e-16 * 8, 0), (instant + 4e-16 * 8, 1)):
+        certified = certify(scene(*discs, duration_s=duration))
+        assert certified.ending is Ending.COMPLETED
+        assert len(certified) == impacts
+
+
+def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
+    """Both walls of a turned corner of restitution 0 take all speed: the balls around it hold both signs."""
+    walls = [Wall(point_m=(0.0, 0.0), normal=(3.0, 4.0)), Wall(point_m=(0.0, 0.0), normal=(-4.0, 3.0))]
+    certified = certify(scene(disc(0.2, 3, 0.3, -1, r=0.5), walls=walls, wall_restitution=0.0))
+    assert len(certified) == 2
+    assert certified.ending is Ending.DEGENERATE
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+
+
+@pytest.mark.parametrize("scale", [2.0**-500, 1.0, 2.0**500])
+def test_no_size_is_too_small_or_too_large(scale: float) -> None:
+    """Lengths and speeds may be near the ends of float64's range: what overflows there is left to the balls."""
+    discs = (disc(0, 0, 3 * scale, 0, r=scale), disc(10 * scale, scale, r=scale))
+    certified = certify(scene(*discs))
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["time_s"].tolist() == [pytest.approx((10 - math.sqrt(3)) / 3, rel=1e-15)]

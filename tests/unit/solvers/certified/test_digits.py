@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from fractions import Fraction
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from carom.solvers.certified import proven_decimal
+
+
+@given(st.floats(-1e20, 1e20), st.floats(1e-300, 1e3), st.floats(-1, 1))
+def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius: float, where: float) -> None:
+    """Wherever in the ball the truth is, what is shown differs from it by no more than a unit in the last digit."""
+    text = proven_decimal(value, radius)
+    assume("within" not in text)
+    digits, _, exponent = text.partition("e")
+    decimals = len(digits.partition(".")[2])
+    unit = Fraction(10) ** (int(exponent or 0) - decimals)
+    if "." not in text and not exponent:  # zeros before the point stand for digits that are not proven
+        unit = Fraction(10) ** (len(text) - len(text.rstrip("0")))
+    truth = Fraction(value) + Fraction(radius) * Fraction(where)
+    assert abs(Fraction(text) - truth) <= unit
+
+
+@pytest.mark.parametrize(
+    ("value", "radius", "text"),
+    [
+        (0.125, 0.0, "0.125"),
+        (0.123456, 1e-4, "0.123"),
+        (0.123456, 4e-5, "0.1235"),
+        (-1234.5, 0.4, "-1234"),
+        (1e-9, 1e-12, "1.00e-09"),
+        (1e-9, 1e-8, "0 (within 1.1e-08)"),
+    ],
+)
+def test_known_decimals(value: float, radius: float, text: str) -> None:
+    """A radius of up to half a unit proves a digit; below 1e-4 an exponent is used; nothing proven is a bound."""
+    assert proven_decimal(value, radius) == text

@@ -1,0 +1,174 @@
+"""Brute force at hundreds of digits: event-driven discs in mpmath, sharing no code and no formula with Carom.
+
+Every pair is predicted anew after every impact, all discs are moved at every impact, and the time of impact is the root
+``(-b - sqrt(b^2 - a c)) / a`` of the textbook. Run as a program it is a campaign against `carom.certify`:
+``python tests/validation/mpmath_runs.py 1000``.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from typing import Any, NamedTuple
+
+from mpmath import mp, mpf  # type: ignore[import-untyped]
+
+from carom import CertifiedTrace, Disc, Scene, SceneError, Wall, certify
+from carom.solvers.certified import Ending
+
+DIGITS = 400
+
+
+class Happened(NamedTuple):
+    """One impact: time, bodies, and the velocities after it, all of `DIGITS` digits."""
+
+    time: Any
+    first: int
+    second: int
+    after: tuple[Any, ...]
+
+
+def brute_force(scene: Scene, most: int) -> list[Happened]:
+    """Return the first impacts of a scene."""
+    p = [[mpf(c) for c in disc.position_m] for disc in scene.discs]
+    v = [[mpf(c) for c in disc.velocity_m_s] for disc in scene.discs]
+    r = [mpf(disc.radius_m) for disc in scene.discs]
+    m = [None if disc.immovable else mpf(disc.mass_kg) for disc in scene.discs]
+    now, happened = mpf(0), list[Happened]()
+    just_met = (-1, -1)
+    while len(happened) < most:
+        found = []
+        for i in range(len(p)):
+            waits = [(_pair_wait(p, v, r, m, i, j), i, j) for j in range(i + 1, len(p))]
+            waits += [(_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k) for k, wall in enumerate(scene.walls)]
+            found += [wait for wait in waits if wait[0] is not None and wait[1:] != just_met]
+        if not found:
+            break
+        wait, i, j = min(found)
+        if now + wait > mpf(scene.duration_s):
+            break
+        now += wait
+        for place, speed in zip(p, v, strict=True):
+            place[0] += speed[0] * wait
+            place[1] += speed[1] * wait
+        if j < 0:
+            _bounce(v[i], scene.walls[-1 - j], mpf(scene.wall_restitution))
+            after = (v[i][0], v[i][1], mpf(0), mpf(0))
+        else:
+            _collide(p, v, m, i, j, mpf(scene.restitution))
+            after = (v[i][0], v[i][1], v[j][0], v[j][1])
+        just_met = (i, j)
+        happened.append(Happened(now, i, j, after))
+    return happened
+
+
+def _pair_wait(p: Any, v: Any, r: Any, m: Any, i: int, j: int) -> Any:
+    if m[i] is None and m[j] is None:
+        return None
+    dx, dy, ux, uy = p[j][0] - p[i][0], p[j][1] - p[i][1], v[j][0] - v[i][0], v[j][1] - v[i][1]
+    a, b, c = ux**2 + uy**2, dx * ux + dy * uy, dx**2 + dy**2 - (r[i] + r[j]) ** 2
+    if b >= 0 or b**2 - a * c <= 0:
+        return None
+    return (-b - mp.sqrt(b**2 - a * c)) / a
+
+
+def _wall_wait(p: Any, v: Any, r: Any, m: Any, wall: Wall) -> Any:
+    nx, ny = (mpf(c) for c in wall.normal)
+    length = mp.sqrt(nx**2 + ny**2)
+    nx, ny = nx / length, ny / length
+    speed = v[0] * nx + v[1] * ny
+    if m is None or speed >= 0:
+        return None
+    return ((p[0] - wall.point_m[0]) * nx + (p[1] - wall.point_m[1]) * ny - r) / -speed
+
+
+def _bounce(v: Any, wall: Wall, e: Any) -> None:
+    angle = mp.atan2(mpf(wall.normal[1]), mpf(wall.normal[0]))
+    c, s = mp.cos(angle), mp.sin(angle)
+    along, across = -s * v[0] + c * v[1], -e * (c * v[0] + s * v[1])
+    v[0], v[1] = c * across - s * along, s * across + c * along
+
+
+def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
+    """Turn into the frame of the normal, solve momentum and restitution for both normal speeds, and turn back."""
+    dx, dy = p[j][0] - p[i][0], p[j][1] - p[i][1]
+    distance = mp.sqrt(dx**2 + dy**2)
+    c, s = dx / distance, dy / distance
+    ni, ti = c * v[i][0] + s * v[i][1], -s * v[i][0] + c * v[i][1]
+    nj, tj = c * v[j][0] + s * v[j][1], -s * v[j][0] + c * v[j][1]
+    apart = e * (ni - nj)
+    if m[i] is None:
+        nj = ni + apart
+    elif m[j] is None:
+        ni = nj - apart
+    else:
+        centre = (m[i] * ni + m[j] * nj) / (m[i] + m[j])
+        ni, nj = centre - m[j] * apart / (m[i] + m[j]), centre + m[i] * apart / (m[i] + m[j])
+    v[i][0], v[i][1] = c * ni - s * ti, s * ni + c * ti
+    v[j][0], v[j][1] = c * nj - s * tj, s * nj + c * tj
+
+
+def mixed_scene(seed: int) -> Scene:
+    """Make a scene of 2 to 6 discs of all masses, in a turned box, by a wall or free, with e from 0.2 to 1."""
+    rng = random.Random(seed)  # noqa: S311 -- test data, no secret
+    while True:
+        discs = []
+        for _ in range(rng.randint(2, 6)):
+            mass = rng.choice([1.0, 1.0, 10 ** rng.uniform(-3, 3), math.inf])
+            velocity = (0.0, 0.0) if math.isinf(mass) else (rng.uniform(-3, 3), rng.uniform(-3, 3))
+            place = (rng.uniform(-2, 2), rng.uniform(-2, 2))
+            discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=rng.uniform(0.1, 0.6), mass_kg=mass))
+        turn = rng.choice([0.0, 0.0, rng.uniform(0, 2 * math.pi)])
+        normals = [(math.cos(turn + k * math.pi / 2), math.sin(turn + k * math.pi / 2)) for k in range(4)]
+        if turn == 0.0:
+            normals = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]
+        walls = [Wall(point_m=(-3.1 * x, -3.1 * y), normal=(x, y)) for x, y in normals[: rng.choice([0, 1, 2, 4, 4])]]
+        try:
+            return Scene(
+                name=f"mixed {seed}",
+                discs=discs,
+                walls=walls,
+                restitution=rng.choice([1.0, 1.0, rng.uniform(0.2, 1)]),
+                wall_restitution=rng.choice([1.0, 1.0, rng.uniform(0.2, 1)]),
+                duration_s=20.0,
+            )
+        except SceneError:
+            continue  # an overlapping start: draw again
+
+
+def contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:
+    """Return in what a certified run and a run of `DIGITS` digits differ by more than what was said to be proven."""
+    found = []
+    if certified.ending in (Ending.COMPLETED, Ending.MAX_IMPACTS) and len(certified) != len(happened):
+        found.append(f"{len(certified)} impacts for {len(happened)}")
+    for k, (impact, radius, event) in enumerate(zip(certified.trace.impacts, certified.radii, happened, strict=False)):
+        if (impact["first"], impact["second"]) != (event.first, event.second):
+            found.append(f"impact {k}: bodies {impact['first']}, {impact['second']} for {event.first}, {event.second}")
+            break
+        values = [impact["time_s"], *impact["velocity_first_after"], *impact["velocity_second_after"]]
+        radii = [radius["time_s"], *radius["velocity_first_after"], *radius["velocity_second_after"]]
+        for value, within, truth in zip(values, radii, (event.time, *event.after), strict=True):
+            if not abs(mpf(float(value)) - truth) <= mpf(float(within)) + mpf(10) ** -100:
+                found.append(f"impact {k}: {value} within {within} for {mp.nstr(truth, 25)}")
+    return found
+
+
+def main(scenes: int, impacts: int = 60) -> None:
+    """Hold certified runs of so many mixed scenes against brute force, and say what differs."""
+    total, wrong = 0, 0
+    endings: dict[str, int] = {}
+    with mp.workdps(DIGITS):
+        for seed in range(scenes):
+            scene = mixed_scene(seed)
+            certified = certify(scene, max_impacts=impacts)
+            endings[certified.ending.name] = endings.get(certified.ending.name, 0) + 1
+            found = contradictions(certified, brute_force(scene, impacts))
+            total, wrong = total + len(certified), wrong + bool(found)
+            for line in (*found, *([str(certified.degeneracy)] if certified.degeneracy else ())):
+                sys.stdout.write(f"{scene.name}: {line}\n")
+    sys.stdout.write(f"{scenes} scenes, {total} certified impacts, {wrong} scenes contradicted; {endings}\n")
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)

@@ -1,0 +1,157 @@
+"""Certified runs against closed forms: each answer must lie within what was said to be proven."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf  # type: ignore[import-untyped]
+
+import carom
+from carom import CertifiedTrace, Disc, Scene, Wall
+from carom.scenes import KnownAnswer, catalogue, deviation
+from carom.solvers.certified import Ending
+
+#: The closed forms of the catalogue are evaluated in float64, along the longest chain of impacts to this.
+CLOSED_FORM_ROUNDING = 1e-13
+UNIQUE = [entry for entry in catalogue().values() if not entry.known.convention]
+
+
+def within(value: float, radius: float, truth: Any) -> bool:
+    """Whether the truth, of 60 digits, is within what was proven."""
+    return bool(abs(mpf(value) - truth) <= mpf(radius) + abs(truth) * mpf(10) ** -55)
+
+
+def holds(certified: CertifiedTrace, times: list[Any]) -> bool:
+    """Whether every time of impact is within its radius."""
+    found = zip(certified.trace.impacts["time_s"], certified.radii["time_s"], times, strict=True)
+    return all(within(float(value), float(radius), truth) for value, radius, truth in found)
+
+
+@pytest.mark.parametrize("entry", UNIQUE, ids=lambda entry: entry.name)
+def test_each_scene_of_the_catalogue_is_certified_to_its_end_and_agrees_with_its_known_answer(entry: Any) -> None:
+    """A scene with a unique answer is certified, and the known answer is its own to the closed form's rounding."""
+    certified = carom.certify(entry.scene)
+    known: KnownAnswer = entry.known
+    assert certified.ending is Ending.COMPLETED
+    assert deviation(certified.trace, known, entry.scene) <= CLOSED_FORM_ROUNDING
+
+
+def line(position: list[float], velocity: list[float], mass: list[float], **more: Any) -> Scene:
+    discs = [
+        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.125, mass_kg=m)
+        for x, v, m in zip(position, velocity, mass, strict=True)
+    ]
+    return Scene(name="line", discs=discs, **{"duration_s": 100.0} | more)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 100.0, 12345.0, 1e8])
+def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: float) -> None:
+    """Masses 1 and M against a wall meet at (X - x cot(n theta) / sqrt(M)) / V, theta = atan(1 / sqrt(M)).
+
+    Unfolding: a straight line crosses the rays n theta (G. Galperin, Regular and Chaotic Dynamics 8(4), 2003). For
+    M = 100^4 there are 31415 impacts, and the distance to the wall at the nearest is 1e-4 of that at the first.
+    """
+    gap, further = Fraction(1, 2), Fraction(1)
+    scene = line(
+        [float(gap) + 0.125, float(further) + 0.375],
+        [0.0, -1.0],
+        [1.0, ratio],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+    )
+    certified = carom.certify(scene)
+    with mp.workdps(60):
+        theta = mp.atan(1 / mp.sqrt(mpf(ratio)))
+        count = int(mp.ceil(mp.pi / theta)) - 1
+        if ratio == 1e8:
+            assert count == 31415
+        assert certified.ending is Ending.COMPLETED
+        times = [1 - mpf(0.5) * mp.cot(n * theta) / mp.sqrt(mpf(ratio)) for n in range(1, count + 1)]
+        assert holds(certified, times)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
+    """Every inversion of the velocities is an impact, where two straight lines cross (Jepsen, 1965)."""
+    rng = random.Random(seed)  # noqa: S311 -- test data, no secret
+    ghost = sorted(rng.sample(range(1, 1000), 7))
+    speed = rng.sample(range(-500, 500), 7)
+    scene = line([g / 8 + 0.25 * k for k, g in enumerate(ghost)], [v / 16 for v in speed], [1.0] * 7, duration_s=1e6)
+    certified = carom.certify(scene)
+    crossings = sorted(
+        Fraction(ghost[b] - ghost[a], 8) / Fraction(speed[a] - speed[b], 16)
+        for a, b in combinations(range(7), 2)
+        if speed[a] > speed[b]
+    )
+    with mp.workdps(60):
+        assert holds(certified, [mpf(t.numerator) / t.denominator for t in crossings])
+    assert certified.trace.final_velocity_m_s[:, 0].tolist() == sorted(v / 16 for v in speed)
+
+
+def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
+    """Bounces come where the unfolded line crosses the lattice of mirror images, hundreds of them."""
+    walls = [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0)),
+        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+        Wall(point_m=(0.0, 1.5), normal=(0.0, -1.0)),
+    ]
+    disc = Disc(position_m=(0.5, 0.625), velocity_m_s=(math.pi, math.e), radius_m=0.25)
+    scene = Scene(name="box", discs=[disc], walls=walls, duration_s=200.0)
+    certified = carom.certify(scene)
+    x, y, vx, vy = (Fraction(v) for v in (0.25, 0.375, math.pi, math.e))
+    times = [(2 * n - x) / vx for n in range(1, 700)] + [(n - y) / vy for n in range(1, 700)]
+    times = sorted(t for t in times if t <= 200)
+    with mp.workdps(60):
+        assert holds(certified, [mpf(t.numerator) / t.denominator for t in times])
+    assert len(times) > 800
+
+
+@pytest.mark.parametrize("e", [0.5, 0.75, 0.875])
+def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
+    """Each wall leaves e of the speed: the n-th bounce is at (g + L (1/e + ... + 1/e^(n-1))) / v."""
+    walls = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))]
+    disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(3.0, 0.0), radius_m=0.25)
+    scene = Scene(name="ladder", discs=[disc], walls=walls, wall_restitution=e, duration_s=1e4)
+    certified = carom.certify(scene)
+    times, at, speed = [], Fraction(3, 4) / 3, Fraction(3)
+    while at <= 10_000:
+        times.append(at)
+        speed *= Fraction(e)
+        at += Fraction(3, 2) / speed
+    with mp.workdps(60):
+        assert holds(certified, [mpf(t.numerator) / t.denominator for t in times])
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, -0.9, 0.999999])
+def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
+    """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""
+    discs = [
+        Disc(position_m=(-2.0, offset), velocity_m_s=(3.0, 0.0), radius_m=0.25),
+        Disc(position_m=(0.0, 0.0), radius_m=0.75, mass_kg=math.inf),
+    ]
+    certified = carom.certify(Scene(name="deflection", discs=discs, duration_s=1.0), digits=40)
+    with mp.workdps(60):
+        turned = mp.pi - 2 * mp.asin(abs(mpf(offset)))
+        _, vx, vy, _, _ = (mpf(text) for text in certified.decimals[0])
+        assert abs(vx - 3 * mp.cos(turned)) <= mpf(10) ** -38
+        assert abs(abs(vy) - 3 * abs(mp.sin(turned))) <= mpf(10) ** -38
+
+
+@pytest.mark.parametrize("free_path", [0.5, 2.0])
+def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float) -> None:
+    """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces."""
+    half = free_path / 2 + 1.0
+    discs = [Disc(position_m=(x, 0.0), radius_m=0.75, mass_kg=math.inf) for x in (-half, half)]
+    discs.append(Disc(position_m=(0.0, 2.0**-120), velocity_m_s=(1.0, 0.0), radius_m=0.25))
+    certified = carom.certify(Scene(name="orbit", discs=discs, duration_s=40 * free_path))
+    offsets = np.abs(certified.trace.impacts["normal"][:, 1])
+    assert len(offsets) == 40
+    rate = 1 + free_path + math.sqrt((1 + free_path) ** 2 - 1)
+    # The part of the offset that shrinks is left to rate^-58 of the other; the rest is float64's own rounding.
+    assert offsets[30:] / offsets[29:-1] == pytest.approx(rate, rel=1e-14)
