@@ -106,19 +106,19 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What a profile promises of every scene that its engine supports; the conformance suite holds it to that.
+    """What a profile owns up to, beyond what PIT pays for looking once a step; the conformance suite holds it to that.
 
-    The default is the promise of a frame-sampled method without an error of its own.
+    The default is the promise of a method without an error of its own.
 
     Attributes:
-        late_steps: Most steps by which the path turns later than it should.
-        velocity: Greatest error of a velocity after an impact, over the scene's greatest speed, beyond that of PIT at
-            the same step.
+        late_steps: Most steps by which one impact turns the path later than PIT might at the same step.
+        velocity: Greatest error of a velocity after an impact beyond PIT's at the same step, over the scene's greatest
+            speed.
         energy: Greatest part of the kinetic energy that elastic impacts gain or lose; what is below a millionth never
             counts.
     """
 
-    late_steps: float = 1.0
+    late_steps: float = 0.0
     velocity: float = 0.0
     energy: float = 0.0
 
