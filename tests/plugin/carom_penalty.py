@@ -41,14 +41,15 @@ class PenaltyWorld:
         pass
 
 
+def contacts_of(steps, accuracy):
+    return Profile(f"Contacts of {steps} steps.", lambda dt: {"dt_s": dt, "contact_steps": steps}, accuracy)
+
+
 class PenaltyAdapter:
     name = "penalty"
     engine = Engine("Penalty springs", distribution="carom-penalty")
     capabilities = Capabilities(walls=False)
-    profiles = {
-        "default": Profile("Contacts of four steps.", lambda dt: {"dt_s": dt, "contact_steps": 4}, Accuracy(2, 0.2, 0.2)),
-        "tuned": Profile("Contacts of two steps.", lambda dt: {"dt_s": dt, "contact_steps": 2}, Accuracy(1, 0.05, 0.05)),
-    }
+    profiles = {"default": contacts_of(4, Accuracy(2, 0.05, 0.01)), "tuned": contacts_of(2, Accuracy(1, 0.02, 0.02))}
 
     def prepare(self, scene, settings):
         if unknown := (scene.needs - {Need.IMMOVABLE}) | (settings.keys() - {"dt_s", "contact_steps"}):

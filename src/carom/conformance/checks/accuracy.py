@@ -65,7 +65,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 
 
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
-    """Velocities after impacts are no worse than PIT's at this step and what is promised on top."""
+    """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
     sampled = max((error.velocity for error in pit.errors), default=0.0)
     promise = subject.adapter.profiles[profile].accuracy.velocity
@@ -73,6 +73,19 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
         if not error.velocity <= allowed:
             _raise_velocity(setup, trace, name, score, error, allowed, f"PIT {sampled:.3g}, promised {promise:.3g}")
+    if score.missed or score.undecided or pit.missed or pit.undecided:
+        return  # who missed an impact is on another path
+    allowed = pit.final_velocity_error + promise + subject.rounding
+    if not score.final_velocity_error <= allowed:
+        speed = score.scales.speed_m_s
+        known = catalogue()[name].known.final_velocity_m_s or ()
+        raise Violation(
+            "discs end with wrong velocities",
+            expected=f"{' and '.join(map(numbers, known))} m/s to {allowed * speed:.3g} m/s",
+            found=f"{' and '.join(map(numbers, trace.final_velocity_m_s.tolist()))} m/s, "
+            f"off by up to {score.final_velocity_error * speed:.3g} m/s",
+            setup=setup,
+        )
 
 
 def _raise_velocity(

@@ -158,7 +158,7 @@ def refuses(subject: Subject, what: str) -> None:
     """A scene that needs what is not declared is refused by `prepare` with an AdapterError, never silently wrong."""
     scene = REFUSALS[what](subject)
     if scene is None:
-        raise NotApplicable(f"{what}: declared, or without a limit to go beyond")
+        raise NotApplicable(f"{_declared(subject, what)} is declared: there is nothing to refuse")
     setup = own_setup(scene, "tuned")
     expected = f"prepare() to raise an AdapterError, since the adapter declares {_declared(subject, what)}"
     answer = subject.try_to_watch(setup)
