@@ -163,7 +163,7 @@ class ConformanceRun:
             )
             write(f"{info.name}: {info.engine} {info.version} ({info.distribution}): {counts}")
 
-    def pytest_unconfigure(self) -> None:
+    def pytest_sessionfinish(self) -> None:
         """End the engines' processes."""
         for plan in self._plan.engines:
             if plan.subject is not None:
