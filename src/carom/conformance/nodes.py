@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Generator
+from collections.abc import Generator, Iterator, Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +16,6 @@ from carom.conformance.violation import NotApplicable, Violation, step_text
 from carom.scene import save_scene
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from _pytest._code.code import TerminalRepr
 
 __all__ = ["CaseItem", "ConformanceRun", "EngineCollector"]
@@ -26,11 +24,23 @@ PREFIX = "carom"
 
 
 class EngineCollector(pytest.Collector):
-    """The parent of an adapter's cases, for their names; they join the items directly, so it collects nothing."""
+    """All cases of one adapter, found nowhere but in its plan."""
 
-    def collect(self) -> list[pytest.Item]:
-        """Return nothing."""
-        return []
+    engine: EnginePlan
+    known: Mapping[str, str]
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """Yield an item a case; one that is skipped says why an engine is unavailable."""
+        info = self.engine.info
+        missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
+        for case in self.engine.cases or (missing,):
+            item = CaseItem.from_parent(self, name=case.name)
+            item.case, item.engine = case, self.engine
+            item.add_marker("carom_conformance")
+            reason = self.known.get(f"{info.name}::{case.name}")
+            if reason is not None:
+                item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
+            yield item
 
 
 class CaseItem(pytest.Item):
@@ -104,23 +114,11 @@ class ConformanceRun:
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
         """Add the suite to what was collected, before -k, -m and --deselect choose among it."""
-        items.extend(self._items(session))
-
-    def _items(self, session: pytest.Session) -> Iterable[pytest.Item]:
-        for plan in self._plan.engines:
-            name = plan.info.name
-            parent = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
-            chosen = plan.cases or (
-                Case("available", lambda _: None, "The engine is installed.", plan.info.unavailable),
-            )
-            for case in chosen:
-                item = CaseItem.from_parent(parent, name=case.name)
-                item.case, item.engine = case, plan
-                item.add_marker("carom_conformance")
-                reason = self._plan.known.get(f"{name}::{case.name}")
-                if reason is not None:
-                    item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
-                yield item
+        for engine in self._plan.engines:
+            name = engine.info.name
+            collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
+            collector.engine, collector.known = engine, self._plan.known
+            items.extend(session.genitems(collector))  # as a test file is collected, with every report of it
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self, item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
@@ -147,6 +145,8 @@ class ConformanceRun:
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         """Say of each engine how many cases passed, failed, were skipped, or are known to fail."""
+        if terminalreporter.config.option.collectonly:
+            return
         write = terminalreporter.write_line
         terminalreporter.section("carom conformance")
         for plan in self._plan.engines:

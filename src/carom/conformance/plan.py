@@ -47,13 +47,14 @@ class Plan:
     known_file: Path | None
 
 
-def make_plan(wanted: Sequence[str], known_file: Path | None, root: Path, time_limit_s: float) -> Plan:
+def make_plan(wanted: Sequence[str], known_file: Path | None, folders: Sequence[Path], time_limit_s: float) -> Plan:
     """Plan the suite; no engine is imported.
 
     Args:
         wanted: What ``--carom-engine`` was given.
-        known_file: The file of known failures; None for the one in `root`, if it is there.
-        root: pytest's root directory.
+        known_file: The file of known failures; None for the first in `folders` that is there.
+        folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
+            happens to be the name of a folder, which pytest then takes for its root.
         time_limit_s: Seconds after which an engine that gives no answer is ended.
 
     Raises:
@@ -68,8 +69,8 @@ def make_plan(wanted: Sequence[str], known_file: Path | None, root: Path, time_l
         else:
             subject = Subject(info.name, time_limit_s)
             planned.append(EnginePlan(info, subject, tuple(cases(subject))))
-    if known_file is None and (root / FILE_NAME).is_file():
-        known_file = root / FILE_NAME
+    if known_file is None:
+        known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
     known = {} if known_file is None else load_known_failures(known_file)
     if known_file is not None:
         everything = {f"{plan.info.name}::{case.name}": case.skip for plan in planned for case in plan.cases}

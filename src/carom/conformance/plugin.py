@@ -34,7 +34,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--carom-known-failures",
         type=Path,
         metavar="FILE",
-        help="known failures, each with its reason; by default carom-known-failures.toml in the rootdir, if there",
+        help="known failures, each with its reason; by default carom-known-failures.toml in the rootdir, if there; "
+        "write it with =, as pytest looks for its rootdir near any other argument",
     )
     group.addoption(
         "--carom-time-limit",
@@ -58,7 +59,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.stash[plan_key] = make_plan(
             wanted,
             config.getoption("carom_known_failures"),
-            config.rootpath,
+            (config.rootpath, config.invocation_params.dir),
             config.getoption("carom_time_limit"),
         )
     except CaromError as error:
