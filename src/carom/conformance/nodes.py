@@ -12,7 +12,8 @@ import pytest
 
 from carom.conformance.cases import Case
 from carom.conformance.plan import EnginePlan, Plan
-from carom.conformance.violation import NotApplicable, Violation, step_text
+from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
+from carom.errors import CaromError
 from carom.scene import save_scene
 
 if TYPE_CHECKING:
@@ -62,16 +63,13 @@ class CaseItem(pytest.Item):
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None) -> str | TerminalRepr:  # noqa: ARG002 - pytest's signature
         """Say value, expected, scene and how to see it again; no traceback, for the fault is not in the suite."""
         error = excinfo.value
-        if not isinstance(error, Violation):
+        if not isinstance(error, CaromError):
             return super().repr_failure(excinfo)
-        lines = [
-            error.what,
-            f"  must hold  {self.case.meaning}",
-            f"  expected   {error.expected}",
-            f"  got        {error.found}",
-        ]
-        if error.setup is not None:
-            lines += [f"  scene      {error.setup}", f"  reproduce  {self._command(error)}"]
+        lines = [error.what if isinstance(error, Violation) else str(error), f"  must hold  {self.case.meaning}"]
+        if isinstance(error, Violation):
+            lines += [f"  expected   {error.expected}", f"  got        {error.found}"]
+            if error.setup is not None:
+                lines += [f"  scene      {error.setup}", f"  reproduce  {self._command(error.setup)}"]
         again = ["pytest", "--carom-engine", self.engine.info.name, "-k", self.case.name]
         lines.append(f"  again      {shlex.join(again)}")
         return "\n".join(lines)
@@ -80,29 +78,17 @@ class CaseItem(pytest.Item):
         """Return what stands over a failure."""
         return self.path, 0, f"{self.engine.info.name}::{self.case.name}"
 
-    def _command(self, error: Violation) -> str:
-        setup = error.setup
-        assert setup is not None  # noqa: S101 - asked by the caller
+    def _command(self, setup: Setup) -> str:
         scene = setup.scene.name
         if not setup.catalogued:
-            cache = self.config.cache
+            cache = getattr(self.config, "cache", None)  # there is none with -p no:cacheprovider
             if cache is None:
                 return f"the scene {scene!r} of carom.conformance.scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
-        command = [
-            "carom",
-            "run",
-            scene,
-            "-e",
-            self.engine.info.name,
-            "-p",
-            setup.profile,
-            "--dt",
-            step_text(setup.dt_s),
-        ]
-        return shlex.join(command)
+        on = ["-e", self.engine.info.name, "-p", setup.profile, "--dt", step_text(setup.dt_s)]
+        return shlex.join(["carom", "run", scene, *on])
 
 
 class ConformanceRun:
