@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from carom.adapter import (
+    AdapterError,
     Capabilities,
     Contact,
     ContactTimes,
@@ -78,7 +79,14 @@ class PicAdapter:
     }
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Predict the first impacts."""
+        """Predict the first impacts.
+
+        Raises:
+            AdapterError: There is no such setting.
+        """
+        for setting in settings:
+            if setting not in {"dt_s", "form"}:
+                raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
         run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
         return PicWorld(run, settings)
 

@@ -5,7 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.adapter import Capabilities, Contact, ContactTimes, Engine, Observation, Profile, Scene, Setting
+from carom.adapter import (
+    AdapterError,
+    Capabilities,
+    Contact,
+    ContactTimes,
+    Engine,
+    Observation,
+    Profile,
+    Scene,
+    Setting,
+)
 from carom.solvers.pit import FrameSampledRun
 
 if TYPE_CHECKING:
@@ -54,7 +64,14 @@ class PitAdapter:
     }
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Copy the scene's start."""
+        """Copy the scene's start.
+
+        Raises:
+            AdapterError: There is no such setting.
+        """
+        for setting in settings:
+            if setting != "dt_s":
+                raise AdapterError(f"pit: no setting {setting!r}; there is: dt_s")
         return PitWorld(scene, settings)
 
 

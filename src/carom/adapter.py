@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
+    "Accuracy",
     "Adapter",
     "AdapterError",
     "Capabilities",
@@ -104,16 +105,37 @@ class Capabilities:
 
 
 @dataclass(frozen=True)
+class Accuracy:
+    """What a profile owns up to, beyond what PIT pays for looking once a step; the conformance suite holds it to that.
+
+    The default is the promise of a method without an error of its own.
+
+    Attributes:
+        late_steps: Most steps by which one impact turns the path later than PIT might at the same step.
+        velocity: Greatest error of a velocity after an impact beyond PIT's at the same step, over the scene's greatest
+            speed.
+        energy: Greatest part of the kinetic energy that elastic impacts gain or lose; what is below a millionth never
+            counts.
+    """
+
+    late_steps: float = 0.0
+    velocity: float = 0.0
+    energy: float = 0.0
+
+
+@dataclass(frozen=True)
 class Profile:
     """A named, attributed set of engine settings, a function of the step.
 
     Attributes:
         description: One sentence: what this profile stands for, and where its settings come from.
         settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
+        accuracy: What results with these settings are promised to be no worse than.
     """
 
     description: str
     settings: Callable[[float], Mapping[str, Setting]]
+    accuracy: Accuracy = Accuracy()
 
 
 @dataclass(frozen=True, slots=True)

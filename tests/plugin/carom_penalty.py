@@ -1,56 +1,59 @@
-"""A third-party adapter: a penalty engine (overlapping discs push each other apart like springs), and its adapter."""
+"""A third-party adapter: a penalty engine (discs that overlap push each other apart like springs), and its adapter."""
 
+import itertools
 import math
 
 import numpy as np
 
-from carom.adapter import Capabilities, Contact, ContactTimes, Engine, Observation, Profile
+from carom.adapter import Accuracy, AdapterError, Capabilities, Contact, Engine, Need, Observation, Profile
 
 
 class PenaltyWorld:
     def __init__(self, scene, settings):
-        self.settings = dict(settings)
+        self.settings, self.discs = settings, scene.discs
         self.position = np.array([disc.position_m for disc in scene.discs])
         self.velocity = np.array([disc.velocity_m_s for disc in scene.discs])
-        self.radius = [disc.radius_m for disc in scene.discs]
-        self.inverse_mass = np.array([[1 / disc.mass_kg] for disc in scene.discs])
-        self.steps, self.contacts = 0, ()
+        self.steps, self.contacts = 0, []
 
     def advance(self, steps):
-        dt, stiffness = self.settings["dt_s"], self.settings["stiffness_n_m"]
+        dt, contact_steps = self.settings["dt_s"], self.settings["contact_steps"]
+        # With this frequency, semi-implicit Euler turns a spring by half a period in a whole number of steps.
+        frequency = 2 * math.sin(math.pi / (2 * contact_steps)) / dt
         for _ in range(steps):
-            found, force = [], np.zeros_like(self.position)
-            for i in range(len(self.radius)):
-                for j in range(i + 1, len(self.radius)):
-                    line = self.position[j] - self.position[i]
-                    distance = math.hypot(*line)
-                    overlap = self.radius[i] + self.radius[j] - distance
-                    if overlap > 0:
-                        force[i] -= stiffness * overlap * line / distance
-                        force[j] += stiffness * overlap * line / distance
-                        normal = (line[0] / distance, line[1] / distance)
-                        found.append(Contact(i, j, self.steps * dt, normal, stiffness * overlap * dt))
-            self.velocity = self.velocity + force * self.inverse_mass * dt
-            self.position = self.position + self.velocity * dt
-            self.steps, self.contacts = self.steps + 1, tuple(found)
+            self.contacts = []
+            for (i, first), (j, second) in itertools.combinations(enumerate(self.discs), 2):
+                line = self.position[j] - self.position[i]
+                overlap = first.radius_m + second.radius_m - math.hypot(*line)
+                if overlap > 0 and not (first.immovable and second.immovable):
+                    impulse = frequency**2 * overlap * dt / (1 / first.mass_kg + 1 / second.mass_kg)
+                    self.contacts.append(Contact(i, j, self.steps * dt, tuple(line / math.hypot(*line)), impulse))
+            for contact in self.contacts:
+                push = contact.impulse_n_s * np.array(contact.normal)
+                self.velocity[contact.first] -= push / self.discs[contact.first].mass_kg
+                self.velocity[contact.second] += push / self.discs[contact.second].mass_kg
+            self.position += self.velocity * dt
+            self.steps += 1
 
     def observe(self):
-        return Observation(self.position, self.velocity, self.contacts)
+        return Observation(self.position.copy(), self.velocity.copy(), tuple(self.contacts))
 
     def close(self):
         pass
 
 
+def contacts_of(steps, accuracy):
+    return Profile(f"Contacts of {steps} steps.", lambda dt: {"dt_s": dt, "contact_steps": steps}, accuracy)
+
+
 class PenaltyAdapter:
     name = "penalty"
     engine = Engine("Penalty springs", distribution="carom-penalty")
-    capabilities = Capabilities(walls=False, contact_times=ContactTimes.STEP)
-    profiles = {
-        "default": Profile("A soft spring.", lambda dt: {"dt_s": dt, "stiffness_n_m": 1e4}),
-        "tuned": Profile("As stiff as the step lets it be.", lambda dt: {"dt_s": dt, "stiffness_n_m": 0.1 / dt**2}),
-    }
+    capabilities = Capabilities(walls=False)
+    profiles = {"default": contacts_of(4, Accuracy(2, 0.05, 0.01)), "tuned": contacts_of(2, Accuracy(1, 0.02, 0.02))}
 
     def prepare(self, scene, settings):
+        if unknown := (scene.needs - {Need.IMMOVABLE}) | (settings.keys() - {"dt_s", "contact_steps"}):
+            raise AdapterError(f"penalty springs know no {', '.join(unknown)}")
         return PenaltyWorld(scene, settings)
 
 

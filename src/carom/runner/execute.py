@@ -27,6 +27,7 @@ TIMING_RUNS = 3
 
 
 Kind = TypeVar("Kind")
+Answer = Trace | Timing | Failure
 
 
 class Executor:
@@ -86,10 +87,10 @@ class Executor:
             return Row(cell, Status.TIMED_OUT, str(error))
         return Row(cell, Status.FAILED, answer.message) if isinstance(answer, Failure) else answer
 
-    def _worker(self, engine: str) -> Worker:
+    def _worker(self, engine: str) -> Worker[Answer]:
         if not hasattr(self._of_thread, "workers"):
             self._of_thread.workers = {}
-        workers: dict[str, Worker] = self._of_thread.workers
+        workers: dict[str, Worker[Answer]] = self._of_thread.workers
         if engine not in workers:
             workers[engine] = self._stack.enter_context(Worker())
         return workers[engine]

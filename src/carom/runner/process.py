@@ -11,15 +11,11 @@ import sys
 import tempfile
 import threading
 from types import TracebackType
-from typing import Self
-
-from carom.runner.drive import Timing
-from carom.runner.messages import Failure, Request
-from carom.trace import Trace
+from typing import Generic, Self, TypeVar
 
 __all__ = ["Crashed", "TimedOut", "Worker"]
 
-Answer = Trace | Timing | Failure
+Answer = TypeVar("Answer")
 
 
 class Crashed(Exception):  # noqa: N818 - the name of what happened, as the report has it
@@ -30,17 +26,22 @@ class TimedOut(Exception):  # noqa: N818 - the name of what happened, as the rep
     """The worker process gave no answer in time and was killed."""
 
 
-class Worker:
-    """One worker process, started at the first request and again after a crash or a time-out."""
+class Worker(Generic[Answer]):
+    """One worker process, started at the first request and again after a crash or a time-out.
 
-    def __init__(self) -> None:
+    Args:
+        module: The module that the process runs, which answers every request with an `Answer`.
+    """
+
+    def __init__(self, module: str = "carom.runner.worker") -> None:
+        self._module = module
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
         self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
         self._folder = tempfile.TemporaryDirectory(prefix="carom-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the worker
 
-    def ask(self, request: Request, time_limit_s: float) -> Answer:
+    def ask(self, request: object, time_limit_s: float) -> Answer:
         """Send a request and return its answer.
 
         Raises:
@@ -64,6 +65,15 @@ class Worker:
             raise Crashed(self._obituary())
         return answer
 
+    def printed(self) -> str:
+        """Return what the process has printed since it was started; the place where it prints next is left alone."""
+        descriptor = self._printed.fileno()
+        return os.pread(descriptor, os.fstat(descriptor).st_size, 0).decode(errors="replace")
+
+    def files(self) -> list[str]:
+        """Return the names of the files that lie in the process's working folder, which was empty when it began."""
+        return sorted(os.listdir(self._folder.name))
+
     def close(self) -> None:
         """End the process and remove what it left. A request that still waits for its answer is told of a crash."""
         self._closed = True
@@ -85,8 +95,8 @@ class Worker:
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
         self._printed.seek(0)
         self._printed.truncate()
-        process = subprocess.Popen(
-            [sys.executable, "-m", "carom.runner.worker"],
+        process = subprocess.Popen(  # noqa: S603 - a module of this package, by this interpreter
+            [sys.executable, "-m", self._module],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._printed,

@@ -12,7 +12,8 @@ import signal
 import sys
 import threading
 import time
-from typing import BinaryIO
+from collections.abc import Callable
+from typing import Any, BinaryIO
 
 from carom.errors import CaromError
 from carom.registry import load_adapter
@@ -20,13 +21,14 @@ from carom.runner.drive import Timing, observe_run, time_run
 from carom.runner.messages import Failure, Request
 from carom.trace import Trace
 
-__all__ = ["main"]
+__all__ = ["answer", "main", "serve"]
 
 #: How long a process may outlive its parent, seconds; looking costs microseconds.
 PARENT_CHECK_S = 0.5
 
 
-def _answer(request: Request) -> Trace | Timing | Failure:
+def answer(request: Request) -> Trace | Timing | Failure:
+    """Carry out one request; whatever the engine raises is the answer, too."""
     try:
         adapter = load_adapter(request.engine)
         if request.timing_runs:
@@ -45,8 +47,8 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def main() -> None:
-    """Serve requests until standard input ends."""
+def serve(answer_to: Callable[[Any], object]) -> None:
+    """Answer requests until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends this process
     requests: BinaryIO = os.fdopen(os.dup(0), "rb")
     answers: BinaryIO = os.fdopen(os.dup(1), "wb")
@@ -56,12 +58,17 @@ def main() -> None:
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     while True:
         try:
-            request: Request = pickle.load(requests)  # noqa: S301 - written by our own parent process
+            request = pickle.load(requests)  # noqa: S301 - written by our own parent process
         except EOFError:
             return
-        pickle.dump(_answer(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
+        pickle.dump(answer_to(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
         answers.flush()
         sys.stdout.flush()
+
+
+def main() -> None:
+    """Serve the requests of a cross-check."""
+    serve(answer)
 
 
 if __name__ == "__main__":

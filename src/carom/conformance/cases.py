@@ -1,0 +1,102 @@
+"""Every case of the suite for one adapter: a name that never changes, and the check it stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+
+from carom.conformance.checks import accuracy, capability, conduct, contacts, declaration, invariants, settings
+from carom.conformance.scenes import CATALOGUE_SCENES
+from carom.conformance.subject import Subject, catalogue_setup
+
+__all__ = ["Case", "cases"]
+
+Check = Callable[[Subject], None]
+
+
+@dataclass(frozen=True)
+class Case:
+    """One case.
+
+    Attributes:
+        name: ``check[parameters]``; with the engine before it, ``engine::check[parameters]``, the name that stands in a
+            file of known failures.
+        run: Returns where the adapter conforms.
+        meaning: What must hold, in one sentence: the first line of the check's docstring.
+        skip: The declared capability that excludes the case; empty where none does.
+    """
+
+    name: str
+    run: Check
+    meaning: str
+    skip: str = ""
+
+
+#: Ends and middle of the declared range, for discs and for walls.
+RESTITUTION_SHARES = ("least", "middle", "greatest")
+_SHARE = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
+
+_OF_ADAPTER = {
+    "declares-capabilities": declaration.declares_capabilities,
+    "declares-profiles": declaration.declares_profiles,
+    "imports-no-engine": declaration.imports_no_engine,
+    "refuses-unknown-setting": settings.refuses_unknown_setting,
+    "immovable-discs-alone": capability.posts_stand_still,
+    "gravity": capability.falls_as_declared,
+    "greatest-speed": capability.fast_as_declared,
+    "greatest-coordinate": capability.far_as_declared,
+    "continuous-detection": capability.detects_continuously,
+    "silent-and-tidy": conduct.is_silent_and_tidy,
+    "closes-after-errors": conduct.closes_after_errors,
+    "lets-go-of-worlds": conduct.lets_go_of_worlds,
+}
+
+_OF_PROFILE = {
+    "settings": settings.settings_are_read_back,
+    "start": settings.starts_as_written,
+    "momentum": invariants.momentum_is_kept,
+    "energy": invariants.energy_is_kept,
+    "contacts": contacts.contacts_are_well_formed,
+    "contact-times": contacts.contacts_are_stamped,
+    "impulses": contacts.contacts_account_for_velocities,
+    "determinism": conduct.repeats_to_the_bit,
+    "observing": conduct.looking_changes_nothing,
+    "steps-together": conduct.steps_singly_or_together,
+    "observations-stay": conduct.keeps_what_it_showed,
+}
+
+_OF_SCENE = {
+    "hits": accuracy.finds_impacts,
+    "times": accuracy.times_are_right,
+    "velocities": accuracy.velocities_are_right,
+}
+
+
+def _meaning(check: Callable[..., None]) -> str:
+    return (check.__doc__ or "").strip().splitlines()[0]
+
+
+def cases(subject: Subject) -> Iterator[Case]:
+    """Return every case for an adapter, in the order in which they are run: what others rest on comes first."""
+    for name, check in _OF_ADAPTER.items():
+        yield Case(name, check, _meaning(check))
+    for what in capability.REFUSALS:
+        run = partial(capability.refuses, what=what)
+        yield Case(f"refuses[{what.replace(' ', '-')}]", run, _meaning(capability.refuses))
+    for order in ("first", "second"):
+        run = partial(capability.immovable_stays, order=order)
+        yield Case(f"immovable-disc[{order}]", run, _meaning(capability.immovable_stays))
+    for share in RESTITUTION_SHARES:
+        for wall_share in RESTITUTION_SHARES:
+            run = partial(capability.restitution_as_declared, share=_SHARE[share], wall_share=_SHARE[wall_share])
+            yield Case(f"restitution[{share}-{wall_share}]", run, _meaning(capability.restitution_as_declared))
+    for profile in subject.adapter.profiles:
+        for name, of_profile in _OF_PROFILE.items():
+            yield Case(f"{name}[{profile}]", partial(of_profile, profile=profile), _meaning(of_profile))
+        for scene in CATALOGUE_SCENES:
+            setup = catalogue_setup(scene, profile)
+            skip = subject.unsupported(setup.scene, setup.dt_s)
+            for name, of_scene in _OF_SCENE.items():
+                run = partial(of_scene, profile=profile, name=scene)
+                yield Case(f"{name}[{profile}-{scene}]", run, _meaning(of_scene), skip)

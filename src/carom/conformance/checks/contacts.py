@@ -1,0 +1,112 @@
+"""Contacts: well formed, stamped within their step, and together all that changes a velocity."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from carom.adapter import Contact, ContactTimes, Observation
+from carom.conformance.checks.common import numbers, own_setup
+from carom.conformance.scenes import mixed_contacts
+from carom.conformance.subject import Subject, greatest_speed, masses
+from carom.conformance.violation import NotApplicable, Setup, Violation
+
+__all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_are_well_formed"]
+
+
+def _setup(subject: Subject, profile: str) -> Setup:
+    can = subject.adapter.capabilities
+    low, high = can.restitution
+    # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 lies in most ranges.
+    return own_setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
+
+
+def _steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
+    seen = subject.seen(setup).seen
+    if not any(contact.impulse_n_s != 0 for now in seen for contact in now.contacts):
+        raise Violation("no contact is reported", expected="an impact of disc 0 and disc 1", found="none", setup=setup)
+    for step, (before, after) in enumerate(pairwise(seen), start=1):
+        yield step, before, after
+
+
+def contacts_are_well_formed(subject: Subject, profile: str) -> None:
+    """A contact is of a disc and a disc of a higher number or a wall, its normal a unit vector from first to second.
+
+    An impulse is 0 or more, and one of 0 did nothing.
+    """
+    setup = _setup(subject, profile)
+    discs, walls = len(setup.scene.discs), len(setup.scene.walls)
+    for step, before, after in _steps(subject, setup):
+        for contact in after.contacts:
+            first, second = contact.first, contact.second
+            sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
+            what = f"a contact in step {step} is of bodies that it can't be of"
+            _require(sound, what, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
+            length = math.hypot(*contact.normal)
+            what = f"the normal of a contact in step {step} is no unit vector"
+            _require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
+            towards = _line(setup, before, contact)
+            what = f"the normal of a contact in step {step} does not point from its first body to its second"
+            expected = f"along {numbers(towards)}"
+            _require(float(np.dot(towards, contact.normal)) > 0, what, expected, numbers(contact.normal), setup)
+            sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
+            what = f"the impulse of a contact in step {step} pulls"
+            _require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
+
+
+def contacts_are_stamped(subject: Subject, profile: str) -> None:
+    """The time of a contact lies within the step that reports it: an engine can't know it sooner or later."""
+    if subject.adapter.capabilities.contact_times is ContactTimes.NONE:
+        raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
+    setup = _setup(subject, profile)
+    rounding_s = subject.rounding * setup.scene.duration_s
+    for step, _, after in _steps(subject, setup):
+        for contact in after.contacts:
+            begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
+            what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
+            sound = begin - rounding_s <= contact.time_s <= end + rounding_s
+            _require(sound, what, f"{begin:.9g} to {end:.9g} s", f"{contact.time_s:.9g} s", setup)
+
+
+def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
+    """No velocity changes without a contact; where impulses are told, they are the whole change of momentum."""
+    setup = _setup(subject, profile)
+    mass = masses(setup.scene)
+    allowed = subject.rounding * greatest_speed(setup.scene)
+    for step, before, after in _steps(subject, setup):
+        change = after.velocity_m_s - before.velocity_m_s
+        acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
+        touched = {body for contact in acting for body in (contact.first, contact.second)}
+        for body, size in enumerate(np.hypot(*change.T).tolist()):
+            what = f"the velocity of disc {body} changes by {size:.3g} m/s in step {step}, but no contact is reported"
+            _require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
+        if any(contact.impulse_n_s is None for contact in acting):
+            continue
+        told = np.zeros_like(change)
+        for contact in acting:
+            push = (contact.impulse_n_s or 0.0) * np.array(contact.normal)
+            for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
+                if body >= 0:
+                    told[body] += sign * push / mass[body]
+        for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
+            what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
+            expected = f"{numbers(wanted)} m/s to {allowed:.2g}"
+            found_text = f"impulses worth {numbers(found)} m/s"
+            _require(math.dist(wanted, found) <= allowed, what, expected, found_text, setup)
+
+
+def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
+    """Direction from the first body of a contact to the second, as they lay before the step."""
+    if contact.second < 0:
+        x, y = setup.scene.walls[-1 - contact.second].normal
+        return (-x, -y)
+    x, y = (before.position_m[contact.second] - before.position_m[contact.first]).tolist()
+    return (x / math.hypot(x, y), y / math.hypot(x, y))
+
+
+def _require(holds: bool, what: str, expected: object, found: object, setup: Setup) -> None:
+    if not holds:
+        raise Violation(what, expected=expected, found=found, setup=setup)

@@ -1,0 +1,77 @@
+"""What an adapter declares: complete, sensible, and to be had without its engine."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine
+from carom.conformance.scenes import DT_S
+from carom.conformance.subject import Subject
+from carom.conformance.violation import Violation
+
+__all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]
+
+COMBINE_RULES = ("product", "maximum", "pair", "none")
+PROFILES = ("default", "tuned")
+
+
+def declares_capabilities(subject: Subject) -> None:
+    """The adapter has every attribute of the seam, under its entry point's name, with values that mean something."""
+    adapter = subject.adapter
+    what = "the adapter does not describe itself as the seam asks"
+    _require(isinstance(adapter, Adapter), what, "the attributes of carom.adapter.Adapter", type(adapter))
+    _require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
+    engine, can = adapter.engine, adapter.capabilities
+    _require(isinstance(engine, Engine) and bool(engine.name), what, "an Engine with a name", engine)
+    _require(isinstance(can, Capabilities), what, "Capabilities", can)
+    low, high = can.restitution
+    _require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
+    _require(can.restitution_combine in COMBINE_RULES, what, f"one of {COMBINE_RULES}", can.restitution_combine)
+    _require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
+    _require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
+    _require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
+    _require(can.float_bits in {16, 32, 64}, what, "float_bits of 16, 32 or 64", can.float_bits)
+
+
+def declares_profiles(subject: Subject) -> None:
+    """There are `default` and `tuned`; every profile has a sentence, plain settings with the step, and a promise."""
+    profiles = subject.adapter.profiles
+    for name in PROFILES:
+        _require(name in profiles, "a profile is missing", name, ", ".join(profiles))
+    for name, profile in profiles.items():
+        text = profile.description.strip()
+        _require(bool(text), f"profile {name!r} does not say what it is", "one sentence", repr(text))
+        settings = subject.settings(name, DT_S)  # raises where a setting is no plain value
+        dt_s = settings.get("dt_s")
+        _require(dt_s == DT_S, f"profile {name!r} does not tell its step", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
+        promise = profile.accuracy
+        _require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
+        for part in (promise.late_steps, promise.velocity, promise.energy):
+            sound = part >= 0 and math.isfinite(part)
+            _require(sound, f"profile {name!r} promises what can't be held", "finite numbers, 0 or more", promise)
+
+
+def imports_no_engine(subject: Subject) -> None:
+    """Finding, loading and reading the adapter, in a fresh process, leaves its engine unimported."""
+    module = subject.adapter.engine.module
+    if not module:
+        return
+    program = (
+        "import sys\n"
+        f"sys.path[:] = {sys.path!r}\n"
+        "from carom.registry import load_adapter\n"
+        f"adapter = load_adapter({subject.name!r})\n"
+        "adapter.name, adapter.engine, adapter.capabilities\n"
+        f"[profile.settings({DT_S}) for profile in adapter.profiles.values()]\n"
+        f"sys.exit({module!r} in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)  # noqa: S603
+    what = "listing adapters would import the engine"
+    _require(done.returncode == 0, what, f"{module} not imported", done.stderr.strip() or f"{module} imported")
+
+
+def _require(holds: bool, what: str, expected: object, found: object) -> None:
+    if not holds:
+        raise Violation(what, expected=expected, found=found)

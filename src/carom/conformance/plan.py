@@ -1,0 +1,79 @@
+"""What is to be run: the adapters, their cases, and which of these are known to fail."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from carom.conformance.cases import Case, cases
+from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
+from carom.conformance.selection import selected_engines
+from carom.conformance.subject import Subject
+from carom.errors import InputError
+from carom.registry import EngineInfo, engines
+
+__all__ = ["EnginePlan", "Plan", "make_plan"]
+
+
+@dataclass(frozen=True)
+class EnginePlan:
+    """The cases of one adapter.
+
+    Attributes:
+        info: What is known of its engine.
+        subject: The adapter; None where its engine is unavailable, which `info` gives the reason of.
+        cases: Its cases, none where it is unavailable.
+    """
+
+    info: EngineInfo
+    subject: Subject | None
+    cases: tuple[Case, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All that is to be run.
+
+    Attributes:
+        engines: The adapters.
+        known: Reason of each known failure, by the full name of its case.
+        known_file: Where these stand; None where there is no such file.
+    """
+
+    engines: tuple[EnginePlan, ...]
+    known: Mapping[str, str]
+    known_file: Path | None
+
+
+def make_plan(wanted: Sequence[str], known_file: Path | None, folders: Sequence[Path], time_limit_s: float) -> Plan:
+    """Plan the suite; no engine is imported.
+
+    Args:
+        wanted: What ``--carom-engine`` was given.
+        known_file: The file of known failures; None for the first in `folders` that is there.
+        folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
+            happens to be the name of a folder, which pytest then takes for its root.
+        time_limit_s: Seconds after which an engine that gives no answer is ended.
+
+    Raises:
+        CaromError: A name means no adapter, an adapter can't be loaded, or the file of known failures is wrong.
+    """
+    if not 0 < time_limit_s < math.inf:
+        raise InputError(f"--carom-time-limit must be a number of seconds above 0, got {time_limit_s}")
+    planned = []
+    for info in selected_engines(wanted):
+        if info.unavailable:
+            planned.append(EnginePlan(info, None, ()))
+        else:
+            subject = Subject(info.name, time_limit_s)
+            planned.append(EnginePlan(info, subject, tuple(cases(subject))))
+    if known_file is None:
+        known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
+    known = {} if known_file is None else load_known_failures(known_file)
+    if known_file is not None:
+        everything = {f"{plan.info.name}::{case.name}": case.skip for plan in planned for case in plan.cases}
+        skipped = {name: skip for name, skip in everything.items() if skip}
+        check_names(known, everything, skipped, {info.name for info in engines()}, known_file)
+    return Plan(tuple(planned), known, known_file)

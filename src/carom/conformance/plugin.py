@@ -1,0 +1,69 @@
+"""The pytest plug-in. Without ``--carom-engine`` it adds its options and does nothing; all else is imported on demand.
+
+With it, the suite's cases join whatever else pytest collects, be it nothing: the repository needs no test file.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from carom.conformance.plan import Plan
+
+__all__ = ["plan_key"]
+
+plan_key: pytest.StashKey[Plan] = pytest.StashKey()
+
+MARKER = "carom_conformance: a case of Carom's conformance suite; `-m carom_conformance` runs nothing else"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options."""
+    group = parser.getgroup("carom", "Carom's conformance suite")
+    group.addoption(
+        "--carom-engine",
+        action="append",
+        metavar="NAME",
+        help="run the conformance suite on this adapter: its name, or the distribution or package that brings it "
+        "(then all of its adapters), or 'all'; repeatable",
+    )
+    group.addoption(
+        "--carom-known-failures",
+        type=Path,
+        metavar="FILE",
+        help="known failures, each with its reason; by default carom-known-failures.toml in the rootdir, if there; "
+        "write it with =, as pytest looks for its rootdir near any other argument",
+    )
+    group.addoption(
+        "--carom-time-limit",
+        type=float,
+        default=60.0,
+        metavar="SECONDS",
+        help="an engine that gives no answer for so long is ended, and its case fails (default: 60)",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Plan the suite where it is asked for, so that a slip on the command line ends the run before it begins."""
+    wanted = config.getoption("carom_engine")
+    if not wanted:
+        return
+    config.addinivalue_line("markers", MARKER)
+    from carom.conformance.plan import make_plan
+    from carom.errors import CaromError
+
+    try:
+        config.stash[plan_key] = make_plan(
+            wanted,
+            config.getoption("carom_known_failures"),
+            (config.rootpath, config.invocation_params.dir),
+            config.getoption("carom_time_limit"),
+        )
+    except CaromError as error:
+        raise pytest.UsageError(f"--carom-engine: {error}") from error
+    from carom.conformance.nodes import ConformanceRun
+
+    config.pluginmanager.register(ConformanceRun(config.stash[plan_key]), "carom-conformance")

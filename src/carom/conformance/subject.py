@@ -1,0 +1,210 @@
+"""The adapter under test: what it declares, and a worker process in which its engine is called."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from carom.adapter import Adapter, Observation
+from carom.comparator import Score, compare
+from carom.conformance.known_answer import trace_of
+from carom.conformance.probe import Grown, Make, Raised, Watch, Watched
+from carom.conformance.violation import Setup, Violation
+from carom.errors import AdapterError
+from carom.registry import load_adapter
+from carom.runner.drive import Timing, observe_run, profile_settings
+from carom.runner.messages import Failure, Request
+from carom.runner.plan import unsupported_reason
+from carom.runner.process import Crashed, TimedOut, Worker
+from carom.scene import Scene
+from carom.scenes import catalogue
+from carom.trace import Setting, Trace
+
+__all__ = ["Subject", "catalogue_setup", "greatest_speed", "masses", "momentum"]
+
+WORKER = "carom.conformance.worker"
+
+#: Relative rounding that a run of some hundred steps may add up: 1e-12 of 64-bit numbers, as the comparator has it, and
+#: as many units in the last place of narrower ones.
+ROUNDING_64 = 1e-12
+
+Answer = Trace | Timing | Failure | Watched | Grown | Raised
+
+
+class Subject:
+    """One adapter, by its name; used as a context manager, it ends its worker process.
+
+    Attributes:
+        name: Name of the adapter.
+        adapter: The adapter, loaded; its engine is not imported in this process.
+    """
+
+    def __init__(self, name: str, time_limit_s: float) -> None:
+        self.name = name
+        self.adapter: Adapter = load_adapter(name)
+        self._time_limit_s = time_limit_s
+        self._worker: Worker[Answer] | None = None
+        self._scores: dict[tuple[str, str], tuple[Setup, Trace, Score, Score]] = {}
+        self._seen: dict[tuple[str, str, float], Watched] = {}
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker process."""
+        worker, self._worker = self._worker, None
+        if worker is not None:
+            worker.close()
+
+    def another(self) -> Subject:
+        """Return the same adapter with a worker process of its own, in which nothing has been run yet."""
+        return Subject(self.name, self._time_limit_s)
+
+    @property
+    def rounding(self) -> float:
+        """Relative rounding that a run may add up at the declared width of numbers."""
+        wide, narrow = np.finfo(np.float64).eps, np.finfo(np.float32).eps
+        return ROUNDING_64 * (float(narrow / wide) if self.adapter.capabilities.float_bits < 64 else 1.0)
+
+    def unsupported(self, scene: Scene, dt_s: float) -> str:
+        """Return the declared capability that excludes a scene; empty where none does."""
+        return unsupported_reason(scene, self.adapter.capabilities, dt_s)
+
+    def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
+        """Return the settings of a profile."""
+        return profile_settings(self.adapter, profile, dt_s)
+
+    def watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched:
+        """Run a scene and return every observation.
+
+        Raises:
+            Violation: The adapter raised an error, crashed or hung.
+        """
+        answer = self.try_to_watch(setup, looks=looks, **changes)
+        if isinstance(answer, Raised):
+            raise Violation(
+                f"{answer.where}() raises an error on a scene that the adapter declares to support",
+                expected="a run to the end of the scene",
+                found=f"{answer.kind}: {answer.message}",
+                setup=setup,
+            )
+        return answer
+
+    def seen(self, setup: Setup) -> Watched:
+        """Return what `watch` did when first asked for this run: for checks of what was seen, not of running again.
+
+        Raises:
+            Violation: The adapter raised an error, crashed or hung.
+        """
+        key = (setup.scene.name, setup.profile, setup.dt_s)
+        if key not in self._seen:
+            self._seen[key] = self.watch(setup)
+        return self._seen[key]
+
+    def try_to_watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched | Raised:
+        """Run a scene and return every observation, or the error that the adapter raised.
+
+        Raises:
+            Violation: The process crashed or hung.
+        """
+        settings = {**self.settings(setup.profile, setup.dt_s), **changes}
+        steps = setup.scene.step_count(setup.dt_s)
+        answer = self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
+        if not isinstance(answer, Watched | Raised):
+            raise AdapterError(f"the worker answered a probe with {answer}")
+        return answer
+
+    def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
+        """Make worlds one after another and return by how much the process has grown; None where nobody tells.
+
+        Raises:
+            Violation: The adapter raised an error, crashed or hung.
+        """
+        settings = self.settings(setup.profile, setup.dt_s)
+        answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
+        if not isinstance(answer, Grown):
+            raise Violation(
+                f"a world can't be made and closed {worlds} times", expected="no error", found=answer, setup=setup
+            )
+        return answer.bytes
+
+    def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
+        """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step.
+
+        Raises:
+            Violation: The adapter raised an error, crashed or hung.
+        """
+        if (profile, name) not in self._scores:
+            setup = catalogue_setup(name, profile)
+            answer = self._ask(Request(self.name, setup.scene, profile, setup.dt_s), setup)
+            if not isinstance(answer, Trace):
+                found = answer.message if isinstance(answer, Failure) else answer
+                raise Violation("the run fails", expected="a run to the end of the scene", found=found, setup=setup)
+            reference, pit, pit_score = _sampling(name)
+            self._scores[profile, name] = (setup, answer, compare(reference, answer, sampling=pit), pit_score)
+        return self._scores[profile, name]
+
+    def printed(self) -> str:
+        """Return what the worker process has printed so far."""
+        return "" if self._worker is None else self._worker.printed()
+
+    def files(self) -> list[str]:
+        """Return the files that the engine has left in its working folder."""
+        return [] if self._worker is None else self._worker.files()
+
+    def _ask(self, request: object, setup: Setup) -> Answer:
+        if self._worker is None:
+            self._worker = Worker(WORKER)
+        try:
+            return self._worker.ask(request, self._time_limit_s)
+        except Crashed as error:
+            what = "the engine ends its process"
+            raise Violation(what, expected="a run to the end of the scene", found=error, setup=setup) from None
+        except TimedOut as error:
+            what = "the engine hangs"
+            raise Violation(what, expected="a run to the end of the scene", found=error, setup=setup) from None
+
+
+#: A quarter of each catalogue scene's own frame: the middle of the three steps that `carom run` takes.
+STEPS_A_FRAME = 4
+
+
+@cache
+def _sampling(name: str) -> tuple[Trace, Trace, Score]:
+    """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
+    setup = catalogue_setup(name, "tuned")
+    reference = trace_of(setup.scene, catalogue()[name].known)
+    pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
+    return reference, pit, compare(reference, pit, sampling=pit)
+
+
+def catalogue_setup(name: str, profile: str) -> Setup:
+    """Return the run of a catalogue scene that the suite makes."""
+    scene = catalogue()[name].scene
+    return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
+
+
+def greatest_speed(scene: Scene) -> float:
+    """Return the greatest speed at the start, metres a second; 1 where nothing moves."""
+    return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
+
+
+def masses(scene: Scene) -> list[float]:
+    """Return the masses, 0 for an immovable disc: it has no momentum of its own."""
+    return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
+
+
+def momentum(scene: Scene, seen: Observation) -> tuple[float, float]:
+    """Return the momentum of the movable discs, kg m/s."""
+    x, y = np.array(masses(scene)) @ seen.velocity_m_s
+    return float(x), float(y)

@@ -1,0 +1,29 @@
+"""Carom's own adapters, held to the suite that everybody else's are held to, by the command that everybody runs."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib import metadata
+from pathlib import Path
+
+import pytest
+
+from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+
+KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
+NAMES = sorted(
+    point.name for point in metadata.entry_points(group=ENTRY_POINT_GROUP) if point.value.startswith("carom_adapters.")
+)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_adapter_conforms_but_for_its_known_failures(name: str, tmp_path: Path) -> None:
+    """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
+    if reason := unavailable_reason(load_adapter(name).engine):
+        pytest.skip(reason)
+    command = [sys.executable, "-m", "pytest", "--carom-engine", name, f"--carom-known-failures={KNOWN_FAILURES}"]
+    done = subprocess.run([*command, "-W", "error", "-q"], capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert f"{name}: " in done.stdout
+    assert " 0 failed" in done.stdout

@@ -1,0 +1,73 @@
+"""A fresh environment with Carom, a third party's adapter and its broken twin, each installed from a wheel."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import venv
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
+
+#: Runs pytest in the fresh environment, with these arguments, in this folder.
+Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+def _wheel(source: Path, out: Path) -> Path:
+    """Build the wheel of a source tree with what is installed here, without the network."""
+    before = set(out.glob("*.whl"))
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--quiet",
+        "--disable-pip-version-check",
+        "--no-deps",
+        "--no-index",
+    ]
+    subprocess.run([*command, "--no-build-isolation", "--wheel-dir", str(out), str(source)], check=True)
+    (wheel,) = set(out.glob("*.whl")) - before
+    return wheel
+
+
+@pytest.fixture(scope="session")
+def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Interpreter of an environment in which three wheels are installed and nothing else.
+
+    What Carom depends on is lent by this environment, at the end of the path: nothing has to be downloaded.
+    """
+    folder = tmp_path_factory.mktemp("fresh")
+    wheels = [_wheel(source, folder) for source in (ROOT, HERE, HERE / "broken")]
+    venv.create(folder / "venv", with_pip=False)
+    prefix = folder / "venv"
+    python = prefix / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    site = Path(sysconfig.get_path("purelib", vars={"base": str(prefix), "platbase": str(prefix)}))
+    subprocess.run(
+        [
+            *(sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps"),
+            *("--no-index", "--target", str(site), *map(str, wheels)),
+        ],
+        check=True,
+    )
+    lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
+    (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
+    return python
+
+
+@pytest.fixture
+def author_pytest(fresh_python: Path, tmp_path: Path) -> Pytest:
+    """Run pytest as the adapter's author would: in a folder that holds their known failures and no test file."""
+    shutil.copy(HERE / "carom-known-failures.toml", tmp_path)
+
+    def run(*arguments: str) -> subprocess.CompletedProcess[str]:
+        command = [str(fresh_python), "-m", "pytest", "-W", "error", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+
+    return run

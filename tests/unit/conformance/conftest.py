@@ -1,0 +1,71 @@
+"""A project of somebody else's, in a folder of its own, with a distribution of adapters on its path."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+TOYS = """
+import time
+from carom.adapter import Engine
+from carom_adapters.pit import PitAdapter, PitWorld
+
+class Toy(PitAdapter):
+    def __init__(self, name):
+        self.name = name
+
+class Hangs(Toy):
+    def prepare(self, scene, settings):
+        time.sleep(3600)
+
+class Missing(Toy):
+    engine = Engine("Missing", module="surely_not_installed", install="pip install surely-not-installed")
+
+sound, hangs, missing = Toy("sound"), Hangs("hangs"), Missing("missing")
+"""
+
+ENTRY_POINTS = """[carom.adapters]
+sound = toy_adapters:sound
+hangs = toy_adapters:hangs
+missing = toy_adapters:missing
+"""
+
+#: Runs pytest with these arguments in the project.
+Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """A folder without tests; its adapters lie beside it, as another distribution's would."""
+    site = tmp_path / "site"
+    info = site / "carom_toys-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "toy_adapters.py").write_text(TOYS)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: Carom_Toys\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(ENTRY_POINTS)
+    folder = tmp_path / "project"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def run_pytest(project: Path) -> Pytest:
+    """Run pytest in the project, in a process of its own."""
+
+    def run(*arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
+        code = f"import sys\n{before}\nimport pytest\nsys.exit(pytest.main(sys.argv[1:]))"
+        return subprocess.run(
+            [sys.executable, "-c", code, *arguments],
+            capture_output=True,
+            text=True,
+            cwd=project,
+            check=False,
+            env={**os.environ, "PYTHONPATH": str(project.parent / "site"), "COLUMNS": "200"},
+        )
+
+    return run

@@ -1,0 +1,122 @@
+"""The pytest plug-in, run as its users run it: in a process and a folder of its own."""
+
+from __future__ import annotations
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from carom.conformance.known_failures import FILE_NAME
+from carom.conformance.plan import make_plan
+from carom.conformance.selection import selected_engines
+from carom.errors import InputError
+
+Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project: Path, run_pytest: Pytest) -> None:
+    """A run that does not ask for it passes where not even Carom's own dependencies can be imported."""
+    (project / "test_own.py").write_text(
+        "import sys\n"
+        "def test_own():\n"
+        "    assert 'carom.conformance.plugin' in sys.modules\n"
+        "    loaded = [name for name in sys.modules if name.startswith('carom') and sys.modules[name]]\n"
+        "    assert sorted(loaded) == ['carom', 'carom.conformance', 'carom.conformance.plugin']\n"
+    )
+    # None in sys.modules makes an import fail as if the package were not there.
+    blocked = "sys.modules.update(dict.fromkeys(['numpy', 'pydantic', 'rich', 'typer', 'tomli_w']))"
+    done = run_pytest("-q", "-W", "error", "-p", "no:hypothesispytest", before=blocked)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "1 passed" in done.stdout
+    assert "conformance" not in done.stdout
+
+
+def test_importing_carom_does_not_import_pytest(run_pytest: Pytest) -> None:
+    """The package and its command line leave pytest alone, which is no dependency of Carom's."""
+    check = "import carom, carom.runner, carom.cli\nassert 'pytest' not in sys.modules, 'pytest was imported'"
+    done = run_pytest("--version", before=check)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
+    """Where there is nothing else to collect, the cases are all there is, and -k chooses among them."""
+    done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "2 passed, 1 skipped" in done.stdout
+    assert "sound: Carom 1.0 (Carom_Toys): 2 passed" in done.stdout
+    assert "surely_not_installed is not installed; pip install surely-not-installed" in done.stdout
+
+
+def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) -> None:
+    """With own tests, testpaths, strict markers, warnings as errors and xdist, the cases run beside the tests."""
+    (project / "pyproject.toml").write_text(
+        '[tool.pytest.ini_options]\ntestpaths = ["checks"]\nfilterwarnings = ["error"]\n'
+        'addopts = ["--strict-markers", "--strict-config"]\n'
+    )
+    (project / "checks").mkdir()
+    (project / "checks" / "test_own.py").write_text("def test_own():\n    assert True\n")
+    done = run_pytest("-n", "2", "--carom-engine", "toy_adapters", "-k", "test_own or (sound and declares)")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "3 passed" in done.stdout
+    assert "sound: Carom" in done.stdout
+    assert ": 2 passed, 0 failed, 0 skipped, 0 known failures" in done.stdout
+    alone = run_pytest("--carom-engine", "sound", "-m", "carom_conformance", "--collect-only", "-q")
+    assert "carom::sound::energy[tuned]" in alone.stdout
+    assert "test_own" not in alone.stdout
+    assert not done.stderr
+
+
+def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -> None:
+    """A listed case that passes, or that does not apply, fails and names the file that has to be put right."""
+    (project / "carom-known-failures.toml").write_text(
+        '[[known_failure]]\nreason = "it used to"\ncases = ["sound::declares-profiles", "sound::gravity"]\n'
+    )
+    done = run_pytest("--carom-engine", "sound", "-k", "declares-profiles or gravity")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "XPASS(strict): sound::declares-profiles passes, but " in done.stdout
+    assert "XPASS(strict): sound::gravity does not apply, but " in done.stdout
+    assert "carom-known-failures.toml lists it (it used to): take it out" in done.stdout
+
+
+def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
+    """An engine that gives no answer fails its case in time; where that is known, it is counted and the run passes."""
+    (project / "known.toml").write_text('[[known_failure]]\nreason = "it sleeps"\ncases = ["hangs::start[tuned]"]\n')
+    chosen = ("--carom-engine", "hangs", "--carom-time-limit", "1", "--carom-known-failures=known.toml", "-k")
+    done = run_pytest(*chosen, "start or immovable-discs-alone")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "the engine hangs" in done.stdout
+    assert "no answer within 1 s" in done.stdout
+    assert ": 0 passed, 2 failed, 0 skipped, 1 known failures" in done.stdout
+
+
+def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Pytest) -> None:
+    """An engine that is unknown, or asked for by name and missing, is a usage error that says what to do."""
+    for name, message in (
+        ("soud", "is named 'soud'; there are: "),
+        ("missing", "surely_not_installed is not installed; pip install surely-not-installed"),
+    ):
+        done = run_pytest("--carom-engine", name)
+        assert done.returncode == 4, done.stdout + done.stderr
+        assert message in done.stderr, done.stderr
+
+
+def test_a_wrong_file_or_time_limit_makes_no_plan(tmp_path: Path) -> None:
+    """A name of no case, a file that is not there and a time limit that is none are errors."""
+    with pytest.raises(InputError, match=r"none\.toml: can't be read"):
+        make_plan(["pit"], tmp_path / "none.toml", [tmp_path], 60.0)
+    with pytest.raises(InputError, match="--carom-time-limit must be a number of seconds above 0, got 0"):
+        make_plan(["pit"], None, [tmp_path], 0.0)
+    (tmp_path / FILE_NAME).write_text('[[known_failure]]\nreason = "x"\ncases = ["pit::enrgy[tuned]"]\n')
+    with pytest.raises(InputError, match=r"no case 'pit::enrgy\[tuned\]'; did you mean 'pit::energy\[tuned\]'"):
+        make_plan(["pit"], None, [tmp_path], 60.0)
+
+
+def test_engines_are_meant_by_name_distribution_or_package() -> None:
+    """A word means an adapter, else all of a distribution, however it is spelt, or of a package; each comes once."""
+    assert [info.name for info in selected_engines(["pit", "pic", "pit"])] == ["pit", "pic"]
+    everything = {info.name for info in selected_engines(["Carom"])}
+    assert {"pic", "pit"} < everything
+    assert {info.name for info in selected_engines(["carom_adapters"])} == everything
+    assert everything <= {info.name for info in selected_engines(["all", "pit"])}
