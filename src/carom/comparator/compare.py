@@ -4,35 +4,53 @@ from __future__ import annotations
 
 import math
 
-from carom.comparator.measure import measure, scales_of
-from carom.comparator.score import Score
-from carom.comparator.verdict import findings, grade
+from carom.comparator.convention import match_outcome
+from carom.comparator.horizon import horizon_of
+from carom.comparator.local import local_errors
+from carom.comparator.measure import Measured, measure, scales_of
+from carom.comparator.order import order_of
+from carom.comparator.score import Scales, Score
+from carom.comparator.verdict import THRESHOLDS, Evidence, findings, grade
 from carom.errors import InputError
 from carom.trace import Trace
 
 __all__ = ["compare"]
 
 
-def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None) -> Score:
+def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None, horizon: float | None = None) -> Score:
     """Score an observed trace against a reference of the same scene.
 
     Args:
         reference: The truth, as a rule from `carom.solve_pic`.
         observed: What is scored.
         sampling: PIT at the same step, where it is to be told what sampling alone costs.
+        horizon: Up to where the reference may be believed: a number of impacts (an int) or a time in seconds (a float).
+            What lies beyond is scored locally only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes.
+        InputError: The traces are of different scenes, or the horizon is negative.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
     scales = scales_of(scene, reference)
-    measured = measure(reference, observed, scales)
-    sampled = None if sampling is None else measure(reference, sampling, scales)
+    believed, until_s = reach = horizon_of(reference, horizon)
+    measured = measure(reference, observed, scales, reach)
+    sampled = None if sampling is None else measure(reference, sampling, scales, reach)
+    against_pit = None if sampling is None else _against_pit(sampling, observed, scales, until_s)
+    evidence = Evidence(
+        reference=reference,
+        observed=observed,
+        measured=measured,
+        sampling=sampled,
+        scales=scales,
+        believed=believed,
+        order=order_of(reference, observed, measured.alignment, believed, until_s),
+        convention=match_outcome(reference, observed, sampling, scales),
+    )
     return Score(
-        expected=len(reference.impacts),
+        expected=believed,
         errors=measured.errors,
         missed=measured.alignment.missed,
         spurious=measured.alignment.spurious,
@@ -46,7 +64,32 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None)
         momentum_error=measured.momentum_error,
         sampling_velocity_error=math.nan if sampled is None else sampled.worst_velocity,
         sampling_missed=None if sampled is None else len(sampled.alignment.missed),
-        findings=findings(reference, observed, measured, sampled, scales),
-        grade=grade(reference, observed, measured, sampled, scales),
+        findings=findings(evidence),
+        grade=grade(evidence),
         scales=scales,
+        total=measured.largest,
+        sampling=None if sampled is None else sampled.largest,
+        solver=None if against_pit is None else against_pit.largest,
+        equals_pit=against_pit is not None and _is_rounding(against_pit, scales),
+        edits=evidence.order.edits,
+        beyond_horizon=len(reference.impacts) - believed,
+        horizon_s=until_s if math.isfinite(until_s) else None,
+        local=local_errors(observed, scales),
+        convention=evidence.convention,
+    )
+
+
+def _against_pit(sampling: Trace, observed: Trace, scales: Scales, until_s: float) -> Measured:
+    """Measure a trace against PIT at the same step, up to the same horizon."""
+    return measure(sampling, observed, scales, horizon_of(sampling, until_s))
+
+
+def _is_rounding(measured: Measured, scales: Scales) -> bool:
+    """Whether two traces have the same impacts, and agree in all else to rounding."""
+    alignment = measured.alignment
+    if alignment.missed or alignment.spurious or alignment.undecided:
+        return False
+    return all(
+        abs(error.time_s) <= THRESHOLDS.rounding * scales.time_s and error.velocity <= THRESHOLDS.rounding
+        for error in measured.errors
     )

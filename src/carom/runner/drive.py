@@ -108,6 +108,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         outcome=outcome,
         dt_s=dt_s,
         effective_time_s=effective,
+        state_before=collector.states,
         samples=_samples(positions, stride * dt_s) if samples else None,
         profile=profile,
         settings=used,
