@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from carom.comparator import Grade, Score
 from carom.registry import EngineInfo
 from carom.runner.drive import Timing
 from carom.runner.environment import Environment
+from carom.runner.phases import PhaseSpread
 from carom.scene import Scene
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
@@ -60,6 +61,7 @@ class Row:
         timing: Its two clocks; None where it was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None where either
             was not timed.
+        spread: Its scores over many sub-step phases; None where only one was run.
     """
 
     cell: Cell
@@ -69,6 +71,7 @@ class Row:
     score: Score | None = None
     timing: Timing | None = None
     time_ratio: float | None = None
+    spread: PhaseSpread | None = None
 
     @property
     def grade(self) -> Grade | None:
@@ -97,6 +100,9 @@ class Results:
         environment: Machine and versions.
         command: The command that makes this again; empty where the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.
+        horizons: Up to when a scene's reference may be believed, seconds, by the scene's name; what is not listed is
+            believed whole. An estimate where nobody has certified it.
+        phases: At how many sub-step phases each cell was run beside the scene's own.
     """
 
     rows: tuple[Row, ...]
@@ -106,3 +112,5 @@ class Results:
     environment: Environment
     command: str
     elapsed_s: float
+    horizons: Mapping[str, float] = field(default_factory=dict)
+    phases: int = 0
