@@ -68,6 +68,15 @@ def run(
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
+    phases: Annotated[
+        int,
+        typer.Option(
+            "--phases", min=0, help="Run each cell at so many sub-step phases too, and show the spread of its errors."
+        ),
+    ] = 0,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
+    ] = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -81,9 +90,16 @@ def run(
     from carom.report.impact_table import impact_tables
 
     found = scenes_named(scenes or [])
+    if explain:
+        from carom.runner.explain import explain as explained
+
+        steps = [seconds(text) for text in dt] if dt else None
+        for line in explained(found, engine, steps, profile or None, phases=phases, drawn=report is not None):
+            typer.echo(line)
+        return
     if report is not None:
         require_writable(report)
-    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing)
+    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing, phases, drawn=report is not None)
     paths = None if report is None else write_report(results, report)
     out = console()
     out.print(verdict_table(results))
@@ -105,6 +121,9 @@ def _cross_check(
     jobs: int | None,
     time_limit: float,
     timing: bool,
+    phases: int,
+    *,
+    drawn: bool,
 ) -> Results:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -127,6 +146,8 @@ def _cross_check(
             jobs=jobs,
             time_limit_s=time_limit,
             timing=timing,
+            phases=phases,
+            samples=drawn,
             progress=progress,
             command=shlex.join(["carom", *sys.argv[1:]]),
         )

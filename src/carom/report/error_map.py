@@ -47,8 +47,8 @@ def build_error_map(scenes: int = _SCENES) -> ErrorMap:
     """Run an ensemble of two equal discs through PIC and PIT.
 
     Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
-    powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018). Lengths
-    are in radii, times in steps, so the speed is the advance.
+    powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    Lengths are in radii, times in steps, so the speed is the advance.
 
     Args:
         scenes: How many.

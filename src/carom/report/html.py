@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from carom.report import phrases, wording
 from carom.report.chart import velocity_chart, wrong_chart
 from carom.report.divergences import Divergence
+from carom.report.error_map import build_error_map, error_map_figure
 from carom.report.extra import require_report_extra
 from carom.report.picture import Pair, draw_pair
+from carom.report.price import price_lines
 from carom.report.view import View
 
 __all__ = ["html"]
@@ -49,6 +51,10 @@ def html(view: View) -> str:
         wrong_chart=wrong_chart(trend, "Scenes with a missed or invented impact, against the step")
         if trend.drawable
         else "",
+        price_lines=list(price_lines(view.prices)),
+        map_velocity=error_map_figure(build_error_map(), "Velocity error of PIT, two equal discs", missed=False),
+        map_missed=error_map_figure(build_error_map(), "Share that PIT misses, two equal discs", missed=True),
+        map_scenes=build_error_map().scenes,
         paper=_shown(view.paper),
         worst=_shown(view.worst),
         slowest=max((entry.median for entry in view.run_times), default=1.0),

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from carom.adapter import Adapter
 from carom.comparator import Score, compare
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import AdapterError, InputError, UnknownNameError
@@ -21,7 +22,16 @@ from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
-__all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
+__all__ = [
+    "DEFAULT_PROFILES",
+    "DEFAULT_TIME_LIMIT_S",
+    "MOST_IMPACTS",
+    "chosen",
+    "cross_check",
+    "default_dts",
+    "distinct_profiles",
+    "run",
+]
 
 DEFAULT_TIME_LIMIT_S = 60.0
 DEFAULT_PROFILES = ("default", "tuned")
@@ -114,7 +124,7 @@ def cross_check(
         raise InputError("scenes and engine_names must be lists, also where there is one of them")
     _require_positive(time_limit_s=time_limit_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())})
     plain, answers = _sort_out(scenes)
-    infos = _chosen(engine_names)
+    infos = chosen(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
     solved = {scene.name: _reference(scene) for scene in plain}
     references = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
@@ -214,7 +224,12 @@ def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], di
     return plain, answers
 
 
-def _chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+def chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+    """Return what is known of the engines of these names, or of all.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
     known = {info.name: info for info in engines()}
     for name in names or ():
         if name not in known:
@@ -241,10 +256,14 @@ def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[st
     """Return the profiles to run of an engine, without those that would only run the same settings again."""
     if not info.profiles:  # the adapter can't be loaded: one row says why
         return [profiles[-1]]
-    adapter = load_adapter(info.name)
+    return distinct_profiles(load_adapter(info.name), profiles, dt_s)
+
+
+def distinct_profiles(adapter: Adapter, profiles: Sequence[str], dt_s: float) -> list[str]:
+    """Return which profiles of an adapter to run: of those with the same settings at a step only the last."""
     by_settings: dict[object, str] = {}
     for profile in profiles:
-        if profile in info.profiles:
+        if profile in adapter.profiles:
             try:
                 settings: object = tuple(sorted(profile_settings(adapter, profile, dt_s).items()))
             except AdapterError:  # its row will say why

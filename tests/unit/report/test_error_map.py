@@ -10,7 +10,7 @@ SCENES = 2**17
 
 
 def test_the_missed_share_is_the_closed_forms() -> None:
-    """The share missed is max(0, 1 - 2 sqrt(1 - b^2)/a), a in radii, at the cells' middles, over blocks of 6 by 6 cells.
+    """The share missed is max(0, 1 - 2 sqrt(1 - b^2)/a), a in radii, over blocks of 6 by 6 cells.
 
     A block holds some 1,300 scenes; drawn at random they would stray by 4 sqrt(1/4/1300) = .055 at most.
     """
