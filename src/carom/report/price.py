@@ -42,8 +42,8 @@ class Price:
         equal: In how many of these it equals PIT to rounding.
         sampling: Median over these scenes of the largest velocity error of PIT, over the scene's speed.
         own: Median over them of the largest velocity error against PIT.
-        share: Sampling's part of the velocity error, 0 to 1: the mean over those scenes that have one, so that one scene
-            in which a small error has grown large does not drown the others. NaN without any.
+        share: Sampling's part of the velocity error, 0 to 1: the mean over those scenes that have one, so that one in
+            which a small error has grown large does not drown the others. NaN without any.
         missed: How many impacts it misses, in all scenes held against PIT.
         pit_missed: How many PIT misses there.
         local: Local errors, where a scene has a horizon.
