@@ -67,7 +67,10 @@ def prices(grid: Grid) -> tuple[Price, ...]:
         scores = [
             cell.row.score
             for cell in grid.cells(column)
-            if cell.row is not None and cell.row.score is not None and cell.row.score.sampling is not None
+            if cell.row is not None
+            and cell.row.score is not None
+            and cell.row.score.sampling is not None
+            and cell.row.score.convention is None  # of a scene without a unique answer there is no error
         ]
         common = [score for score in scores if not math.isnan(score.sampling_share) or score.equals_pit]
         common = [score for score in common if score.errors]
