@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene
@@ -61,21 +63,38 @@ def estimate_horizon(reference: Trace) -> float | None:
     except SceneError:  # an ulp too deep in a touching neighbour
         nudged = _nudged(scene, positions=False)
     other = solve_pic(nudged, max_impacts=len(reference.impacts))
-    count = min(len(reference.impacts), len(other.impacts))
-    one, two = reference.impacts[:count], other.impacts[:count]
+    if not len(other.impacts):
+        return 0.0
+    one, times = reference.impacts, reference.impacts["time_s"]
+    same = _same_impacts(reference, other)
+    # An impact within rounding of the end may fall on either side of it, and says nothing of those before.
+    last = times > scene.duration_s * (1.0 - BELIEVED)
+    apart = (same < 0) & ~last
+    two = other.impacts[np.maximum(same, 0)]
     speed = max(float(np.max(np.abs(one[name]), initial=0.0)) for name in one.dtype.names or () if "velocity" in name)
-    apart = (one["first"] != two["first"]) | (one["second"] != two["second"])
-    apart |= np.abs(one["time_s"] - two["time_s"]) > BELIEVED * scene.duration_s
+    differs = np.abs(times - two["time_s"]) > BELIEVED * scene.duration_s
     for name in ("velocity_first_after", "velocity_second_after"):
-        apart |= np.max(np.abs(one[name] - two[name]), axis=1) > BELIEVED * speed
-    if apart.any():
-        return float(np.nextafter(reference.impacts["time_s"][int(np.argmax(apart))], -math.inf))
-    if count < len(reference.impacts):
-        # An impact within an ulp of the end may fall on either side of it, and says nothing of those before.
-        missing = float(reference.impacts["time_s"][count])
-        late = missing > scene.duration_s * (1.0 - BELIEVED)
-        return None if late else float(np.nextafter(missing, -math.inf))
-    return None
+        differs |= np.max(np.abs(one[name] - two[name]), axis=1) > BELIEVED * speed
+    apart |= (same >= 0) & differs
+    if not apart.any():
+        return None
+    return max(0.0, float(np.nextafter(times[int(np.argmax(apart))], -math.inf)))
+
+
+def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
+    """Which impact of another trace is the n-th of the same pair, -1 where it has none.
+
+    Counted pair by pair: impacts of different pairs at nearly one instant may change places without any harm.
+    """
+    numbers: list[dict[tuple[int, int, int], int]] = []
+    for trace in (reference, other):
+        seen: Counter[tuple[int, int]] = Counter()
+        index = {}
+        for k, pair in enumerate(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True)):
+            index[(*pair, seen[pair])] = k
+            seen[pair] += 1
+        numbers.append(index)
+    return np.array([numbers[1].get(key, -1) for key in numbers[0]], dtype=np.intp)
 
 
 def _nudged(scene: Scene, *, positions: bool) -> Scene:
@@ -99,7 +118,7 @@ def _rebuilt(scene: Scene, discs: list[Disc]) -> Scene:
     return Scene(**{**fields, "discs": tuple(discs)})
 
 
-def _moved(vector: tuple[float, float], towards: np.ndarray) -> tuple[float, float]:
+def _moved(vector: tuple[float, float], towards: NDArray[np.float64]) -> tuple[float, float]:
     # A zero stays: a unit in the last place of nothing is nothing, and symmetries that rounding keeps are kept.
     x, y = (v if v == 0.0 else math.nextafter(v, t) for v, t in zip(vector, towards.tolist(), strict=True))
     return (x, y)
