@@ -16,7 +16,7 @@ from carom.adapter import (
     Scene,
     Setting,
 )
-from carom.solvers.pit import FrameSampledRun
+from carom.solvers.pit import pit_run
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -29,16 +29,20 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = FrameSampledRun(scene)
+        self._run = pit_run(scene)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
 
     def advance(self, steps: int) -> None:
-        """Test and move, frame by frame."""
-        for step in range(self._steps + 1, self._steps + steps + 1):
-            self._run.advance_frame(step * self._dt_s)
+        """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
+        self._run.advance_frames([step * self._dt_s for step in range(self._steps + 1, self._steps + steps + 1)])
         self._steps += steps
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        """Work so far."""
+        return self._run.counts
 
     def observe(self) -> Observation:
         """Return the state at the present frame and the impacts found since the last look."""

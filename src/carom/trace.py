@@ -14,6 +14,7 @@ from carom.scene import Scene
 
 __all__ = [
     "IMPACT_DTYPE",
+    "STATE_DTYPE",
     "ImpactRecord",
     "Outcome",
     "Samples",
@@ -40,6 +41,10 @@ IMPACT_DTYPE = np.dtype(
         ("velocity_second_after", "f8", 2),
     ]
 )
+
+#: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
+#: known; a wall has no position.
+STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 Vector = tuple[float, float]
 
@@ -108,6 +113,8 @@ class Trace:
         dt_s: Step or frame length; 0 where there are no frames.
         effective_time_s: Shape ``(len(impacts),)``: where the free-flight lines before and after each impact meet; NaN
             where they do not. None where the method was not sampled and the reported time is the instant itself.
+        state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's own last state before it.
+            None where the impacts alone tell the whole path, as those of a solver do.
         ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
             gives them no unique answer, and the order taken is a convention.
         samples: States for drawing, where asked for.
@@ -126,6 +133,7 @@ class Trace:
     outcome: Outcome = Outcome.COMPLETED
     dt_s: float = 0.0
     effective_time_s: NDArray[np.float64] | None = None
+    state_before: NDArray[np.void] | None = None
     ambiguous: tuple[int, ...] = ()
     samples: Samples | None = None
     profile: str = ""

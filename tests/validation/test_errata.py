@@ -386,7 +386,7 @@ def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
 def test_pic_need_not_look_at_every_frame_nor_cost_more() -> None:
     """Event-driven, PIC solves a few equations for the whole scene where PIT tests each pair at each of 6000 frames."""
     scene = row(0.0, 9.0, first_speed=1.0, duration_s=100.0)
-    pic, pit = carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=60.0)
+    pic, pit = carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=60.0, skipping=False)
     assert len(pic.impacts) == len(pit.impacts) == 1
     assert pit.counts["pair_tests"] == 6000
     assert pic.counts["predictions"] < 10

@@ -79,6 +79,15 @@ def run(
     certify_time: Annotated[
         float, typer.Option("--certify-time", help="Seconds for the certified run of each scene.")
     ] = 10.0,
+    phases: Annotated[
+        int,
+        typer.Option(
+            "--phases", min=0, help="Run each cell at so many sub-step phases too, and show the spread of its errors."
+        ),
+    ] = 0,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
+    ] = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -93,17 +102,26 @@ def run(
     from carom.report.impact_table import impact_tables
 
     found = scenes_named(scenes or [])
+    if explain:
+        from carom.runner.explain import explain as explained
+
+        steps = [seconds(text) for text in dt] if dt else None
+        for line in explained(found, engine, steps, profile or None, phases=phases, drawn=report is not None):
+            typer.echo(line)
+        return
     if report is not None:
         require_writable(report)
-    results = _cross_check(found, engine, dt, profile, jobs, time_limit, timing, certify, certify_time)
+    results = _cross_check(
+        found, engine, dt, profile, jobs, time_limit, timing, certify, certify_time, phases, drawn=report is not None
+    )
     paths = None if report is None else write_report(results, report)
     out = console()
     out.print(verdict_table(results))
     for table in impact_tables(results):
         out.print(table)
     out.print(verdict_line(results), soft_wrap=True)
-    for line in certified_lines(results):
-        out.print(line.sentence, soft_wrap=True)
+    for reach in certified_lines(results):
+        out.print(reach.sentence, soft_wrap=True)
     if paths is not None:
         out.print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
@@ -121,6 +139,9 @@ def _cross_check(
     timing: bool,
     certify: bool | None,
     certify_time: float,
+    phases: int,
+    *,
+    drawn: bool,
 ) -> Results:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -145,6 +166,8 @@ def _cross_check(
             timing=timing,
             certified=certify,
             certify_s=certify_time,
+            phases=phases,
+            samples=drawn,
             progress=progress,
             command=shlex.join(["carom", *sys.argv[1:]]),
         )

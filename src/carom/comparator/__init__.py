@@ -2,9 +2,10 @@
 
 from carom.comparator.compare import compare
 from carom.comparator.horizon import Horizon, horizon, horizon_of
-from carom.comparator.score import Finding, Grade, ImpactError, Scales, Score, Verdict
+from carom.comparator.score import Errors, Finding, Grade, ImpactError, Scales, Score, Verdict
 
 __all__ = [
+    "Errors",
     "Finding",
     "Grade",
     "Horizon",

@@ -45,23 +45,6 @@ class Alignment:
     spurious: tuple[int, ...]
     undecided: tuple[int, ...]
 
-    def up_to(self, time_s: float, reference: Trace, observed: Trace) -> Alignment:
-        """Return the alignment of the reference's impacts up to a time; an impact observed too late for that is missed.
-
-        An observed impact that is some later impact of the reference, though seen before the time, is not spurious.
-        """
-        count = int(np.searchsorted(reference.impacts["time_s"], time_s, side="right"))
-        found = observed.impacts["time_s"]
-        latest = time_s + LATEST_STAMP_STEPS * observed.dt_s
-        matched = tuple((r, o) for r, o in self.matched if r < count and found[o] <= latest)
-        late = {r for r, o in self.matched if r < count and not found[o] <= latest}
-        return Alignment(
-            matched=matched,
-            missed=tuple(sorted({r for r in self.missed if r < count} | late)),
-            spurious=tuple(o for o in self.spurious if found[o] <= time_s),
-            undecided=tuple(r for r in self.undecided if r < count),
-        )
-
 
 def align(reference: Trace, observed: Trace) -> Alignment:
     """Align the impacts of two traces of one scene."""
@@ -161,23 +144,47 @@ def _align_pair(
     observed_time: NDArray[np.float64],
     windows: list[tuple[float, float]],
 ) -> list[tuple[int, int]]:
-    """Monotone alignment of one pair's impacts by dynamic programming, the cost (unmatched, total time difference)."""
+    """Monotone alignment of one pair's impacts by dynamic programming, the cost (unmatched, total time difference).
+
+    ``cost(r, c)`` is that of the impacts from r and from c on. Windows begin and end in the order of the impacts, so a
+    row is worked out only for what lies in its window: what comes before can't be matched from here on any more, and
+    what comes after not yet.
+    """
     rows, columns = len(expected), len(found)
-    cost = [[(rows - r + columns - c, 0.0) for c in range(columns + 1)] for r in range(rows + 1)]
+    times = observed_time[found]
+    low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
+    high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
+    table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
+
+    def cost(r: int, c: int) -> tuple[int, float]:
+        skipped = 0
+        while r < rows:
+            if c < low[r]:
+                c, skipped = low[r], skipped + low[r] - c
+            if c < high[r]:
+                least = table[r][c - low[r]]
+                return (skipped + least[0], least[1])
+            r, skipped = r + 1, skipped + 1
+        return (skipped + columns - c, 0.0)
+
     for r in range(rows - 1, -1, -1):
-        early, late = windows[expected[r]]
-        for c in range(columns - 1, -1, -1):
-            skip_one, skip_other = cost[r + 1][c], cost[r][c + 1]
-            best = min((skip_one[0] + 1, skip_one[1]), (skip_other[0] + 1, skip_other[1]))
-            if early <= observed_time[found[c]] <= late:
-                difference = abs(float(observed_time[found[c]] - reference_time[expected[r]]))
-                best = min(best, (cost[r + 1][c + 1][0], cost[r + 1][c + 1][1] + difference))
-            cost[r][c] = best
+        row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
+        ahead = cost(r + 1, high[r])
+        ahead = (ahead[0] + 1, ahead[1])  # from the first column after the window on, this impact is missed
+        for c in range(high[r] - 1, low[r] - 1, -1):
+            missed = cost(r + 1, c)
+            best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))
+            match = cost(r + 1, c + 1)
+            difference = abs(float(times[c] - reference_time[expected[r]]))
+            best = min(best, (match[0], match[1] + difference))
+            row[c - low[r]] = ahead = best
+        table[r] = row
     matched, r, c = [], 0, 0
     while r < rows and c < columns:
-        if cost[r][c] == (cost[r + 1][c][0] + 1, cost[r + 1][c][1]):
+        here, missed, spurious = cost(r, c), cost(r + 1, c), cost(r, c + 1)
+        if here == (missed[0] + 1, missed[1]):
             r += 1
-        elif cost[r][c] == (cost[r][c + 1][0] + 1, cost[r][c + 1][1]):
+        elif here == (spurious[0] + 1, spurious[1]):
             c += 1
         else:
             matched.append((expected[r], found[c]))

@@ -3,47 +3,54 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
-import numpy as np
-
-from carom.comparator.measure import measure, scales_of
-from carom.comparator.score import Finding, Score, Verdict
-from carom.comparator.verdict import findings, grade
+from carom.comparator.believed import reach_of
+from carom.comparator.convention import match_outcome
+from carom.comparator.local import local_errors
+from carom.comparator.measure import Measured, measure, scales_of
+from carom.comparator.order import order_of
+from carom.comparator.score import Scales, Score
+from carom.comparator.verdict import THRESHOLDS, Evidence, findings, grade
 from carom.errors import InputError
 from carom.trace import Trace
 
 __all__ = ["compare"]
 
 
-def compare(
-    reference: Trace, observed: Trace, *, sampling: Trace | None = None, horizon_s: float | None = None
-) -> Score:
+def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None, horizon: float | None = None) -> Score:
     """Score an observed trace against a reference of the same scene.
 
     Args:
         reference: The truth, as a rule from `carom.solve_pic`.
         observed: What is scored.
         sampling: PIT at the same step, where it is to be told what sampling alone costs.
-        horizon_s: Time up to which the reference may be believed, as `carom.horizon` finds it; None for all of it. What
-            comes later is not scored, and the score says so.
+        horizon: Up to where the reference may be believed: a number of impacts (an int) or a time in seconds (a float).
+            What lies beyond is scored locally only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, or the horizon is not a time.
+        InputError: The traces are of different scenes, or the horizon is negative.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
     scales = scales_of(scene, reference)
-    if horizon_s is not None and not horizon_s >= 0:
-        raise InputError(f"horizon_s must be 0 or more, got {horizon_s}")
-    measured = measure(reference, observed, scales, horizon_s)
-    sampled = None if sampling is None else measure(reference, sampling, scales, horizon_s)
-    believed = _believed(reference, horizon_s)
-    beyond = () if believed is reference else (_beyond(believed, reference, horizon_s),)
+    believed, until_s = reach = reach_of(reference, horizon)
+    measured = measure(reference, observed, scales, reach)
+    sampled = None if sampling is None else measure(reference, sampling, scales, reach)
+    against_pit = None if sampling is None else _against_pit(sampling, observed, scales, until_s)
+    evidence = Evidence(
+        reference=reference,
+        observed=observed,
+        measured=measured,
+        sampling=sampled,
+        scales=scales,
+        believed=believed,
+        order=order_of(reference, observed, measured.alignment, believed, until_s),
+        convention=match_outcome(reference, observed, sampling, scales),
+    )
     return Score(
-        expected=len(believed.impacts),
+        expected=believed,
         errors=measured.errors,
         missed=measured.alignment.missed,
         spurious=measured.alignment.spurious,
@@ -57,22 +64,32 @@ def compare(
         momentum_error=measured.momentum_error,
         sampling_velocity_error=math.nan if sampled is None else sampled.worst_velocity,
         sampling_missed=None if sampled is None else len(sampled.alignment.missed),
-        findings=(*findings(believed, observed, measured, sampled, scales), *beyond),
-        grade=grade(believed, observed, measured, sampled, scales),
+        findings=findings(evidence),
+        grade=grade(evidence),
         scales=scales,
-        horizon_s=None if believed is reference else horizon_s,
+        total=measured.largest,
+        sampling=None if sampled is None else sampled.largest,
+        solver=None if against_pit is None else against_pit.largest,
+        equals_pit=against_pit is not None and _is_rounding(against_pit, scales),
+        edits=evidence.order.edits,
+        beyond_horizon=len(reference.impacts) - believed,
+        horizon_s=until_s if math.isfinite(until_s) else None,
+        local=local_errors(observed, scales),
+        convention=evidence.convention,
     )
 
 
-def _believed(reference: Trace, horizon_s: float | None) -> Trace:
-    """Return the reference up to the horizon; itself where that covers all of it."""
-    if horizon_s is None or horizon_s >= reference.scene.duration_s:
-        return reference
-    count = int(np.searchsorted(reference.impacts["time_s"], horizon_s, side="right"))
-    ambiguous = tuple(k for k in reference.ambiguous if k < count)
-    return replace(reference, impacts=reference.impacts[:count], ambiguous=ambiguous)
+def _against_pit(sampling: Trace, observed: Trace, scales: Scales, until_s: float) -> Measured:
+    """Measure a trace against PIT at the same step, up to the same horizon."""
+    return measure(sampling, observed, scales, reach_of(sampling, until_s))
 
 
-def _beyond(believed: Trace, reference: Trace, horizon_s: float | None) -> Finding:
-    kept = f"the first {len(believed.impacts)} of {len(reference.impacts)} impacts are"
-    return Finding(Verdict.BEYOND_HORIZON, f"the reference may be believed to {horizon_s:.6g} s: {kept} scored")
+def _is_rounding(measured: Measured, scales: Scales) -> bool:
+    """Whether two traces have the same impacts, and agree in all else to rounding."""
+    alignment = measured.alignment
+    if alignment.missed or alignment.spurious or alignment.undecided:
+        return False
+    return all(
+        abs(error.time_s) <= THRESHOLDS.rounding * scales.time_s and error.velocity <= THRESHOLDS.rounding
+        for error in measured.errors
+    )

@@ -9,11 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import Alignment, align
-from carom.comparator.score import ImpactError, Scales
+from carom.comparator.score import Errors, ImpactError, Scales
 from carom.scene import Need, Scene
 from carom.trace import Trace, kinetic_energy
 
-__all__ = ["Measured", "measure", "scales_of"]
+__all__ = ["Measured", "measure", "scales_of", "up_to"]
+
+#: A body slower than this part of the scene's speed rests, as far as rounding can tell, and has no direction.
+AT_REST = 1e-12
 
 
 def scales_of(scene: Scene, reference: Trace) -> Scales:
@@ -50,6 +53,24 @@ class Measured:
     final_velocity_error: float
 
     @property
+    def largest(self) -> Errors:
+        """The largest of each kind of error."""
+        return Errors(
+            time_s=self.worst_time_s,
+            reported_time_s=max((error.reported_time_s for error in self.errors), key=abs, default=math.nan),
+            velocity=self.worst_velocity,
+            along_normal=max((error.along_normal for error in self.errors), default=math.nan),
+            across_normal=max((error.across_normal for error in self.errors), default=math.nan),
+            restitution=max(
+                (e.restitution_error for e in self.errors if math.isfinite(e.restitution_error)),
+                key=abs,
+                default=math.nan,
+            ),
+            direction_rad=self.worst_direction_rad,
+            energy=self.energy_error,
+        )
+
+    @property
     def worst_time_s(self) -> float:
         """Largest time error by magnitude, with its sign; NaN without a match."""
         return max((error.time_s for error in self.errors), key=abs, default=math.nan)
@@ -65,24 +86,40 @@ class Measured:
         return max((error.direction_rad for error in self.errors), default=math.nan)
 
 
-def measure(reference: Trace, observed: Trace, scales: Scales, horizon_s: float | None = None) -> Measured:
-    """Align a trace with the reference and measure every error; nothing but energy beyond the horizon.
+def up_to(alignment: Alignment, observed: Trace, believed: int, until_s: float) -> Alignment:
+    """Return what of an alignment lies within a horizon.
 
-    The reference beyond its horizon still says which bodies are about to meet, which the alignment may use. Kinetic
-    energy is conserved where all impacts are elastic, so there it can be held against the reference at any time.
+    Args:
+        alignment: The alignment of the whole runs.
+        observed: The observed trace.
+        believed: How many of the reference's impacts are within the horizon.
+        until_s: Until when it reaches, seconds.
+    """
+    times = observed.impacts["time_s"]
+    return Alignment(
+        matched=tuple((r, o) for r, o in alignment.matched if r < believed),
+        missed=tuple(r for r in alignment.missed if r < believed),
+        spurious=tuple(o for o in alignment.spurious if times[o] <= until_s),
+        undecided=tuple(r for r in alignment.undecided if r < believed),
+    )
+
+
+def measure(reference: Trace, observed: Trace, scales: Scales, horizon: tuple[int, float] | None = None) -> Measured:
+    """Align a trace with the reference and measure every error.
+
+    Args:
+        reference: The reference.
+        observed: The observed trace.
+        scales: What errors are divided by.
+        horizon: How many of the reference's impacts may be believed, and until when; None for all.
     """
     alignment = align(reference, observed)
-    if horizon_s is not None and horizon_s < reference.scene.duration_s:
-        alignment = alignment.up_to(horizon_s, reference, observed)
-        elastic = Need.RESTITUTION not in reference.scene.needs
-        return Measured(
-            alignment=alignment,
-            errors=_impact_errors(reference, observed, alignment, scales),
-            energy_error=_energy_error(reference, observed, scales) if elastic else 0.0,
-            momentum_error=math.nan,
-            final_position_error=math.nan,
-            final_velocity_error=math.nan,
-        )
+    if horizon is not None and math.isfinite(horizon[1]):
+        alignment = up_to(alignment, observed, *horizon)
+        errors = _impact_errors(reference, observed, alignment, scales)
+        # The reference's end is not to be believed; but that elastic impacts conserve energy is.
+        energy = _energy_error(reference, observed, scales) if Need.RESTITUTION not in reference.scene.needs else 0.0
+        return Measured(alignment, errors, energy, math.nan, math.nan, math.nan)
     return Measured(
         alignment=alignment,
         errors=_impact_errors(reference, observed, alignment, scales),
@@ -128,17 +165,21 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
                 across_normal=float(np.max(np.abs(across))) / scales.speed_m_s,
                 velocity=float(np.max(np.hypot(*difference.T))) / scales.speed_m_s,
                 direction_rad=max(
-                    _angle(found[name], expected[name]) for name in ("velocity_first_after", "velocity_second_after")
+                    _angle(found[name], expected[name], AT_REST * scales.speed_m_s)
+                    for name in ("velocity_first_after", "velocity_second_after")
                 ),
-                normal_rad=_angle(found["normal"], normal),
+                normal_rad=_angle(found["normal"], normal, 0.0),
                 restitution=_restitution(found),
+                restitution_error=_restitution(found) - _restitution(expected),
             )
         )
     return tuple(errors)
 
 
-def _angle(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
-    """Angle between two vectors, radians; 0 where either is zero and so has no direction."""
+def _angle(a: NDArray[np.float64], b: NDArray[np.float64], nothing: float) -> float:
+    """Angle between two vectors, radians; 0 where either is no longer than `nothing` and so has no direction."""
+    if min(math.hypot(*a), math.hypot(*b)) <= nothing:
+        return 0.0
     return abs(math.atan2(float(a[0] * b[1] - a[1] * b[0]), float(a @ b)))
 
 

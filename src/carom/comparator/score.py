@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
+from typing import TYPE_CHECKING
 
-__all__ = ["Finding", "Grade", "ImpactError", "Scales", "Score", "Verdict"]
+if TYPE_CHECKING:
+    from carom.comparator.convention import ConventionMatch
+    from carom.comparator.local import LocalErrors
+
+__all__ = ["Errors", "Finding", "Grade", "ImpactError", "Scales", "Score", "Verdict"]
 
 
 class Verdict(Enum):
@@ -16,13 +22,14 @@ class Verdict(Enum):
     WRONG_DIRECTION = "wrong direction after the bounce"
     MULTIPLE_MISSED = "several impacts are missed"
     EARLY = "found before it happens"
+    WRONG_VELOCITY = "velocities after an impact are off"
+    WRONG_ORDER = "impacts come in the wrong order"
     SPURIOUS = "impacts are invented that do not happen"
     ENERGY_GAINED = "energy is gained"
     ENERGY_LOST = "energy is lost"
     CUT_SHORT = "the run ended before the scene did"
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "too close to the end of the run to be decided"
-    BEYOND_HORIZON = "impacts beyond the horizon are not scored"
     UNCOMPARED = "there is no PIT at this step to hold it against"
     CONFORMS = "agrees with the reference to rounding"
 
@@ -33,7 +40,7 @@ class Grade(Enum):
     EXACT = "exact: to rounding"
     SAMPLED = "sampled: no worse than PIT at the same step"
     INACCURATE = "inaccurate: finds every impact, with more error than sampling explains"
-    WRONG = "wrong: misses or invents an impact"
+    WRONG = "wrong: misses or invents an impact, or takes impacts in the wrong order"
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
 
 
@@ -70,6 +77,7 @@ class ImpactError:
             rests in either has none.
         normal_rad: Angle between observed and reference normal.
         restitution: Effective coefficient of restitution along the observed normal; NaN where nothing approached.
+        restitution_error: The same less the reference's, which is along the reference's normal.
     """
 
     reference: int
@@ -82,11 +90,37 @@ class ImpactError:
     direction_rad: float
     normal_rad: float
     restitution: float
+    restitution_error: float
 
     @property
     def time_s(self) -> float:
         """Error of the effective time where it is known, else of the reported time."""
         return self.reported_time_s if self.effective_time_s != self.effective_time_s else self.effective_time_s
+
+
+@dataclass(frozen=True)
+class Errors:
+    """The largest error of each kind, of one trace against another. NaN where there is none.
+
+    Attributes:
+        time_s: Effective time (reported where that is not known), seconds, with its sign.
+        reported_time_s: Reported time, seconds, with its sign.
+        velocity: Velocity after, over the scene's speed.
+        along_normal: Its part along the normal.
+        across_normal: Its part across it.
+        restitution: Effective coefficient of restitution, with its sign.
+        direction_rad: Direction after.
+        energy: Final kinetic energy, over that at the start, with its sign.
+    """
+
+    time_s: float
+    reported_time_s: float
+    velocity: float
+    along_normal: float
+    across_normal: float
+    restitution: float
+    direction_rad: float
+    energy: float
 
 
 @dataclass(frozen=True)
@@ -102,7 +136,7 @@ class Score:
     """How an observed trace compares with the reference.
 
     Attributes:
-        expected: Number of impacts in the reference.
+        expected: Number of impacts in the reference, up to the horizon.
         errors: One entry a matched impact.
         missed: Indices of missed reference impacts.
         spurious: Indices of observed impacts that the reference does not have.
@@ -119,8 +153,16 @@ class Score:
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         scales: What errors were divided by.
-        horizon_s: Time beyond which nothing was scored, seconds; None where all was. Errors of the final state are then
-            not a number.
+        total: The largest errors against the reference, kind by kind.
+        sampling: The same of PIT at the same step against the reference: what sampling alone costs. None where PIT was
+            not given.
+        solver: The same of the observed trace against that PIT: what is the method's own. None where PIT was not given.
+        equals_pit: Whether it finds the very impacts that PIT finds, with all errors against PIT within rounding.
+        edits: Edit distance of the two sequences of impacts.
+        beyond_horizon: How many of the reference's impacts lie beyond the horizon, and were not compared.
+        horizon_s: The horizon, seconds; None where the whole run is compared.
+        local: Each impact against the analytic answer from the trace's own state before it.
+        convention: Which of the admissible outcomes the trace took, where the scene has no unique answer.
     """
 
     expected: int
@@ -140,7 +182,27 @@ class Score:
     findings: tuple[Finding, ...]
     grade: Grade
     scales: Scales
-    horizon_s: float | None = None
+    total: Errors
+    sampling: Errors | None
+    solver: Errors | None
+    equals_pit: bool
+    edits: int
+    beyond_horizon: int
+    horizon_s: float | None
+    local: LocalErrors
+    convention: ConventionMatch | None
+
+    @property
+    def sampling_share(self) -> float:
+        """What part of the velocity error is the price of sampling, 0 to 1; NaN without PIT or without an error.
+
+        The error is the sum of two vectors, PIT less reference and observed less PIT; this is the length of the first
+        over that of both, so that two errors that happen to cancel do not hide each other.
+        """
+        if self.sampling is None or self.solver is None:
+            return math.nan
+        both = self.sampling.velocity + self.solver.velocity
+        return self.sampling.velocity / both if both > 0.0 else math.nan
 
     @property
     def verdicts(self) -> tuple[Verdict, ...]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from carom.comparator.convention import ConventionMatch
 from carom.comparator.measure import Measured
+from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.score import Finding, Grade, ImpactError, Scales, Verdict
 from carom.trace import Outcome, Trace
 
-__all__ = ["THRESHOLDS", "Thresholds", "findings", "grade"]
+__all__ = ["THRESHOLDS", "Evidence", "Thresholds", "findings", "grade"]
 
 
 @dataclass(frozen=True)
@@ -31,65 +34,126 @@ class Thresholds:
 THRESHOLDS = Thresholds()
 
 
-def findings(
-    reference: Trace, observed: Trace, measured: Measured, sampling: Measured | None, scales: Scales
-) -> tuple[Finding, ...]:
+@dataclass(frozen=True)
+class Evidence:
+    """All that a verdict is derived from.
+
+    Attributes:
+        reference: The reference.
+        observed: The trace that is judged.
+        measured: What was measured of it.
+        sampling: What was measured of PIT at the same step; None where that was not run.
+        scales: The scene's own scales.
+        believed: How many of the reference's impacts are within the horizon.
+        order: The order of the impacts.
+        convention: Which admissible outcome it took, where the scene has no unique answer.
+    """
+
+    reference: Trace
+    observed: Trace
+    measured: Measured
+    sampling: Measured | None
+    scales: Scales
+    believed: int
+    order: Order
+    convention: ConventionMatch | None
+
+
+def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
-    alignment, errors, energy_error = measured.alignment, measured.errors, measured.energy_error
-    found: list[Finding] = []
-    if reference.ambiguous:
-        at = reference.impacts["time_s"][reference.ambiguous[0]]
-        found.append(
-            Finding(
-                Verdict.CONVENTION,
-                f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another at the very "
-                f"same instant, the first at {at:.6g} s; the reference takes them by the lower body numbers first",
-            )
-        )
+    errors = evidence.measured.errors
+    found = [*_convention(evidence), *_hits(evidence), *_order(evidence), *_timing(evidence), *_motion(evidence)]
+    if errors and found and evidence.sampling is None:
+        reason = "whether sampling explains the errors is not known"
+        found.append(Finding(Verdict.UNCOMPARED, reason))
+    if not found:
+        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found"))
+    return tuple(found)
+
+
+def _convention(evidence: Evidence) -> Iterator[Finding]:
+    reference, match = evidence.reference, evidence.convention
+    if match is None:
+        return
+    reason = (
+        f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another at the very same "
+        f"instant, the first at {match.group.time_s:.6g} s"
+    )
+    if match.nearest is None:
+        yield Finding(Verdict.CONVENTION, f"{reason}; there are too many admissible outcomes to list")
+        return
+    outcome, count = match.outcomes[match.nearest], len(match.outcomes)
+    which = f"admissible outcome {match.nearest + 1} of {count} ({outcome.how})"
+    if match.matches:
+        yield Finding(Verdict.CONVENTION, f"{reason}; matches {which}, to {match.distance:.2g} of the speed")
+    else:
+        text = f"{reason}; matches none of {count} admissible outcomes: {match.distance:.3g} of the speed from {which}"
+        yield Finding(Verdict.CONVENTION, text)
+
+
+def _hits(evidence: Evidence) -> Iterator[Finding]:
+    reference, observed, alignment = evidence.reference, evidence.observed, evidence.measured.alignment
     if observed.outcome is not Outcome.COMPLETED:
         note = f": {observed.notes[0]}" if observed.notes else ""
-        reason = f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s"
-        found.append(Finding(Verdict.CUT_SHORT, reason))
+        yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
     if alignment.missed:
         kind = Verdict.MISSED if len(alignment.missed) == 1 else Verdict.MULTIPLE_MISSED
         first = reference.impacts[alignment.missed[0]]
         reason = (
-            f"{len(alignment.missed)} of {len(reference.impacts)}, the first at {first['time_s']:.6g} s "
+            f"{len(alignment.missed)} of {evidence.believed}, the first at {first['time_s']:.6g} s "
             f"between {_bodies(first)}"
         )
-        found.append(Finding(kind, reason))
+        yield Finding(kind, reason)
     if alignment.spurious:
         first = observed.impacts[alignment.spurious[0]]
         reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {_bodies(first)}"
-        found.append(Finding(Verdict.SPURIOUS, reason))
+        yield Finding(Verdict.SPURIOUS, reason)
     if alignment.undecided:
         first = reference.impacts[alignment.undecided[0]]
-        reason = f"{len(alignment.undecided)} of {len(reference.impacts)} impacts, the first at {first['time_s']:.6g} s"
-        found.append(Finding(Verdict.UNDECIDED, reason))
-    found += _timing(observed, errors, scales)
-    turned = max((error.direction_rad for error in errors), default=0.0)
-    if turned > THRESHOLDS.direction_rad:
-        found.append(Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees"))
-    if abs(energy_error) > THRESHOLDS.energy:
-        verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
-        found.append(Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start"))
-    if errors and found and sampling is None:
-        reason = "whether sampling explains the errors is not known"
-        found.append(Finding(Verdict.UNCOMPARED, reason))
-    if not found:
-        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {len(reference.impacts)} impacts found"))
-    return tuple(found)
+        reason = f"{len(alignment.undecided)} of {evidence.believed} impacts, the first at {first['time_s']:.6g} s"
+        yield Finding(Verdict.UNDECIDED, reason)
 
 
-def _timing(observed: Trace, errors: tuple[ImpactError, ...], scales: Scales) -> list[Finding]:
-    found = []
+def _order(evidence: Evidence) -> Iterator[Finding]:
+    order, impacts = evidence.order, evidence.reference.impacts
+    if not order.inverted:
+        return
+    a, b = order.inverted[0]
+    edits = f"{order.edits} or more" if order.edits == MOST_EDITS else str(order.edits)
+    yield Finding(
+        Verdict.WRONG_ORDER,
+        f"{len(order.inverted)} inverted, edit distance {edits}; first that of {_bodies(impacts[a])} before "
+        f"that of {_bodies(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
+    )
+
+
+def _timing(evidence: Evidence) -> Iterator[Finding]:
+    # Two impacts that have changed places are each at the other's time: that is said already.
+    errors = [e for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
+    dt_s = evidence.observed.dt_s
     late = max([0.0, *(error.time_s for error in errors)])
     early = min([0.0, *(error.time_s for error in errors)])
     for verdict, worst in ((Verdict.LATE, late), (Verdict.EARLY, early)):
-        if abs(worst) > THRESHOLDS.rounding * scales.time_s:
-            steps = f", {abs(worst) / observed.dt_s:.3g} dt" if observed.dt_s else ""
-            found.append(Finding(verdict, f"by up to {abs(worst):.3g} s{steps}"))
-    return found
+        if abs(worst) > THRESHOLDS.rounding * evidence.scales.time_s:
+            steps = f", {abs(worst) / dt_s:.3g} dt" if dt_s else ""
+            yield Finding(verdict, f"by up to {abs(worst):.3g} s{steps}")
+
+
+def _motion(evidence: Evidence) -> Iterator[Finding]:
+    errors = evidence.measured.errors
+    turned = max((error.direction_rad for error in errors), default=0.0)
+    worst = max(errors, key=lambda error: error.velocity, default=None)
+    if worst is not None and worst.velocity > THRESHOLDS.rounding:
+        reason = f"by up to {worst.velocity:.3g} of the scene's speed"
+        if worst.normal_rad > THRESHOLDS.rounding:
+            reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
+        yield Finding(Verdict.WRONG_VELOCITY, reason)
+    if turned > THRESHOLDS.direction_rad:
+        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
+    energy_error = evidence.measured.energy_error
+    if abs(energy_error) > THRESHOLDS.energy:
+        verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
+        yield Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start")
 
 
 def _bodies(impact: object) -> str:
@@ -97,12 +161,13 @@ def _bodies(impact: object) -> str:
     return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {-1 - second}'}"
 
 
-def grade(reference: Trace, observed: Trace, measured: Measured, sampling: Measured | None, scales: Scales) -> Grade:
-    """Grade a comparison; `sampling` is what was measured of PIT at the same step, None where that was not run."""
-    alignment, errors = measured.alignment, measured.errors
-    if reference.ambiguous:
+def grade(evidence: Evidence) -> Grade:
+    """Grade a comparison."""
+    reference, observed, measured = evidence.reference, evidence.observed, evidence.measured
+    alignment, errors, sampling, scales = measured.alignment, measured.errors, evidence.sampling, evidence.scales
+    if evidence.convention is not None:
         return Grade.UNGRADED
-    if alignment.missed or alignment.spurious or observed.outcome is not reference.outcome:
+    if alignment.missed or alignment.spurious or evidence.order.inverted or observed.outcome is not reference.outcome:
         return Grade.WRONG
     if alignment.undecided:
         return Grade.UNGRADED

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from carom.report.grid import Grid, GridCell
 from carom.report.marks import Mark
 from carom.runner import Results
+from carom.runner.execute import MOST_DISCS_DRAWN
 from carom.trace import Trace
 
 __all__ = ["PAPER_GROUP", "Divergence", "divergences"]
@@ -14,8 +15,6 @@ __all__ = ["PAPER_GROUP", "Divergence", "divergences"]
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 6
-#: More discs than this in one picture show nothing, and weigh megabytes.
-MOST_DISCS = 64
 
 _RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.WRONG: 3}
 
@@ -35,7 +34,7 @@ class Divergence:
 
 
 def divergences(
-    results: Results, grid: Grid, *, most_discs: int = MOST_DISCS
+    results: Results, grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
 ) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
     """Return the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
 

@@ -7,6 +7,7 @@ import json
 import math
 from collections.abc import Mapping
 
+from carom.comparator import Errors, Score
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
 from carom.runner import Results, Row
@@ -61,13 +62,48 @@ def _fields(row: Row) -> dict[str, object]:
         "spurious": list(score.spurious) if score else None,
         "undecided": list(score.undecided) if score else None,
         **{name: getattr(score, name, None) for name in _NUMBERS},
+        **{name: _errors(getattr(score, name, None)) for name in ("total", "sampling", "solver")},
+        **{name: getattr(score, name, None) for name in ("sampling_share", "equals_pit", "edits")},
         "horizon_s": score.horizon_s if score else None,
+        "beyond_horizon": score.beyond_horizon if score else None,
+        "local": _local(score) if score else None,
+        "outcome_taken": _outcome(score) if score else None,
+        "spread": dataclasses.asdict(row.spread) if row.spread else None,
+        "counts": dict(trace.counts) if trace else None,
         "scales": dataclasses.asdict(score.scales) if score else None,
         "outcome": trace.outcome.name.lower() if trace else None,
         "notes": list(trace.notes) if trace else [],
         "settings": dict(trace.settings) if trace else None,
         "timing": dataclasses.asdict(row.timing) if row.timing else None,
         "time_ratio": row.time_ratio,
+    }
+
+
+def _errors(errors: Errors | None) -> dict[str, float] | None:
+    return dataclasses.asdict(errors) if errors else None
+
+
+def _local(score: Score) -> dict[str, object]:
+    """Medians and largest of the local errors: one entry an impact would be too long a line."""
+    local = score.local
+    kinds = ("velocity", "time_s", "restitution", "energy", "sampling_velocity", "solver_velocity")
+    return {
+        "scored": local.scored,
+        "spurious": len(local.spurious),
+        **{f"{kind}_median": local.median(kind) for kind in kinds},
+        **{f"{kind}_worst": local.worst(kind) for kind in kinds},
+    }
+
+
+def _outcome(score: Score) -> dict[str, object] | None:
+    match = score.convention
+    if match is None:
+        return None
+    return {
+        "admissible": [outcome.how for outcome in match.outcomes],
+        "nearest": match.nearest,
+        "distance": match.distance,
+        "matches": match.matches,
     }
 
 

@@ -11,8 +11,11 @@ from carom.report.grid import GridCell
 from carom.report.phrases import (
     AGREEMENT_NOTE,
     FIGURE_NOTE,
+    HORIZON_NOTE,
     KNOWN_NOTE,
+    PRICE_NOTE,
     RUN_TIME_NOTE,
+    SPREAD_NOTE,
     TITLE,
     agreement_lines,
     caption,
@@ -20,6 +23,7 @@ from carom.report.phrases import (
     trend_scenes,
     unrun_lines,
 )
+from carom.report.price import price_lines
 from carom.report.view import View
 
 __all__ = ["markdown"]
@@ -48,9 +52,16 @@ def _lines(view: View) -> Iterator[str]:
         yield from ("", "### Not scored, and why", "")
         for line in unrun_lines(grid):
             yield f"- {_text(line)}"
+    if view.prices:
+        yield from ("", "### The price of sampling", "", PRICE_NOTE, "")
+        yield from (f"- {_text(line)}" for line in price_lines(view.prices))
     if view.agreements:
         yield from ("", "### Held against PIT", "", AGREEMENT_NOTE, "")
         yield from (f"- {_text(line)}" for line in agreement_lines(view.agreements))
+    if view.horizons:
+        yield from ("", "### Horizons", "", HORIZON_NOTE, "")
+        yield from _table(["scene", "believed"], view.horizons)
+    yield from _spread(view)
     yield from _trend(view)
     if view.paper or view.worst:
         yield from ("", "## What goes wrong", "")
@@ -90,6 +101,41 @@ def _lines(view: View) -> Iterator[str]:
         )
         yield f"- **{_text(used.column.name)}**: {_text(used.description)} Used on {_text(used.scene)}: {_text(values)}"
     yield from ("", "Made by", "", *(f"    {line}" for line in view.command.splitlines()))
+
+
+def _spread(view: View) -> Iterator[str]:
+    if not view.spreads:
+        return
+    yield from ("", "## Spread over phases, at the coarsest step", "", SPREAD_NOTE, "")
+    head = [
+        "scene",
+        "engine",
+        "phases",
+        "Δv median",
+        "Δv worst",
+        "time median",
+        "time worst",
+        "missed",
+        "PIT must miss",
+    ]
+    yield from _table(
+        head,
+        (
+            [
+                line.scene,
+                line.column.name,
+                str(line.phases),
+                line.velocity_median,
+                line.velocity_worst,
+                line.time_median,
+                line.time_worst,
+                line.missed,
+                line.pit_missed,
+            ]
+            for line in view.spreads
+            if line.coarsest
+        ),
+    )
 
 
 def _trend(view: View) -> Iterator[str]:

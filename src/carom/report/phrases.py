@@ -13,8 +13,12 @@ from carom.report.trend import Trend
 __all__ = [
     "AGREEMENT_NOTE",
     "FIGURE_NOTE",
+    "HORIZON_NOTE",
     "KNOWN_NOTE",
+    "MAP_NOTE",
+    "PRICE_NOTE",
     "RUN_TIME_NOTE",
+    "SPREAD_NOTE",
     "TITLE",
     "agreement_lines",
     "caption",
@@ -34,13 +38,31 @@ AGREEMENT_NOTE = (
     "In how many scenes a run finds the very impacts that PIT finds at the same step, times and velocities equal to "
     "rounding."
 )
+PRICE_NOTE = (
+    "A method that looks once a step is late by up to a step whatever else it does: what PIT, at the same step, errs "
+    "against PIC is the price of sampling, and what an engine errs against PIT is its own."
+)
+SPREAD_NOTE = (
+    "Where in a step an impact falls is luck. Each cell was run again with its scene shifted along its own motion by "
+    "parts of a step; where two discs meet, the share that PIT must miss has a closed form."
+)
+HORIZON_NOTE = (
+    "Beyond its horizon a reference is not believed, because rounding alone has led it elsewhere: impacts there are "
+    "scored locally only, each from the engine's own state before it. Where no certified run says how far it reaches, "
+    "a horizon is an estimate, from what a start moved by one unit in the last place leads to."
+)
+MAP_NOTE = (
+    "Two equal discs, PIT against PIC, over impact parameter and relative speed times step over radius. White: the "
+    "line beyond which PIT can miss the impact, where half the chord is passed within a step."
+)
 KNOWN_NOTE = (
     "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
     "the scene's duration, velocities by its greatest speed and lengths by its extent, so the deviation has no unit."
 )
 RUN_TIME_NOTE = (
     "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "
-    "Carom's PIT is plain Python; below 1 is faster than it. Median over scenes, at each scene's coarsest step."
+    "Carom's PIT is Python that does not look at frames at which nothing can touch; below 1 is faster than it. Median "
+    "over scenes, at each scene's coarsest step."
 )
 
 

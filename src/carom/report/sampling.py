@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from carom.comparator import compare
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator import Score
 from carom.report.grid import Column, Grid
 from carom.runner import Results
-from carom.trace import Trace
 
 __all__ = ["Agreement", "agreements"]
 
@@ -35,40 +34,33 @@ class Agreement:
 
 def agreements(results: Results, grid: Grid) -> tuple[Agreement, ...]:
     """Hold every engine that is not Carom's own against the run of PIT; empty where PIT was not run."""
-    pit = {
-        row.cell.scene.name: row.trace
-        for row in results.rows
-        if row.cell.engine == "pit" and row.cell.refinement == 0 and row.trace is not None
-    }
+    if not any(row.cell.engine == "pit" and row.trace is not None for row in results.rows):
+        return ()
     found = []
     for column in grid.columns:
-        differences = {}
-        for cell in grid.cells(column):
-            if cell.row is not None and cell.row.trace is not None and cell.row.cell.scene.name in pit:
-                name = cell.row.cell.scene.name
-                differences[name] = _difference(pit[name], cell.row.trace)
+        differences = {
+            cell.row.cell.scene.name: _difference(cell.row.score)
+            for cell in grid.cells(column)
+            if cell.row is not None and cell.row.score is not None and cell.row.score.solver is not None
+        }
         if column.own or not differences:
             continue
-        equal = [worst for worst in differences.values() if worst is not None and worst <= THRESHOLDS.rounding]
+        equal = [worst for worst in differences.values() if worst is not None]
         found.append(
             Agreement(
                 column=column,
                 equal=len(equal),
                 scenes=len(differences),
                 largest=max(equal, default=0.0),
-                different=tuple(
-                    name for name, worst in differences.items() if worst is None or worst > THRESHOLDS.rounding
-                ),
+                different=tuple(name for name, worst in differences.items() if worst is None),
             )
         )
     return tuple(found)
 
 
-def _difference(pit: Trace, observed: Trace) -> float | None:
-    """Return the largest difference of matched impacts, without unit; None where not all impacts match."""
-    score = compare(pit, observed)
-    if score.missed or score.spurious:
+def _difference(score: Score) -> float | None:
+    """Return the largest difference from PIT, without unit; None where it is not PIT to rounding."""
+    if not score.equals_pit or score.solver is None:
         return None
-    velocity = max((error.velocity for error in score.errors), default=0.0)
-    time = max((abs(error.time_s) for error in score.errors), default=0.0)
-    return max(velocity, time / score.scales.time_s)
+    numbers = (score.solver.velocity, abs(score.solver.time_s) / score.scales.time_s)
+    return max([0.0, *(number for number in numbers if not math.isnan(number))])

@@ -10,6 +10,7 @@ from rich.text import Text
 from carom.report.certified_reach import certified_lines
 from carom.report.grid import GridCell, build_grid
 from carom.report.phrases import unrun_lines
+from carom.report.price import price_lines, prices
 from carom.report.sampling import agreements
 from carom.report.summary import summarise
 from carom.runner import Results
@@ -22,10 +23,13 @@ _MIN_WIDTH = 78
 
 
 def verdict_line(results: Results) -> str:
-    """Return the verdict of a cross-check in a few plain sentences, with a line for each reason not to have run."""
+    """Return the verdict of a cross-check in a few plain sentences.
+
+    A line for each engine says how much of its error is the price of sampling, one for each reason why it did not run.
+    """
     grid = build_grid(results)
     sentences = summarise(results, grid, agreements(results, grid)).sentences
-    return "\n".join([" ".join(sentences), *unrun_lines(grid)])
+    return "\n".join([" ".join(sentences), *price_lines(prices(grid)), *unrun_lines(grid)])
 
 
 def verdict_table(results: Results) -> Table:

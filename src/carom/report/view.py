@@ -8,7 +8,9 @@ from carom.report import wording
 from carom.report.certified_reach import CertifiedLine, certified_lines
 from carom.report.divergences import Divergence, divergences
 from carom.report.grid import Grid, build_grid
+from carom.report.price import Price, prices
 from carom.report.sampling import Agreement, agreements
+from carom.report.spread import SpreadLine, spread_lines
 from carom.report.summary import Summary, summarise
 from carom.report.tables import (
     CellLine,
@@ -33,6 +35,9 @@ class View:
     summary: Summary
     grid: Grid
     agreements: tuple[Agreement, ...]
+    prices: tuple[Price, ...]
+    spreads: tuple[SpreadLine, ...]
+    horizons: tuple[tuple[str, str], ...]
     trend: Trend
     paper: tuple[Divergence, ...]
     worst: tuple[Divergence, ...]
@@ -58,6 +63,9 @@ def build_view(results: Results) -> View:
         summary=summarise(results, grid, found),
         grid=grid,
         agreements=found,
+        prices=prices(grid),
+        spreads=spread_lines(results, grid),
+        horizons=_horizons(results),
         trend=build_trend(results, grid),
         paper=paper,
         worst=worst,
@@ -83,6 +91,16 @@ def _environment(results: Results) -> tuple[tuple[str, str], ...]:
         ("Versions", versions),
         ("Whole run", wording.seconds(results.elapsed_s)),
     )
+
+
+def _horizons(results: Results) -> tuple[tuple[str, str], ...]:
+    """Return up to where the reference of a scene may be believed, where that is not the whole of it."""
+    lines = []
+    for name, until_s in results.horizons.items():
+        times = results.references[name].impacts["time_s"]
+        believed = int((times <= until_s).sum())
+        lines.append((name, f"{believed} of {len(times)} impacts, to {wording.seconds(until_s)}"))
+    return tuple(lines)
 
 
 def _python_call(grid: Grid) -> str:

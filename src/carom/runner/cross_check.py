@@ -4,23 +4,35 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from carom.comparator import compare
+from carom.adapter import Adapter
+from carom.comparator import Horizon, Score, compare
+from carom.comparator.believed import estimate_horizon
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo, engines, load_adapter
 from carom.runner.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
 from carom.runner.drive import profile_settings
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
+from carom.runner.phases import PhaseSpread, Shifted, phase_values, shifted_scenes, spread_of
 from carom.runner.results import Cell, Results, Row, Status
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
-__all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
+__all__ = [
+    "DEFAULT_PROFILES",
+    "DEFAULT_TIME_LIMIT_S",
+    "MOST_IMPACTS",
+    "chosen",
+    "cross_check",
+    "default_dts",
+    "distinct_profiles",
+    "run",
+]
 
 DEFAULT_TIME_LIMIT_S = 60.0
 DEFAULT_PROFILES = ("default", "tuned")
@@ -82,6 +94,9 @@ def cross_check(
     timing: bool = True,
     certified: bool | None = None,
     certify_s: float = CERTIFY_SECONDS,
+    phases: int = 0,
+    seed: int = 0,
+    samples: bool = True,
     progress: Progress | None = None,
     command: str = "",
 ) -> Results:
@@ -98,6 +113,9 @@ def cross_check(
         certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
             discs or more a certified run says up to which impact it may be believed, where python-flint is installed.
         certify_s: Seconds for the certified run of each scene.
+        phases: At how many sub-step phases to run each cell beside the scene's own, for the spread of its errors.
+        seed: Where the quasi-random sequence of phases begins.
+        samples: Whether to keep states for drawing; nobody draws them where no report is written.
         progress: Called with (done, all, what) as cells finish.
         command: The command line to print in the report.
 
@@ -106,13 +124,15 @@ def cross_check(
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     started = time.perf_counter()
+    if isinstance(phases, bool) or not isinstance(phases, int) or phases < 0:
+        raise InputError(f"phases must be a whole number, 0 or more, got {phases!r}")
     if isinstance(scenes, Scene | CatalogueScene) or isinstance(engine_names, str):
         raise InputError("scenes and engine_names must be lists, also where there is one of them")
     _require_positive(
         time_limit_s=time_limit_s, certify_s=certify_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())}
     )
     plain, answers = _sort_out(scenes)
-    infos = _chosen(engine_names)
+    infos = chosen(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
     solved = {scene.name: _reference(scene) for scene in plain}
     held_against: dict[str, Reference] = {}
@@ -131,8 +151,10 @@ def cross_check(
     scorable = [cell for cell in cells if cell.scene.name not in unscorable]
     pit_cells = _sampling_cells(scorable)
     others = [cell for cell in scorable if (cell.engine, cell.profile) != SAMPLING]
+    horizons = {name: at for name, reference in held_against.items() if (at := _horizon_s(reference)) is not None}
     timed = sum(cell.refinement == 0 for cell in scorable) if timing else 0
-    done, total = 0, len(pit_cells) + len(others) + timed
+    shifted = _shifted_cells(scorable, references, phase_values(phases, seed))
+    done, total = 0, len(pit_cells) + len(others) + timed + sum(map(len, shifted.values()))
 
     def report(row: Row) -> None:
         nonlocal done
@@ -146,21 +168,37 @@ def cross_check(
         if row.trace is None or reference is None:
             return row
         pit = rows[_key(replace(row.cell, engine=SAMPLING[0], profile=SAMPLING[1]))]
-        horizon_s = held_against[row.cell.scene.name].horizon_s
-        return replace(row, score=compare(reference, row.trace, sampling=pit.trace, horizon_s=horizon_s))
+        horizon = horizons.get(row.cell.scene.name)
+        return replace(row, score=compare(reference, row.trace, sampling=pit.trace, horizon=horizon))
+
+    def spreads(executor: Executor) -> dict[Key, PhaseSpread]:
+        nonlocal done
+        ran = {key: entries for key, entries in shifted.items() if rows[key].status is Status.RAN}
+        done += sum(map(len, shifted.values())) - sum(map(len, ran.values()))
+        home = {id(cell): (key, one) for key, entries in ran.items() for cell, one in entries}
+        scores: dict[Key, list[Score]] = {key: [] for key in ran}
+        for row in executor.observe_all([cell for entries in ran.values() for cell, _ in entries], samples=False):
+            key, one = home[id(row.cell)]
+            done += 1
+            if progress is not None:
+                progress(done, total, f"{key[0]} on {key[1]}, at {phases} phases")
+            if row.trace is not None:
+                scores[key].append(compare(one.reference, row.trace, horizon=horizons.get(key[0])))
+        return {key: spread_of(of, rows[key].cell.scene, rows[key].cell.dt_s) for key, of in scores.items()}
 
     with Executor(jobs, time_limit_s) as executor:
-        for row in executor.observe_all(pit_cells):
+        for row in executor.observe_all(pit_cells, samples=samples):
             report(row)
-        for row in executor.observe_all(others):
+        for row in executor.observe_all(others, samples=samples):
             report(score(row))
+        spread = spreads(executor)
         for cell in scorable:
             row = rows[_key(cell)] if (cell.engine, cell.profile) != SAMPLING else score(rows[_key(cell)])
             rows[_key(cell)] = row
             if timing and cell.refinement == 0:
                 report(executor.time(row))
     return Results(
-        rows=_with_ratios([rows[_key(cell)] for cell in cells]),
+        rows=_with_ratios([replace(rows[_key(cell)], spread=spread.get(_key(cell))) for cell in cells]),
         references=references,
         known={
             name: (answer, deviation(pic[name], answer, references[name].scene))
@@ -172,7 +210,14 @@ def cross_check(
         command=command,
         elapsed_s=time.perf_counter() - started,
         certified={name: r.certified for name, r in held_against.items() if r.certified is not None},
+        horizons=horizons,
+        phases=phases,
     )
+
+
+def _horizon_s(reference: Reference) -> float | None:
+    """Return until when a reference may be believed: as certified, or as estimated where it is not; None for all."""
+    return reference.horizon_s if isinstance(reference.certified, Horizon) else estimate_horizon(reference.trace)
 
 
 def _require_positive(**values: float) -> None:
@@ -199,7 +244,12 @@ def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], di
     return plain, answers
 
 
-def _chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+def chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+    """Return what is known of the engines of these names, or of all.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
     known = {info.name: info for info in engines()}
     for name in names or ():
         if name not in known:
@@ -226,10 +276,14 @@ def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[st
     """Return the profiles to run of an engine, without those that would only run the same settings again."""
     if not info.profiles:  # the adapter can't be loaded: one row says why
         return [profiles[-1]]
-    adapter = load_adapter(info.name)
+    return distinct_profiles(load_adapter(info.name), profiles, dt_s)
+
+
+def distinct_profiles(adapter: Adapter, profiles: Sequence[str], dt_s: float) -> list[str]:
+    """Return which profiles of an adapter to run: of those with the same settings at a step only the last."""
     by_settings: dict[object, str] = {}
     for profile in profiles:
-        if profile in info.profiles:
+        if profile in adapter.profiles:
             try:
                 settings: object = tuple(sorted(profile_settings(adapter, profile, dt_s).items()))
             except AdapterError:  # its row will say why
@@ -254,6 +308,20 @@ def _sampling_cells(cells: Sequence[Cell]) -> list[Cell]:
     """PIT on each scene at each step that is run, asked for or not: what sampling alone costs there."""
     engine, profile = SAMPLING
     return list({(c.scene.name, c.dt_s): replace(c, engine=engine, profile=profile) for c in cells}.values())
+
+
+def _shifted_cells(
+    cells: Sequence[Cell], references: Mapping[str, Trace], phases: Sequence[float]
+) -> dict[Key, list[tuple[Cell, Shifted]]]:
+    """Return for each cell those of its phases: the cell with its scene shifted, and what it is held against."""
+    found: dict[Key, list[tuple[Cell, Shifted]]] = {}
+    shifted: dict[tuple[str, float], tuple[Shifted, ...]] = {}
+    for cell in cells if phases else ():
+        step = (cell.scene.name, cell.dt_s)
+        if step not in shifted:
+            shifted[step] = shifted_scenes(references[cell.scene.name], cell.dt_s, phases)
+        found[_key(cell)] = [(replace(cell, scene=one.scene), one) for one in shifted[step]]
+    return found
 
 
 def _versions(infos: Sequence[EngineInfo]) -> dict[str, str]:

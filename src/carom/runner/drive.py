@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
+from carom.runner.early_end import FreeFlight
 from carom.runner.impacts import ImpactCollector
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
@@ -64,7 +65,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     """Run a scene step by step, looking after each one, and return what happened.
 
     The final state is that at the scene's duration: the last whole step's, moved along its straight path by what is
-    missing to, or beyond, the duration.
+    missing to, or beyond, the duration. Once all that is left is free flight, no more steps are taken.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -80,6 +81,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     positions = [start.position_m]
     stride = -(-steps // MOST_SAMPLES)
     outcome, taken, state = Outcome.COMPLETED, 0, start
+    flight = FreeFlight(scene, dt_s)
     notes: tuple[str, ...] = ()
     world = adapter.prepare(scene, settings)
     try:
@@ -94,10 +96,18 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
             collector.add(step * dt_s, now)
             if samples and step % stride == 0:
                 positions.append(now.position_m)
+            if flight.begins(step * dt_s, now):
+                break
+        counts = _counts(world, taken, steps)
     finally:
         world.close()
     impacts, effective = collector.finish()
-    missing = scene.duration_s - steps * dt_s if outcome is Outcome.COMPLETED else 0.0
+    missing = scene.duration_s - taken * dt_s if outcome is Outcome.COMPLETED else 0.0
+    if samples and outcome is Outcome.COMPLETED:
+        positions += [
+            state.position_m + state.velocity_m_s * ((step - taken) * dt_s)
+            for step in range(len(positions) * stride, steps + 1, stride)
+        ]
     return Trace(
         method=adapter.name,
         scene=scene,
@@ -108,12 +118,19 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         outcome=outcome,
         dt_s=dt_s,
         effective_time_s=effective,
+        state_before=collector.states,
         samples=_samples(positions, stride * dt_s) if samples else None,
         profile=profile,
         settings=used,
-        counts={"steps": taken},
+        counts=counts,
         notes=notes,
     )
+
+
+def _counts(world: World, taken: int, steps: int) -> dict[str, int]:
+    """Work counts: the steps, and what the world itself counts, if anything."""
+    own = getattr(world, "counts", {})
+    return {"steps": taken, "steps_skipped": steps - taken, **{str(name): int(count) for name, count in own.items()}}
 
 
 def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples:

@@ -20,10 +20,13 @@ from carom.runner.process import Crashed, TimedOut, Worker
 from carom.runner.results import Cell, Row, Status
 from carom.trace import Trace
 
-__all__ = ["Executor"]
+__all__ = ["MOST_DISCS_DRAWN", "Executor", "drawn"]
 
 #: Timed runs of a cell; the median of three throws one disturbed run away.
 TIMING_RUNS = 3
+
+#: More discs than this in one picture show nothing, and weigh megabytes.
+MOST_DISCS_DRAWN = 64
 
 
 Kind = TypeVar("Kind")
@@ -55,10 +58,13 @@ class Executor:
         answer = self._ask(cell, Request(cell.engine, cell.scene, cell.profile, cell.dt_s, samples=samples))
         return answer if isinstance(answer, Row) else Row(cell, Status.RAN, trace=_as(Trace, answer))
 
-    def observe_all(self, cells: Sequence[Cell]) -> Iterator[Row]:
-        """Run many cells, yielding each row as it finishes; states are kept for drawing at the coarsest step only."""
+    def observe_all(self, cells: Sequence[Cell], *, samples: bool = True) -> Iterator[Row]:
+        """Run many cells, yielding each row as it finishes.
+
+        States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
+        """
         with ThreadPoolExecutor(max_workers=self._jobs) as pool:
-            futures = [pool.submit(self.observe, cell, samples=cell.refinement == 0) for cell in cells]
+            futures = [pool.submit(self.observe, cell, samples=samples and drawn(cell)) for cell in cells]
             try:
                 for future in as_completed(futures):
                     yield future.result()
@@ -94,6 +100,11 @@ class Executor:
         if engine not in workers:
             workers[engine] = self._stack.enter_context(Worker())
         return workers[engine]
+
+
+def drawn(cell: Cell) -> bool:
+    """Whether a report may draw a cell."""
+    return cell.refinement == 0 and len(cell.scene.discs) <= MOST_DISCS_DRAWN
 
 
 def _as(kind: type[Kind], answer: object) -> Kind:

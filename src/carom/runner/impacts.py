@@ -15,11 +15,15 @@ from numpy.typing import NDArray
 from carom.adapter import Contact, Observation
 from carom.errors import AdapterError
 from carom.scene import Scene
-from carom.trace import ImpactRecord, Vector, impact_array
+from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array
 
 __all__ = ["ImpactCollector"]
 
 _AT_REST: Vector = (0.0, 0.0)
+
+#: A row of `STATE_DTYPE`.
+_State = tuple[float, Vector, Vector]
+_UNKNOWN: _State = (math.nan, (math.nan, math.nan), (math.nan, math.nan))
 
 
 @dataclass
@@ -55,19 +59,25 @@ class ImpactCollector:
         self._last = start
         self._last_s = 0.0
         self._open: dict[tuple[int, int], _OpenContact] = {}
-        self._done: list[tuple[int, ImpactRecord, float]] = []
+        self._done: list[tuple[int, ImpactRecord, float, _State]] = []
         self._begun = 0
+        self.states = np.zeros(0, STATE_DTYPE)
 
     def add(self, time_s: float, now: Observation) -> None:
         """Take in the state and contacts of the step that ended at `time_s`."""
         self._require_sound(now)
         before = self._last
         active: dict[tuple[int, int], Contact] = {}
+        struck: set[int] = set()
         for contact in now.contacts:
             if contact.velocities is not None:
                 key = (contact.first, contact.second)
                 record = ImpactRecord(contact.time_s, *key, contact.normal, *contact.velocities)
-                self._done.append((self._next_number(), record, contact.time_s))
+                # Several impacts of one disc in a step: but for those of the step's very start, it has moved between.
+                free = contact.time_s == self._last_s or struck.isdisjoint(key)
+                struck.update(body for body in key if body >= 0 and self._inverse_mass[body] > 0.0)
+                state = _state(key, self._last_s, before) if free else _UNKNOWN
+                self._done.append((self._next_number(), record, contact.time_s, state))
             elif self._acted(contact, before, now):
                 active[contact.first, contact.second] = contact
         touched = [body for pair in active for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
@@ -79,13 +89,14 @@ class ImpactCollector:
         self._last, self._last_s = now, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Return the impacts in order of reported time, and the effective time of each."""
+        """Return the impacts in order of reported time, and the effective time of each; `states` goes with them."""
         for pair in list(self._open):
             self._close(pair)
         # Of impacts with one time stamp, the one that began first comes first.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
-        effective = np.array([effective for _, _, effective in ordered], dtype=np.float64)
-        return impact_array(record for _, record, _ in ordered), effective
+        effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
+        self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
+        return impact_array(record for _, record, _, _ in ordered), effective
 
     def _next_number(self) -> int:
         self._begun += 1
@@ -174,7 +185,13 @@ class ImpactCollector:
             contact.after_second,
         )
         effective = _effective_time(pair, contact) if contact.alone else math.nan
-        self._done.append((contact.number, record, effective))
+        state = _state(pair, contact.start_s, contact.start) if contact.alone else _UNKNOWN
+        self._done.append((contact.number, record, effective, state))
+
+
+def _state(pair: tuple[int, int], time_s: float, state: Observation) -> _State:
+    first, second = pair
+    return (time_s, _row(state.position_m, first), _AT_REST if second < 0 else _row(state.position_m, second))
 
 
 def _effective_time(pair: tuple[int, int], contact: _OpenContact) -> float:

@@ -10,6 +10,7 @@ from carom.comparator import Grade, Horizon, Score
 from carom.registry import EngineInfo
 from carom.runner.drive import Timing
 from carom.runner.environment import Environment
+from carom.runner.phases import PhaseSpread
 from carom.scene import Scene
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
@@ -60,6 +61,7 @@ class Row:
         timing: Its two clocks; None where it was not timed.
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None where either
             was not timed.
+        spread: Its scores over many sub-step phases; None where only one was run.
     """
 
     cell: Cell
@@ -69,6 +71,7 @@ class Row:
     score: Score | None = None
     timing: Timing | None = None
     time_ratio: float | None = None
+    spread: PhaseSpread | None = None
 
     @property
     def grade(self) -> Grade | None:
@@ -99,6 +102,9 @@ class Results:
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: How far the reference of a scene is certified, or in words why it is not, by the scene's name; scenes
             of one or two discs are left out unless that was asked for.
+        horizons: Up to when a scene's reference may be believed, seconds, by the scene's name; what is not listed is
+            believed whole. An estimate where nobody has certified it.
+        phases: At how many sub-step phases each cell was run beside the scene's own.
     """
 
     rows: tuple[Row, ...]
@@ -109,3 +115,5 @@ class Results:
     command: str
     elapsed_s: float
     certified: Mapping[str, Horizon | str] = field(default_factory=dict)
+    horizons: Mapping[str, float] = field(default_factory=dict)
+    phases: int = 0

@@ -11,7 +11,7 @@ import pytest
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic
 from carom.bench.gas import gas_scene
-from carom.comparator import Grade, Verdict, horizon_of
+from carom.comparator import Grade, horizon_of
 from carom.errors import InputError
 
 IMPACTS = 60
@@ -83,26 +83,27 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
     late = spoilt(pic, 40, velocity_first_after=(99.0, 99.0))
     gone = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 45))
     for observed in (pic, late, gone):
-        score = compare(pic, observed, horizon_s=horizon_s)
+        score = compare(pic, observed, horizon=horizon_s)
         assert score.grade is Grade.EXACT
         assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
-        assert Verdict.BEYOND_HORIZON in score.verdicts
+        assert score.beyond_horizon == len(pic.impacts) - 30
         assert math.isnan(score.final_position_error)
     early = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 10))
-    assert compare(pic, early, horizon_s=horizon_s).missed == (10,)
+    assert compare(pic, early, horizon=horizon_s).missed == (10,)
     assert compare(pic, gone).missed == (45,)
 
 
 def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:
     """A horizon that covers the scene is no horizon."""
-    assert compare(pic, pic, horizon_s=SCENE.duration_s) == compare(pic, pic)
-    assert compare(pic, pic).horizon_s is None
+    whole, plain = compare(pic, pic, horizon=SCENE.duration_s), compare(pic, pic)
+    assert (whole.errors, whole.findings, whole.grade) == (plain.errors, plain.findings, plain.grade)
+    assert whole.horizon_s is None
 
 
 def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:
     """NaN is no horizon, 0 no tolerance, and two scenes are not compared."""
-    with pytest.raises(InputError, match="horizon_s must be 0 or more, got nan"):
-        compare(pic, pic, horizon_s=math.nan)
+    with pytest.raises(InputError, match=r"horizon must be a number of impacts .* got nan"):
+        compare(pic, pic, horizon=math.nan)
     with pytest.raises(InputError, match="tolerance must be above 0, got 0"):
         horizon_of(certified, pic, tolerance=0)
     with pytest.raises(InputError, match="the trace of another"):

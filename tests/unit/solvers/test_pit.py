@@ -146,10 +146,10 @@ def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> 
     scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.0)
     assert len(solve_pit(scene, frame_rate_hz=4.0).impacts) == 0
     longer = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=2.125)
-    trace = solve_pit(longer, frame_rate_hz=4.0)
+    trace = solve_pit(longer, frame_rate_hz=4.0, skipping=False)
     assert trace.impacts["time_s"].tolist() == [2.0]
     assert trace.end_time_s == 2.125
-    assert trace.counts == {"frames": 9, "pair_tests": 9}
+    assert trace.counts == {"frames": 9, "frames_looked_at": 9, "frames_skipped": 0, "pair_tests": 9}
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.125])
 
 

@@ -1,0 +1,273 @@
+"""Shared simultaneous contact: the admissible outcomes, and which of them a trace took.
+
+Where several contacts that share a disc are struck at one instant, the laws of impact of two bodies give no unique
+answer. Admissible is what some order of impacts, one pair at a time, leads to, until no contact approaches; and, where
+there is one, the answer of all impulses at once: each contact that pushes separates at e times its approach, none that
+does not push ends slower than that (D. Baraff, Analytical methods for dynamic simulation of non-penetrating rigid
+bodies, SIGGRAPH 1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import LATEST_STAMP_STEPS
+from carom.comparator.score import Scales
+from carom.scene import Scene
+from carom.trace import Trace
+
+__all__ = ["ConventionMatch", "Group", "Outcome", "admissible_outcomes", "first_group", "match_outcome"]
+
+#: What two contacts of one instant may differ by in time (over the duration), place (over the scene's extent) and
+#: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
+SAME = 1e-12
+
+#: More states than these are not followed: a reader can't use a list of thousands of outcomes either.
+MOST_STATES = 4096
+
+#: Every subset of the contacts can be the one that pushes; of more contacts than these, subsets are not tried.
+MOST_AT_ONCE = 8
+
+Velocities = NDArray[np.float64]
+Contact = tuple[int, int, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One admissible outcome.
+
+    Attributes:
+        how: The order of impacts that leads there, in words.
+        velocity_m_s: Velocities after, one row a disc of the group, shape ``(k, 2)``.
+    """
+
+    how: str
+    velocity_m_s: Velocities
+
+
+@dataclass(frozen=True)
+class Group:
+    """The discs and contacts of one shared instant.
+
+    Attributes:
+        time_s: The instant.
+        discs: Numbers of the discs, ascending.
+        contacts: Pairs of bodies (a wall is negative) with the normal from first to second.
+        velocity_m_s: Velocities before, one row a disc, shape ``(k, 2)``.
+    """
+
+    time_s: float
+    discs: tuple[int, ...]
+    contacts: tuple[Contact, ...]
+    velocity_m_s: Velocities
+
+
+@dataclass(frozen=True)
+class ConventionMatch:
+    """Which admissible outcome a trace took.
+
+    Attributes:
+        group: The shared instant.
+        outcomes: The admissible outcomes; empty where there are too many to list.
+        nearest: Index of the nearest outcome; None where there is none.
+        distance: Largest difference of a velocity from it, over the scene's speed.
+        matches: Whether that is no more than rounding, or no more than PIT's at the same step.
+    """
+
+    group: Group
+    outcomes: tuple[Outcome, ...]
+    nearest: int | None
+    distance: float
+    matches: bool
+
+
+def first_group(reference: Trace) -> Group | None:
+    """Return the first shared instant of a reference, None where there is none."""
+    if not reference.ambiguous:
+        return None
+    scene, impacts = reference.scene, reference.impacts
+    index = reference.ambiguous[0]
+    time_s = float(impacts["time_s"][index])
+    begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
+    position, velocity = _state_before(reference, begin, time_s)
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    extent = float(np.max(np.abs(position)) + 2.0 * np.max(radius))
+    contacts = list(_touching(scene, position, radius, SAME * extent))
+    discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
+    while True:  # what is reached through movable discs is part of it
+        linked = {
+            body
+            for first, second, _ in contacts
+            for body in (first, second)
+            if body >= 0 and any(b in discs and not scene.discs[b].immovable for b in (first, second) if b >= 0)
+        }
+        if linked <= discs:
+            break
+        discs |= linked
+    kept = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
+    return Group(time_s, tuple(sorted(discs)), kept, velocity[sorted(discs)])
+
+
+def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[Outcome, ...]:
+    """Return every admissible outcome of a shared instant, without repetition; empty where there are too many.
+
+    Args:
+        scene: The scene.
+        group: The instant.
+        speed_m_s: The scene's speed, of which a part of `SAME` is rounding.
+    """
+    row = {disc: k for k, disc in enumerate(group.discs)}
+    tolerance = SAME * speed_m_s
+    found: list[Outcome] = []
+    seen: set[bytes] = set()
+    stack: list[tuple[Velocities, tuple[str, ...]]] = [(group.velocity_m_s.copy(), ())]
+    while stack:
+        velocity, path = stack.pop()
+        # Cells far wider than rounding and far narrower than any difference that could matter.
+        key = np.round(velocity / (1e3 * tolerance)).astype(np.int64).tobytes()
+        if key in seen:
+            continue
+        seen.add(key)
+        if len(seen) > MOST_STATES:
+            return ()
+        active = [c for c in group.contacts if _closing(c, velocity, row) > tolerance]
+        if not active:
+            found.append(Outcome(", then ".join(path) or "no impact", velocity))
+        # Last first, so that the stack gives the lower body numbers first.
+        stack += [(_struck(scene, c, velocity, row), (*path, _name(c))) for c in reversed(active)]
+    at_once = _at_once(scene, group, row, tolerance)
+    if at_once is not None and all(np.max(np.abs(at_once - o.velocity_m_s)) > 1e3 * tolerance for o in found):
+        found.append(Outcome("all at once", at_once))
+    return tuple(found)
+
+
+def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales) -> ConventionMatch | None:
+    """Return which admissible outcome of its first shared instant a trace took; None where all is unique."""
+    group = first_group(reference)
+    if group is None:
+        return None
+    outcomes = admissible_outcomes(reference.scene, group, scales.speed_m_s)
+    if not outcomes:
+        return ConventionMatch(group, (), None, math.nan, matches=False)
+    nearest, distance = _nearest(observed, group, outcomes, scales)
+    # Sampling turns normals; so PIT at the same step says how near is near enough.
+    allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
+    return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= max(allowed, 0.0) + 1e3 * SAME)
+
+
+def _nearest(trace: Trace, group: Group, outcomes: Sequence[Outcome], scales: Scales) -> tuple[int, float]:
+    found = _velocities_after(trace, group)
+    distances = [float(np.max(np.hypot(*(found - outcome.velocity_m_s).T))) / scales.speed_m_s for outcome in outcomes]
+    best = int(np.argmin(distances))
+    return best, distances[best]
+
+
+def _velocities_after(trace: Trace, group: Group) -> Velocities:
+    """Velocities of the group's discs once it has done with this instant: after its impacts within the next steps."""
+    velocity = group.velocity_m_s.copy()
+    row = {disc: k for k, disc in enumerate(group.discs)}
+    slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
+    for impact in trace.impacts:
+        bodies = (int(impact["first"]), int(impact["second"]))
+        if abs(float(impact["time_s"]) - group.time_s) > slack or any(b >= 0 and b not in row for b in bodies):
+            continue
+        for name, body in zip(("first", "second"), bodies, strict=True):
+            if body >= 0:
+                velocity[row[body]] = impact[f"velocity_{name}_after"]
+    return velocity
+
+
+def _state_before(reference: Trace, begin: int, time_s: float) -> tuple[NDArray[np.float64], Velocities]:
+    scene = reference.scene
+    position = np.array([disc.position_m for disc in scene.discs])
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    since = np.zeros(len(position))
+    for impact in reference.impacts[:begin]:
+        for name in ("first", "second"):
+            body, at = int(impact[name]), float(impact["time_s"])
+            if body >= 0:
+                position[body] += velocity[body] * (at - since[body])
+                velocity[body], since[body] = impact[f"velocity_{name}_after"], at
+    return position + velocity * (time_s - since)[:, None], velocity
+
+
+def _touching(
+    scene: Scene, position: NDArray[np.float64], radius: NDArray[np.float64], tolerance_m: float
+) -> Iterator[Contact]:
+    for i in range(len(radius)):
+        offset = position[i + 1 :] - position[i]
+        distance = np.hypot(*offset.T)
+        for k in np.flatnonzero(distance - (radius[i] + radius[i + 1 :]) <= tolerance_m):
+            normal = offset[k] / distance[k]
+            yield i, i + 1 + int(k), (float(normal[0]), float(normal[1]))
+        for number, wall in enumerate(scene.walls):
+            gap = float((position[i] - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
+            if gap <= tolerance_m:
+                yield i, -1 - number, (-wall.normal[0], -wall.normal[1])
+
+
+def _closing(contact: Contact, velocity: Velocities, row: dict[int, int]) -> float:
+    first, second, normal = contact
+    relative = velocity[row[first]] - (velocity[row[second]] if second >= 0 else 0.0)
+    return float(relative @ np.array(normal))
+
+
+def _inverse_masses(scene: Scene, contact: Contact) -> tuple[float, float]:
+    first, second, _ = contact
+    return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
+
+
+def _restitution(scene: Scene, contact: Contact) -> float:
+    return scene.restitution if contact[1] >= 0 else scene.wall_restitution
+
+
+def _struck(scene: Scene, contact: Contact, velocity: Velocities, row: dict[int, int]) -> Velocities:
+    first, second, normal = contact
+    w1, w2 = _inverse_masses(scene, contact)
+    if w1 + w2 == 0.0:
+        return velocity
+    impulse = (1.0 + _restitution(scene, contact)) * _closing(contact, velocity, row) / (w1 + w2)
+    after = velocity.copy()
+    after[row[first]] -= impulse * w1 * np.array(normal)
+    if second >= 0:
+        after[row[second]] += impulse * w2 * np.array(normal)
+    return after
+
+
+def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Velocities | None:
+    """All impulses at once, by trying which contacts push; None where there is no answer, or too many contacts."""
+    contacts = [c for c in group.contacts if sum(_inverse_masses(scene, c)) > 0.0]
+    if len(contacts) > MOST_AT_ONCE:
+        return None
+    jacobian = np.zeros((len(contacts), 2 * len(row)))
+    inverse_mass = np.repeat([1.0 / scene.discs[disc].mass_kg for disc in group.discs], 2)
+    for k, (first, second, normal) in enumerate(contacts):
+        jacobian[k, 2 * row[first] : 2 * row[first] + 2] = np.negative(normal)
+        if second >= 0:
+            jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
+    matrix = (jacobian * inverse_mass) @ jacobian.T
+    closing = np.array([_closing(c, group.velocity_m_s, row) for c in contacts])
+    # Closing speeds after: -e times those before; where nothing closed, nothing may close.
+    wanted = -np.array([_restitution(scene, c) for c in contacts]) * np.maximum(closing, 0.0)
+    for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
+        active = np.flatnonzero(pushing)
+        inner = matrix[np.ix_(active, active)]
+        if np.linalg.matrix_rank(inner) < len(active):
+            continue
+        impulse = np.zeros(len(contacts))
+        impulse[active] = np.linalg.solve(inner, (closing - wanted)[active])
+        if np.all(impulse >= 0.0) and np.all(closing - matrix @ impulse <= wanted + 1e3 * tolerance):
+            after: Velocities = group.velocity_m_s + (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
+            return after
+    return None
+
+
+def _name(contact: Contact) -> str:
+    first, second, _ = contact
+    return f"{first} on {second}" if second >= 0 else f"{first} on wall {-1 - second}"

@@ -1,0 +1,147 @@
+"""Whether impacts come in the order of the reference, and how many edits lie between the two sequences."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator.align import LATEST_STAMP_STEPS, Alignment
+from carom.trace import Trace
+
+__all__ = ["MOST_EDITS", "Order", "edit_distance", "order_of"]
+
+#: An edit distance is searched for up to here: beyond it two sequences have nothing to do with each other any more.
+MOST_EDITS = 64
+
+Pair = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Order:
+    """How the order of an observed trace's impacts compares with the reference's.
+
+    Attributes:
+        edits: Impacts to insert, to delete, or to swap with their neighbour, to turn the one sequence of pairs into the
+            other; `MOST_EDITS` where it is that many or more.
+        inverted: Matched impacts whose order is wrong, as indices of the reference, the one that comes first there
+            first.
+    """
+
+    edits: int
+    inverted: tuple[tuple[int, int], ...]
+
+    @property
+    def out_of_place(self) -> frozenset[int]:
+        """The reference's impacts that are part of an inversion."""
+        return frozenset(index for pair in self.inverted for index in pair)
+
+
+def order_of(reference: Trace, observed: Trace, alignment: Alignment, believed: int, until_s: float) -> Order:
+    """Compare the order of impacts, up to a horizon.
+
+    A method that looks once a step tells no order within it, and stamps up to two steps late. So two impacts that have
+    no body in common and lie within that of each other are not out of order; nor are two of one time stamp.
+
+    Args:
+        reference: The reference.
+        observed: The observed trace.
+        alignment: Which impact is which.
+        believed: How many of the reference's impacts are within the horizon.
+        until_s: The horizon.
+    """
+    to_reference = {o: r for r, o in alignment.matched if r < believed}
+    spurious = {o for o in alignment.spurious if observed.impacts["time_s"][o] <= until_s}
+    sequence = [o for o in range(len(observed.impacts)) if o in to_reference or o in spurious]
+    inverted = _settle(sequence, to_reference, reference, observed)
+    expected = _pairs(reference, range(believed))
+    undecided = set(alignment.undecided)
+    expected = [pair for r, pair in enumerate(expected) if r not in undecided]
+    return Order(edit_distance(expected, _pairs(observed, sequence)), tuple(sorted(inverted)))
+
+
+def _settle(
+    sequence: list[int], to_reference: dict[int, int], reference: Trace, observed: Trace
+) -> set[tuple[int, int]]:
+    """Bring observed impacts into the reference's order where nothing speaks against it; return what does.
+
+    An insertion sort over neighbours: what is in order already, as nearly everything is, costs one comparison.
+    """
+    slack = LATEST_STAMP_STEPS * observed.dt_s
+    stamp, time = observed.impacts["time_s"], reference.impacts["time_s"]
+    inverted = set()
+    for end in range(1, len(sequence)):
+        k = end
+        while k > 0:
+            earlier, later = sequence[k - 1], sequence[k]
+            if earlier not in to_reference or later not in to_reference:
+                break
+            a, b = to_reference[later], to_reference[earlier]  # in the order of the reference, if inverted
+            if a > b:
+                break
+            apart = not _share(reference, a, b) and time[b] - time[a] <= slack
+            if not (apart or stamp[earlier] == stamp[later]):
+                inverted.add((a, b))
+                break
+            sequence[k - 1], sequence[k] = later, earlier
+            k -= 1
+    return inverted
+
+
+def _share(reference: Trace, a: int, b: int) -> bool:
+    """Whether two impacts have a movable body in common."""
+    discs = reference.scene.discs
+    bodies = [{int(reference.impacts[k]["first"]), int(reference.impacts[k]["second"])} for k in (a, b)]
+    return any(body >= 0 and not discs[body].immovable for body in bodies[0] & bodies[1])
+
+
+def _pairs(trace: Trace, indices: Sequence[int]) -> list[Pair]:
+    first, second = trace.impacts["first"].tolist(), trace.impacts["second"].tolist()
+    return [(first[k], second[k]) for k in indices]
+
+
+def edit_distance(a: Sequence[Pair], b: Sequence[Pair]) -> int:
+    """Return the least number of insertions, deletions and swaps of neighbours that turn `a` into `b`.
+
+    The restricted Damerau-Levenshtein distance without replacements (G. Navarro, A guided tour to approximate string
+    matching, ACM Computing Surveys 33(1), 2001), in a band about the diagonal that is doubled until the answer fits
+    (E. Ukkonen, 1985); `MOST_EDITS` where the answer is that or more.
+    """
+    start = 0
+    while start < min(len(a), len(b)) and a[start] == b[start]:
+        start += 1
+    end = 0
+    while end < min(len(a), len(b)) - start and a[-1 - end] == b[-1 - end]:
+        end += 1
+    a, b = a[start : len(a) - end], b[start : len(b) - end]
+    band = 4
+    while True:
+        found = _banded(a, b, band) if abs(len(a) - len(b)) <= band else band + 1
+        if found <= band or band >= MOST_EDITS:
+            return min(found, MOST_EDITS)
+        band *= 2
+
+
+def _banded(a: Sequence[Pair], b: Sequence[Pair], band: int) -> int:
+    """Return the distance where it is at most `band`, else something larger."""
+    beyond = band + 1
+    width = 2 * band + 1
+    rows = np.full((len(a) + 1, width + 2), beyond, np.int64)  # column k of row r is position r + k - 1 - band of b
+    for r in range(len(a) + 1):
+        row, above = rows[r], rows[r - 1]
+        for c in range(max(0, r - band), min(len(b), r + band) + 1):
+            k = c - r + band + 1
+            best = 0 if r == c == 0 else beyond
+            if r > 0:
+                best = min(best, above[k + 1] + 1)
+            if c > 0:
+                best = min(best, row[k - 1] + 1)
+            if r > 0 and c > 0 and a[r - 1] == b[c - 1]:
+                best = min(best, above[k])
+            if r > 1 and c > 1 and a[r - 1] == b[c - 2] and a[r - 2] == b[c - 1]:
+                best = min(best, rows[r - 2][k] + 1)
+            row[k] = best
+        if row.min() > band:
+            return beyond
+    return int(rows[len(a)][len(b) - len(a) + band + 1])

@@ -1,0 +1,127 @@
+"""The map of what sampling costs two equal discs, over impact parameter and speed: made from an ensemble."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.report.svg import INK, drawing, new_figure, render
+from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
+
+__all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
+
+#: Speed times step over radius, from a crawl to three diameters a step.
+LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
+_COLUMNS, _ROWS = 36, 24
+
+#: Scenes in the report's map: some 300 a cell, in about a second.
+MAP_SCENES = 2**18
+
+_WIDTH_IN, _HEIGHT_IN = 5.1, 3.4
+
+
+@dataclass(frozen=True)
+class ErrorMap:
+    """PIT against PIC over impact parameter and advance.
+
+    Attributes:
+        advance: Edges of the columns: relative speed times step over radius, shape ``(columns + 1,)``.
+        offset: Edges of the rows: impact parameter in contact distances, shape ``(rows + 1,)``.
+        velocity_error: Mean velocity error of the impacts that PIT finds, over the relative speed, shape ``(rows,
+            columns)``; NaN where it finds none.
+        missed: Share of the impacts that it misses, of the same shape.
+        scenes: How many scenes it was made from.
+    """
+
+    advance: NDArray[np.float64]
+    offset: NDArray[np.float64]
+    velocity_error: NDArray[np.float64]
+    missed: NDArray[np.float64]
+    scenes: int
+
+
+@cache
+def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
+    """Run an ensemble of two equal discs through PIC and PIT.
+
+    Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
+    powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
+    Lengths are in radii, times in steps, so the speed is the advance.
+
+    Args:
+        scenes: How many.
+    """
+    root = 1.2207440846057596  # of x^4 = x + 1
+    k = np.arange(1, scenes + 1)[:, None]
+    offset, along, phase = ((0.5 + k * root ** -np.arange(1.0, 4.0)) % 1.0).T
+    advance = LEAST_ADVANCE * (MOST_ADVANCE / LEAST_ADVANCE) ** along
+    contact = 2.0
+    # Contact between the first frame and the second, so that two frames more decide everything.
+    start = -contact * np.sqrt(1.0 - offset**2) - advance * (1.0 - phase)
+    nothing = np.zeros(scenes)
+    pairs = TwoDiscEnsemble.of(
+        position_first=np.stack([start, nothing], axis=1),
+        velocity_first=np.stack([advance, nothing], axis=1),
+        radius_first=1.0,
+        position_second=np.stack([nothing, contact * offset], axis=1),
+        velocity_second=(0.0, 0.0),
+        radius_second=1.0,
+    )
+    exact, sampled = pic_ensemble(pairs), pit_ensemble(pairs, 1.0, 3)
+    error = np.hypot(*(sampled.velocity_first - exact.velocity_first).T) / advance
+    found = np.isfinite(sampled.time_s)
+    column = np.minimum((along * _COLUMNS).astype(np.intp), _COLUMNS - 1)
+    row = np.minimum((offset * _ROWS).astype(np.intp), _ROWS - 1)
+    cell, cells = row * _COLUMNS + column, _ROWS * _COLUMNS
+    total = np.bincount(cell, minlength=cells)
+    hits = np.bincount(cell, weights=found, minlength=cells)
+    errors = np.bincount(cell, weights=np.where(found, error, 0.0), minlength=cells)
+    with np.errstate(invalid="ignore"):
+        mean, missed = errors / hits, 1.0 - hits / total
+    return ErrorMap(
+        advance=LEAST_ADVANCE * (MOST_ADVANCE / LEAST_ADVANCE) ** (np.arange(_COLUMNS + 1) / _COLUMNS),
+        offset=np.arange(_ROWS + 1) / _ROWS,
+        velocity_error=mean.reshape(_ROWS, _COLUMNS),
+        missed=missed.reshape(_ROWS, _COLUMNS),
+        scenes=scenes,
+    )
+
+
+def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
+    """Return one half of the map as SVG: the velocity error of what is found, or the share that is missed.
+
+    Args:
+        found: The map.
+        label: Its accessible name.
+        missed: Which half.
+    """
+    with drawing():
+        from matplotlib.colors import BoundaryNorm
+
+        figure = new_figure(_WIDTH_IN, _HEIGHT_IN)
+        axes = figure.add_axes((0.13, 0.16, 0.70, 0.80))
+        values = found.missed if missed else found.velocity_error
+        levels = [k / 10 for k in range(11)] if missed else [0.0, 1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0]
+        across = np.log10(np.sqrt(found.advance[:-1] * found.advance[1:]))
+        up = 0.5 * (found.offset[:-1] + found.offset[1:])
+        # Filled contours stay vectors: a raster would be a picture within the picture.
+        image = axes.contourf(
+            across, up, np.ma.masked_invalid(values), levels, cmap="cividis", norm=BoundaryNorm(levels, 256)
+        )
+        offset = np.linspace(0.0, 1.0, 200)
+        edge = 2.0 * np.sqrt(1.0 - offset**2)
+        shown = edge >= LEAST_ADVANCE
+        axes.plot(np.log10(edge[shown]), offset[shown], color="#ffffff", linewidth=1.2)
+        ticks = [0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0]
+        axes.set_xticks(np.log10(ticks), [f"{tick:g}" for tick in ticks])
+        axes.set_xlim(across[0], across[-1])
+        axes.set_ylim(up[0], up[-1])
+        axes.set_xlabel("relative speed × step / radius")  # noqa: RUF001 # the multiplication sign is meant
+        axes.set_ylabel("impact parameter / contact distance", labelpad=2)
+        bar = figure.colorbar(image, cax=figure.add_axes((0.86, 0.16, 0.025, 0.80)))
+        bar.outline.set_edgecolor(INK)
+        bar.set_label("share of impacts missed" if missed else "velocity error / relative speed, mean", labelpad=2)
+        return render(figure, label)

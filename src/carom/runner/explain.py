@@ -1,0 +1,154 @@
+"""The plan of a cross-check in words: what would be run, what is skipped, and why. Nothing is run but Carom's own."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from carom.errors import AdapterError, InputError
+from carom.registry import load_adapter, unavailable_reason
+from carom.runner.cross_check import DEFAULT_PROFILES, MOST_IMPACTS, chosen, default_dts, distinct_profiles
+from carom.runner.execute import MOST_DISCS_DRAWN
+from carom.runner.phases import phase_values, shifted_scenes
+from carom.runner.plan import unsupported_reason
+from carom.scene import Scene
+from carom.scenes import CatalogueScene
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit import solve_pit
+from carom.trace import Trace
+
+__all__ = ["explain"]
+
+#: PIT is run to say what it skips; of a longer run the sentence is not worth the wait.
+MOST_FRAMES = 1_000_000
+
+
+def explain(
+    scenes: Sequence[Scene | CatalogueScene],
+    engine_names: Sequence[str] | None = None,
+    dts: Sequence[float] | None = None,
+    profiles: Sequence[str] | None = None,
+    *,
+    phases: int = 0,
+    drawn: bool = True,
+) -> Iterator[str]:
+    """Return the plan of a cross-check, line by line; arguments as those of `cross_check`.
+
+    Args:
+        scenes: Scenes.
+        engine_names: Names of adapters.
+        dts: Steps, seconds.
+        profiles: Names of profiles.
+        phases: At how many phases each cell is run beside the scene's own.
+        drawn: Whether a report with pictures is written.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    infos = chosen(engine_names)
+    wanted = profiles or DEFAULT_PROFILES
+    for entry in scenes:
+        scene = entry.scene if isinstance(entry, CatalogueScene) else entry
+        steps = sorted(set(dts), reverse=True) if dts else list(default_dts(scene))
+        yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
+        reference = _reference(scene)
+        if isinstance(reference, str):
+            yield f"  nothing is run: {reference}"
+            continue
+        yield f"  PIC: {_pic(scene, reference)}"
+        for dt_s in steps:
+            yield f"  PIT at {dt_s:.6g} s: {_pit(scene, dt_s)}"
+        yield f"  engines: {_engines(scene, reference, steps[0])}"
+        yield f"  states: {_samples(scene, drawn=drawn)}"
+        if phases:
+            kept = len(shifted_scenes(reference, steps[0], phase_values(phases)))
+            why = "a shift that changes which impacts happen is left out"
+            yield f"  phases: {kept} of {phases} at {steps[0]:.6g} s; {why}"
+        for info in infos:
+            for profile in wanted:
+                yield f"  {info.name} {profile}: {_cell(scene, info.name, profile, wanted, steps)}"
+
+
+def _bodies(scene: Scene) -> str:
+    discs, walls = len(scene.discs), len(scene.walls)
+    return f"{discs} disc{'s' * (discs != 1)}, {walls or 'no'} wall{'s' * (walls != 1)}"
+
+
+def _needs(scene: Scene) -> str:
+    return ", ".join(sorted(need.value for need in scene.needs)) or "nothing special"
+
+
+def _reference(scene: Scene) -> Trace | str:
+    try:
+        return solve_pic(scene, max_impacts=MOST_IMPACTS)
+    except InputError as error:
+        return str(error)
+
+
+def _pic(scene: Scene, trace: Trace) -> str:
+    found = f"{len(trace.impacts)} impacts in {trace.counts.get('predictions', 0)} predictions"
+    walls = "" if scene.walls else ", no wall is asked about"
+    if len(scene.discs) == 2 and not scene.walls:
+        return f"two discs, so the closed form, without queue, cells or compiler: {found}"
+    if trace.counts.get("compiled"):
+        return f"many discs, so the compiled kernel with cells{walls}: {found}"
+    return f"event-driven in plain Python, as loading the compiler would take longer than the run{walls}: {found}"
+
+
+def _pit(scene: Scene, dt_s: float) -> str:
+    frames = scene.step_count(dt_s)
+    if frames > MOST_FRAMES:
+        return f"{frames} frames"
+    counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
+    n = len(scene.discs)
+    plain = counts["frames"] * (n * (n - 1) // 2 + n * len(scene.walls))
+    return (
+        f"{counts['frames_looked_at']} of {counts['frames']} frames are looked at, the others skipped, as no pair due "
+        f"can touch before; {counts['pair_tests']} pair tests where the plain loop makes {plain}"
+    )
+
+
+def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
+    last = float(reference.impacts["time_s"][-1]) if len(reference.impacts) else 0.0
+    steps = scene.step_count(dt_s)
+    needed = min(steps, math.ceil(last / dt_s) + 1)
+    if _nothing_follows(scene, reference):
+        return (
+            f"stopped once their own state shows nothing but free flight: after the last impact at {last:.4g} s, step "
+            f"{needed} of {steps} at {dt_s:.6g} s, or soon after"
+        )
+    return f"followed through all {steps} steps at {dt_s:.6g} s: bodies still approach each other or a wall at the end"
+
+
+def _nothing_follows(scene: Scene, reference: Trace) -> bool:
+    longer = scene.model_copy(update={"duration_s": 2.0 * scene.duration_s})
+    later = solve_pic(longer, max_impacts=len(reference.impacts) + 1)
+    return len(later.impacts) == len(reference.impacts) and bool(np.isfinite(reference.final_position_m).all())
+
+
+def _samples(scene: Scene, *, drawn: bool) -> str:
+    if not drawn:
+        return "none are kept, as no report is written"
+    if len(scene.discs) > MOST_DISCS_DRAWN:
+        return f"none are kept, as no picture shows more than {MOST_DISCS_DRAWN} discs"
+    return "kept at the coarsest step, the only one that is drawn"
+
+
+def _cell(scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps: Sequence[float]) -> str:
+    try:
+        adapter = load_adapter(engine)
+    except AdapterError as error:
+        return f"skipped: {error}"
+    missing = unavailable_reason(adapter.engine)
+    if missing:
+        return f"skipped: {missing}"
+    if profile not in adapter.profiles:
+        return "skipped: it has no such profile"
+    unsupported = unsupported_reason(scene, adapter.capabilities, steps[0])
+    if unsupported:
+        return f"skipped: {unsupported}"
+    if profile not in distinct_profiles(adapter, wanted, steps[0]):
+        return "skipped: another profile has the very same settings"
+    return f"run at {', '.join(f'{dt_s:.6g}' for dt_s in steps)} s"

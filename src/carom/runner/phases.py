@@ -1,0 +1,155 @@
+"""Where in a step the impact falls: one scene run at many sub-step phases, scored as a distribution.
+
+One phase makes a step look lucky or unlucky. The scene is shifted along its own motion by a part of a step, so that
+nothing changes but when, within a step, its first impact comes.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator import Score
+from carom.errors import SceneError
+from carom.scene import Disc, Scene
+from carom.solvers.pic import solve_pic
+from carom.trace import Trace
+
+__all__ = ["PhaseSpread", "Shifted", "phase_values", "pit_miss_probability", "shifted_scenes", "spread_of"]
+
+#: Of all numbers the golden ratio is the worst to approximate by fractions: its multiples leave no gap long unfilled.
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """A scene shifted along its own motion, and its reference."""
+
+    phase: float
+    scene: Scene
+    reference: Trace
+
+
+@dataclass(frozen=True)
+class PhaseSpread:
+    """The scores of one cell over many phases.
+
+    Attributes:
+        phases: How many phases ran.
+        wrong: In how many an impact was missed or invented.
+        missed: In how many an impact was missed.
+        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN without any.
+        velocity_worst: The largest.
+        time_median_s: Median over phases of the magnitude of the largest time error, seconds.
+        time_worst_s: The largest.
+        pit_miss_probability: In what share of all phases PIT misses the impact, by closed form; NaN where the scene is
+            not of two discs that meet.
+    """
+
+    phases: int
+    wrong: int
+    missed: int
+    velocity_median: float
+    velocity_worst: float
+    time_median_s: float
+    time_worst_s: float
+    pit_miss_probability: float
+
+    @property
+    def miss_probability(self) -> float:
+        """Share of the phases in which an impact was missed."""
+        return self.missed / self.phases if self.phases else math.nan
+
+
+def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
+    """Return quasi-random phases in 0 to 1: multiples of the golden ratio from a start that the seed draws."""
+    start = float(np.random.default_rng(seed).random())
+    return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
+
+
+def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Shifted, ...]:
+    """Shift a scene along its own motion to each phase; what can't be shifted so is left out.
+
+    All start positions are taken ``v * phase * dt`` ahead, and the duration is shortened by as much; where an impact
+    comes before that, they are taken back by the rest of the step instead. A shift that changes which impacts happen
+    (because the way back leads through another body, or the last impact falls past the end) is none.
+
+    Args:
+        reference: The scene's PIC trace.
+        dt_s: The step, seconds.
+        phases: Parts of a step, 0 to 1.
+    """
+    scene = reference.scene
+    first = float(reference.impacts["time_s"][0]) if len(reference.impacts) else math.inf
+    found = []
+    for phase in phases:
+        ahead = phase * dt_s
+        shift = ahead if ahead < min(first, scene.duration_s) else ahead - dt_s
+        try:
+            moved = _shifted(scene, shift)
+        except SceneError:
+            continue
+        trace = solve_pic(moved, max_impacts=len(reference.impacts) + 1)
+        same = np.array_equal(trace.impacts[["first", "second"]], reference.impacts[["first", "second"]])
+        if same:
+            found.append(Shifted(phase, moved, trace))
+    return tuple(found)
+
+
+def _shifted(scene: Scene, shift_s: float) -> Scene:
+    discs = [
+        Disc(
+            position_m=(
+                disc.position_m[0] + disc.velocity_m_s[0] * shift_s,
+                disc.position_m[1] + disc.velocity_m_s[1] * shift_s,
+            ),
+            velocity_m_s=disc.velocity_m_s,
+            radius_m=disc.radius_m,
+            mass_kg=disc.mass_kg,
+        )
+        for disc in scene.discs
+    ]
+    fields = {name: getattr(scene, name) for name in type(scene).model_fields}
+    return Scene(**{**fields, "discs": tuple(discs), "duration_s": scene.duration_s - shift_s})
+
+
+def pit_miss_probability(scene: Scene, dt_s: float) -> float:
+    """Return in what share of all phases PIT misses the impact of two discs at a step: NaN where none is to be missed.
+
+    PIT sees them overlap and approach for half the chord, ``sqrt(R^2 - b^2)`` at the relative speed; a frame falls into
+    that for certain where it lasts a step, and with the probability of its length in steps where it does not.
+    """
+    if len(scene.discs) != 2 or scene.walls:
+        return math.nan
+    one, two = scene.discs
+    d = np.subtract(two.position_m, one.position_m)
+    u = np.subtract(two.velocity_m_s, one.velocity_m_s)
+    speed = math.hypot(*u)
+    if not float(d @ u) < 0.0:
+        return math.nan
+    offset = abs(float(d[0] * u[1] - d[1] * u[0])) / speed
+    reach = one.radius_m + two.radius_m
+    if offset >= reach:
+        return math.nan
+    half_chord = math.sqrt((reach - offset) * (reach + offset))
+    return max(0.0, 1.0 - half_chord / (speed * dt_s))
+
+
+def spread_of(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
+    """Return the distribution of scores of one cell over phases."""
+    velocities = [s.velocity_error for s in scores if not math.isnan(s.velocity_error)]
+    times = [abs(s.time_error_s) for s in scores if not math.isnan(s.time_error_s)]
+    return PhaseSpread(
+        phases=len(scores),
+        wrong=sum(bool(s.missed or s.spurious) for s in scores),
+        missed=sum(bool(s.missed) for s in scores),
+        velocity_median=statistics.median(velocities) if velocities else math.nan,
+        velocity_worst=max(velocities, default=math.nan),
+        time_median_s=statistics.median(times) if times else math.nan,
+        time_worst_s=max(times, default=math.nan),
+        pit_miss_probability=pit_miss_probability(scene, dt_s),
+    )

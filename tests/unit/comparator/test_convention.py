@@ -1,0 +1,92 @@
+"""Shared simultaneous contact: every admissible outcome is listed, and a trace is told which one it took."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, compare, solve_pic
+from carom.comparator import Verdict
+from carom.comparator.convention import admissible_outcomes, first_group
+from carom.scenes import catalogue
+
+
+def cradle(discs: int, restitution: float = 1.0) -> Scene:
+    """One disc strikes a row of touching ones."""
+    return Scene(
+        name="cradle",
+        discs=[Disc(position_m=(-2, 0), velocity_m_s=(1, 0), radius_m=0.5)]
+        + [Disc(position_m=(k, 0), radius_m=0.5) for k in range(discs - 1)],
+        restitution=restitution,
+        duration_s=3,
+    )
+
+
+def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
+    """The two orders give (-1/8, -+sqrt(3)/8), mirror images; all at once, momentum and energy give -1/5.
+
+    All at once, by symmetry both struck discs leave along their normals, at 30 degrees, with speed u: momentum
+    1 = w + 2 u cos 30, energy 1 = w^2 + 2 u^2, so u = 2 sqrt(3)/5 and w = -1/5.
+    """
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    group = first_group(reference)
+    assert group is not None
+    assert group.discs == (0, 1, 2)
+    assert len(group.contacts) == 3
+    outcomes = admissible_outcomes(reference.scene, group, 1.0)
+    striker = [outcome.velocity_m_s[0].tolist() for outcome in outcomes]
+    expected = [[-1 / 8, -math.sqrt(3) / 8], [-1 / 8, math.sqrt(3) / 8], [-1 / 5, 0.0]]
+    np.testing.assert_allclose(striker, expected, rtol=0, atol=1e-12)
+    assert [outcome.how for outcome in outcomes][2] == "all at once"
+
+
+def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
+    """PIC takes the lower body numbers first: outcome 1 of 3; the mirror image is outcome 2; neither is graded."""
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    score = compare(reference, reference)
+    assert score.convention is not None
+    assert (score.convention.nearest, score.convention.matches) == (0, True)
+    assert "matches admissible outcome 1 of 3" in score.findings[0].reason
+    impacts = reference.impacts.copy()
+    flip = np.array([1.0, -1.0])
+    for name in impacts.dtype.names or ():
+        if impacts[name].ndim == 2:
+            impacts[name] *= flip
+    impacts["second"] = [2, 1]
+    mirrored = dataclasses.replace(reference, impacts=impacts)
+    other = compare(reference, mirrored)
+    assert other.convention is not None
+    assert (other.convention.nearest, other.convention.matches) == (1, True)
+
+
+def test_what_no_order_gives_is_said_to_match_none() -> None:
+    """Velocities that no order of impacts gives match none, and the distance from the nearest is told."""
+    reference = solve_pic(catalogue()["classics/one-into-two"].scene)
+    impacts = reference.impacts.copy()
+    impacts["velocity_first_after"][1] = (0.5, 0.5)
+    score = compare(reference, dataclasses.replace(reference, impacts=impacts))
+    assert score.convention is not None
+    assert not score.convention.matches
+    assert score.verdicts[0] is Verdict.CONVENTION
+    assert "matches none of 3 admissible outcomes" in score.findings[0].reason
+
+
+@pytest.mark.parametrize("discs", [3, 4, 5])
+def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
+    """One pair at a time there is one answer for equal elastic discs: the last one leaves with all the speed."""
+    reference = solve_pic(cradle(discs))
+    group = first_group(reference)
+    assert group is not None
+    assert group.discs == tuple(range(discs))
+    first = admissible_outcomes(reference.scene, group, 1.0)[0]
+    np.testing.assert_allclose(first.velocity_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)
+
+
+def test_a_scene_with_a_unique_answer_has_no_convention() -> None:
+    """Where no impact shares an instant, there is no group and no convention."""
+    reference = solve_pic(catalogue()["paper/multiple"].scene)
+    assert first_group(reference) is None
+    assert compare(reference, reference).convention is None

@@ -1,0 +1,124 @@
+"""Local errors: each impact against the closed form from the method's own state before it."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom.comparator.local import local_errors
+from carom.comparator.measure import scales_of
+from carom.registry import load_adapter
+from carom.runner.drive import observe_run
+from carom.scenes import catalogue
+
+#: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
+ROUNDING = 1e-12
+
+
+def long_gas(duration_s: float) -> Scene:
+    gas = catalogue()["classics/gas"].scene
+    return gas.model_copy(update={"duration_s": duration_s})
+
+
+def test_the_reference_has_no_local_error_however_long_it_runs() -> None:
+    """Each of thousands of impacts of a gas, long past any horizon, is right from its own state before, to rounding."""
+    trace = solve_pic(long_gas(60.0))
+    assert len(trace.impacts) > 2000
+    local = local_errors(trace, scales_of(trace.scene, trace))
+    assert local.scored == len(trace.impacts)
+    assert local.spurious == ()
+    for name in ("velocity", "restitution", "energy", "time_s"):
+        assert local.worst(name) < 1e-9, name  # the flattest graze of thousands: the normal takes what the time leaves
+        assert local.median(name) < ROUNDING, name
+
+
+def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
+    """In a gas far beyond the horizon, 3 % of the restitution lost in one impact is found there, at 3 %."""
+    trace = solve_pic(long_gas(30.0))
+    at = len(trace.impacts) - 100
+    row = trace.impacts[at]
+    from carom.comparator.local import own_states
+
+    impacts = trace.impacts.copy()
+    centre = 0.5 * (row["velocity_first_before"] + row["velocity_second_before"]) if row["second"] >= 0 else 0.0
+    for name in ("velocity_first_after", "velocity_second_after"):
+        along = float((row[name] - centre) @ row["normal"])
+        impacts[name][at] -= 0.03 * along * row["normal"]
+    if row["second"] < 0:
+        impacts["velocity_second_after"][at] = 0.0
+    faulty = dataclasses.replace(trace, impacts=impacts, state_before=own_states(trace))
+    local = local_errors(faulty, scales_of(trace.scene, trace))
+    assert int(np.argmax(np.abs(local.restitution))) == at
+    assert local.restitution[at] == pytest.approx(-0.03, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["paper/late", "paper/wrong-direction", "classics/deflection", "classics/sorting"])
+def test_pit_errs_locally_by_what_sampling_costs_and_nothing_else(name: str) -> None:
+    """PIT's local error is all sampling: from its own states, the closed form of PIT gives its very velocities."""
+    scene = catalogue()[name].scene
+    reference = solve_pic(scene)
+    for pit in (solve_pit(scene), observe_run(load_adapter("pit"), scene, "tuned", 1 / scene.frame_rate_hz)):
+        local = compare(reference, pit, sampling=pit).local
+        assert local.scored == len(pit.impacts) > 0
+        assert local.worst("solver_velocity") < ROUNDING
+        np.testing.assert_allclose(local.sampling_velocity, local.velocity, rtol=0, atol=ROUNDING)
+        assert np.all(local.time_s >= -ROUNDING)
+        assert np.all(local.time_s < pit.dt_s + ROUNDING)
+
+
+def test_the_local_time_of_pit_is_late_by_the_rest_of_the_frame() -> None:
+    """Contact at 9.1 frames is found at 10: late by .9 of a frame, from PIT's own state as well."""
+    scene = catalogue()["paper/late"].scene
+    pit = solve_pit(scene)
+    local = compare(solve_pic(scene), pit).local
+    assert local.time_s[0] * scene.frame_rate_hz == pytest.approx(0.9, abs=1e-12)
+
+
+def test_an_impact_that_does_not_follow_from_its_own_state_is_spurious_locally() -> None:
+    """Discs that pass each other do not collide, whatever a trace says."""
+    scene = catalogue()["classics/miss"].scene
+    hit = catalogue()["classics/graze"].scene
+    invented = dataclasses.replace(solve_pic(hit), scene=scene)
+    assert local_errors(invented, scales_of(scene, solve_pic(scene))).spurious == (0,)
+
+
+def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
+    """The harness's effective time, from states at step boundaries alone, is the instant that mathematics gives.
+
+    PIC's states are handed over without its contact times and velocities, as an engine's would be; each pair's impact
+    stands alone in its step.
+    """
+    from carom.adapter import Contact, Observation
+    from carom.runner.impacts import ImpactCollector
+
+    for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
+        if name not in catalogue():
+            continue
+        known, scene = catalogue()[name].known, catalogue()[name].scene
+        dt = 1 / 60
+        world = load_adapter("pic").prepare(scene, {"dt_s": dt, "form": "event-driven"})
+        start = world.observe()
+        collector = ImpactCollector(scene, start)
+        for step in range(1, scene.step_count(dt) + 1):
+            world.advance(1)
+            seen = world.observe()
+            contacts = tuple(Contact(c.first, c.second, step * dt, c.normal) for c in seen.contacts)
+            collector.add(step * dt, Observation(seen.position_m, seen.velocity_m_s, contacts))
+        impacts, effective = collector.finish()
+        assert len(impacts) == len(known.impacts)
+        for found, answer in zip(effective, known.impacts, strict=True):
+            # Positions of order 1 to half an ulp each, over velocity changes of order 1.
+            assert found == pytest.approx(answer.time_s, abs=32 * math.ulp(1.0)), name
+
+
+def test_a_trace_without_impacts_has_nothing_to_score() -> None:
+    """No impact, no local error; medians are not numbers."""
+    scene = catalogue()["classics/miss"].scene
+    trace: Trace = solve_pic(scene)
+    local = local_errors(trace, scales_of(scene, trace))
+    assert local.scored == 0
+    assert math.isnan(local.median("velocity"))

@@ -1,0 +1,273 @@
+"""The scorer's own test suite: a trace with one fault planted comes back as that fault, of that size, and no other.
+
+Faults are planted in the reference itself, so that everything but the fault is right to the last bit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from carom import Disc, Scene, Trace, Wall, compare, solve_pic
+from carom.comparator import Grade, Score, Verdict
+from carom.comparator.local import own_states
+from carom.scenes import catalogue
+
+DT = 1 / 240
+
+#: Scenes of every kind: one pair, a chain, inelastic, walls, an immovable disc, many impacts of one pair, a gas.
+SCENES = [
+    "paper/late",
+    "paper/wrong-direction",
+    "paper/multiple",
+    "classics/inelastic-oblique",
+    "classics/deflection",
+    "classics/sorting",
+    "classics/galperin-100",
+    "classics/gas",
+]
+
+
+def reference_of(name: str) -> Trace:
+    return solve_pic(catalogue()[name].scene)
+
+
+@pytest.fixture(params=[name for name in SCENES if name in catalogue()])
+def reference(request: pytest.FixtureRequest) -> Trace:
+    """The PIC trace of a scene of the catalogue."""
+    return reference_of(request.param)
+
+
+def planted(trace: Trace, change: Callable[[NDArray[np.void]], NDArray[np.void] | None]) -> Trace:
+    """Copy a trace, as of a method with steps, with its impacts changed."""
+    impacts = trace.impacts.copy()
+    changed = change(impacts)
+    if changed is not None:
+        return dataclasses.replace(trace, impacts=changed, dt_s=DT)
+    # The states before the impacts stay: a fault in one impact is no fault of the state before the next.
+    return dataclasses.replace(trace, impacts=impacts, state_before=own_states(trace), dt_s=DT)
+
+
+def scored(reference: Trace, observed: Trace) -> Score:
+    """Compare; the reference itself stands in for a PIT that has no error, so that nothing hides behind sampling."""
+    return compare(reference, observed, sampling=dataclasses.replace(reference, dt_s=DT))
+
+
+def middle(trace: Trace) -> int:
+    return len(trace.impacts) // 2
+
+
+def fault_size(a: float) -> float:
+    """What rounding can make of a planted fault of size `a`: sums and quotients of a few numbers about that size."""
+    return 64 * 2.0**-52 * max(1.0, abs(a))
+
+
+def test_nothing_planted_is_nothing_found(reference: Trace) -> None:
+    """The reference against itself conforms, every error of every kind being 0."""
+    score = scored(reference, planted(reference, lambda _: None))
+    assert score.verdicts == (Verdict.CONFORMS,)
+    assert score.grade is Grade.EXACT
+    total = score.total
+    assert (total.time_s, total.velocity, total.restitution, total.direction_rad, total.energy) == (0, 0, 0, 0, 0)
+    assert score.edits == 0
+    assert score.equals_pit
+
+
+def test_late_by_three_tenths_of_a_step(reference: Trace) -> None:
+    """One impact stamped 0.3 dt late is late by 0.3 dt, and nothing else."""
+    at = middle(reference)
+
+    def late(impacts: NDArray[np.void]) -> None:
+        impacts["time_s"][at] += 0.3 * DT
+
+    score = scored(reference, planted(reference, late))
+    assert score.verdicts == (Verdict.LATE,)
+    assert "0.3 dt" in score.findings[0].reason
+    assert score.total.time_s / DT == pytest.approx(0.3, abs=fault_size(1 / DT))
+    assert [error.time_s != 0.0 for error in score.errors].count(True) == 1
+    assert score.total.velocity == 0
+    assert score.solver is not None
+    assert score.solver.time_s == score.total.time_s
+    assert not score.equals_pit
+
+
+def test_two_per_cent_of_energy_gained(reference: Trace) -> None:
+    """Final velocities that hold 2 % of the start's energy more are energy gained, by 2 %, and nothing else."""
+    score = compare(reference, reference)
+    start, mass = score.scales.energy_j, np.array([disc.mass_kg for disc in reference.scene.discs])
+    movable = np.isfinite(mass)
+    end = 0.5 * float(np.sum(mass[movable] * np.sum(reference.final_velocity_m_s[movable] ** 2, axis=1)))
+    faster = reference.final_velocity_m_s * math.sqrt(1 + 0.02 * start / end)
+    score = scored(reference, dataclasses.replace(reference, final_velocity_m_s=faster, dt_s=DT))
+    assert score.verdicts == (Verdict.ENERGY_GAINED,)
+    assert score.total.energy == pytest.approx(0.02, abs=fault_size(1))
+    assert "0.02 of the energy" in score.findings[0].reason
+
+
+def turned(vectors: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+    cosine, sine = math.cos(angle), math.sin(angle)
+    result: NDArray[np.float64] = vectors @ np.array([[cosine, sine], [-sine, cosine]])
+    return result
+
+
+def test_a_normal_turned_by_a_degree(reference: Trace) -> None:
+    """An impact carried out along a normal turned by 1° comes back with a normal error of 1°, and no other does.
+
+    The impulse along the turned normal leaves errors in the velocities after; those along and across the true normal
+    follow from the impulse J: J (1 - cos 1°) and J sin 1° over the mass, where J is what the turned impact transfers.
+    """
+    at = middle(reference)
+    angle = math.radians(1.0)
+    row = reference.impacts[at]
+    normal = turned(row["normal"], angle)
+    scene = reference.scene
+    w1 = 1 / scene.discs[int(row["first"])].mass_kg
+    w2 = 1 / scene.discs[int(row["second"])].mass_kg if row["second"] >= 0 else 0.0
+    e = scene.restitution if row["second"] >= 0 else scene.wall_restitution
+    closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ normal)
+    push = (1 + e) * closing / (w1 + w2)
+
+    def turn(impacts: NDArray[np.void]) -> None:
+        impacts["normal"][at] = normal
+        impacts["velocity_first_after"][at] = row["velocity_first_before"] - push * w1 * normal
+        impacts["velocity_second_after"][at] = row["velocity_second_before"] + push * w2 * normal
+
+    score = scored(reference, planted(reference, turn))
+    wrong = [error for error in score.errors if error.normal_rad > fault_size(1)]
+    assert [error.reference for error in wrong] == [at]
+    assert wrong[0].normal_rad == pytest.approx(angle, abs=fault_size(1))
+    across = push * math.sin(angle) * max(w1, w2) / score.scales.speed_m_s
+    assert wrong[0].across_normal == pytest.approx(across, abs=fault_size(1))
+    assert wrong[0].restitution_error == pytest.approx(0.0, abs=fault_size(1))
+    assert score.verdicts[0] is Verdict.WRONG_VELOCITY
+    assert set(score.verdicts[1:]) <= {Verdict.WRONG_DIRECTION}
+    assert "the normal is turned by 1 degrees" in score.findings[0].reason
+    assert (score.missed, score.spurious, score.edits) == ((), (), 0)
+    local = score.local
+    assert local.worst("velocity") == pytest.approx(wrong[0].velocity, abs=fault_size(1))
+    assert int(np.nanargmax(local.velocity)) == at
+
+
+def test_one_impact_dropped(reference: Trace) -> None:
+    """One impact left out is that one missed, at an edit distance of 1."""
+    at = middle(reference)
+    score = scored(reference, planted(reference, lambda impacts: np.delete(impacts, at)))
+    assert score.missed == (at,)
+    assert (score.spurious, score.edits) == ((), 1)
+    assert score.verdicts == (Verdict.MISSED,)
+    assert score.total.velocity in (0, pytest.approx(math.nan, nan_ok=True))
+    assert score.grade is Grade.WRONG
+
+
+def test_one_impact_doubled(reference: Trace) -> None:
+    """One impact reported twice is matched once and invented once, at an edit distance of 1."""
+    at = middle(reference)
+    score = scored(reference, planted(reference, lambda impacts: np.insert(impacts, at, impacts[at])))
+    assert len(score.spurious) == 1
+    assert score.spurious[0] in {at, at + 1}
+    assert (score.missed, score.edits) == ((), 1)
+    assert score.verdicts == (Verdict.SPURIOUS,)
+
+
+def swappable(trace: Trace) -> int | None:
+    """The first impact that can change places with the next: of another pair, with a disc in common."""
+    discs = trace.scene.discs
+    for k, (one, two) in enumerate(zip(trace.impacts[:-1], trace.impacts[1:], strict=True)):
+        pairs = [{int(i["first"]), int(i["second"])} for i in (one, two)]
+        if pairs[0] != pairs[1] and any(body >= 0 and not discs[body].immovable for body in pairs[0] & pairs[1]):
+            return k
+    return None
+
+
+@pytest.mark.parametrize("name", [name for name in SCENES if name in catalogue()])
+def test_two_impacts_swapped(name: str) -> None:
+    """Two impacts of one disc that change places come back as one inversion of these two, at an edit distance of 1."""
+    reference = reference_of(name)
+    at = swappable(reference)
+    if at is None:  # one pair of bodies: its impacts have no other to change places with
+        assert len(np.unique(reference.impacts[["first", "second"]])) == 1
+        return
+
+    def swap(impacts: NDArray[np.void]) -> None:
+        impacts[[at, at + 1]] = impacts[[at + 1, at]]
+        impacts["time_s"][[at, at + 1]] = impacts["time_s"][[at + 1, at]]
+
+    score = scored(reference, planted(reference, swap))
+    assert score.verdicts == (Verdict.WRONG_ORDER,)
+    assert score.edits == 1
+    assert (score.missed, score.spurious) == ((), ())
+    assert score.grade is Grade.WRONG
+    gap = float(reference.impacts["time_s"][at + 1] - reference.impacts["time_s"][at])
+    assert f"{gap:.3g} s apart" in score.findings[0].reason
+
+
+def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
+    """An impact carried out with a restitution 0.1 lower comes back with an error of -0.1, all along the normal."""
+    at = middle(reference)
+    row, scene = reference.impacts[at], reference.scene
+    w1 = 1 / scene.discs[int(row["first"])].mass_kg
+    w2 = 1 / scene.discs[int(row["second"])].mass_kg if row["second"] >= 0 else 0.0
+    closing = float((row["velocity_first_before"] - row["velocity_second_before"]) @ row["normal"])
+    less = 0.1 * closing / (w1 + w2)
+
+    def weaken(impacts: NDArray[np.void]) -> None:
+        impacts["velocity_first_after"][at] += less * w1 * row["normal"]
+        impacts["velocity_second_after"][at] -= less * w2 * row["normal"]
+
+    score = scored(reference, planted(reference, weaken))
+    assert score.verdicts[0] is Verdict.WRONG_VELOCITY
+    assert score.total.restitution == pytest.approx(-0.1, abs=fault_size(1))
+    assert score.total.across_normal == pytest.approx(0.0, abs=fault_size(1))
+    along = less * max(w1, w2) / score.scales.speed_m_s
+    assert score.total.along_normal == pytest.approx(along, abs=fault_size(1))
+    assert score.local.restitution[at] == pytest.approx(-0.1, abs=1e-9)
+
+
+def scaled(scene: Scene, length: float, time: float) -> Scene:
+    """The same scene in other units: lengths times one factor, times times another."""
+    speed = length / time
+    return Scene(
+        name="scaled",
+        discs=[
+            Disc(
+                position_m=tuple(length * c for c in disc.position_m),
+                velocity_m_s=tuple(speed * c for c in disc.velocity_m_s),
+                radius_m=length * disc.radius_m,
+                mass_kg=disc.mass_kg,
+            )
+            for disc in scene.discs
+        ],
+        walls=[Wall(point_m=tuple(length * c for c in wall.point_m), normal=wall.normal) for wall in scene.walls],
+        restitution=scene.restitution,
+        wall_restitution=scene.wall_restitution,
+        duration_s=time * scene.duration_s,
+        frame_rate_hz=scene.frame_rate_hz / time,
+    )
+
+
+@pytest.mark.parametrize(("length", "time"), [(1000.0, 1.0), (1.0, 1e-3), (1e-6, 1e3)])
+@pytest.mark.parametrize("name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/deflection"])
+def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
+    """The same scene in millimetres, or a thousand times faster, gets the same grade, verdicts and scaled errors.
+
+    To a part in 1e9: the scaled start is rounded anew, and an impact near a frame's edge feels that most.
+    """
+    from carom import solve_pit
+
+    scene = catalogue()[name].scene
+    other = scaled(scene, length, time)
+    plain, again = (
+        compare(solve_pic(s), pit, sampling=pit) for s, pit in ((scene, solve_pit(scene)), (other, solve_pit(other)))
+    )
+    assert again.grade is plain.grade
+    assert again.verdicts == plain.verdicts
+    assert again.edits == plain.edits
+    for kind in ("velocity", "along_normal", "across_normal", "restitution", "direction_rad", "energy"):
+        assert getattr(again.total, kind) == pytest.approx(getattr(plain.total, kind), abs=1e-9, nan_ok=True), kind
+    assert again.total.time_s / time == pytest.approx(plain.total.time_s, rel=1e-9, nan_ok=True)
+    assert again.local.worst("velocity") == pytest.approx(plain.local.worst("velocity"), abs=1e-9, nan_ok=True)

@@ -1,0 +1,95 @@
+"""An engine is not driven through free flight; nothing that can still happen is skipped for that."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, Wall, solve_pic
+from carom.adapter import Observation
+from carom.registry import load_adapter
+from carom.runner.drive import observe_run
+from carom.runner.early_end import FreeFlight
+from carom.scenes import catalogue
+
+DT = 1 / 60
+
+
+def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
+    return Scene(
+        name="pair",
+        discs=[
+            Disc(position_m=(0, 0), radius_m=0.5),
+            Disc(position_m=(1 + gap, aside), velocity_m_s=(velocity, 0), radius_m=0.5),
+        ],
+        walls=walls,
+        duration_s=10.0,
+    )
+
+
+def begins_after(scene: Scene, steps: int = 5) -> bool:
+    """Whether free flight is found in the first steps of a run that moves straight on."""
+    position = np.array([disc.position_m for disc in scene.discs])
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    flight = FreeFlight(scene, DT)
+    return any(
+        flight.begins(k * DT, Observation(position + velocity * (k * DT), velocity)) for k in range(1, steps + 1)
+    )
+
+
+def test_discs_that_part_are_in_free_flight() -> None:
+    """Two discs that move apart, with nothing else about, need no more steps."""
+    assert begins_after(pair(0.5, 1.0))
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        pair(5.0, -1.0),
+        pair(5.0, -1.0, aside=1.5),
+        pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+    ],
+)
+def test_what_meets_or_passes_near_before_the_end_is_not(scene: Scene) -> None:
+    """Bodies that will meet, or pass within a contact distance of each other, or reach a wall, are followed."""
+    assert not begins_after(scene)
+
+
+def test_an_engine_that_damps_is_followed_to_the_end() -> None:
+    """Velocities that change from step to step, however little, are no free flight."""
+    scene = pair(0.5, 1.0)
+    flight = FreeFlight(scene, DT)
+    for k in range(1, 50):
+        velocity = np.array([(0.0, 0.0), (1.0 * (1 - 1e-12) ** k, 0.0)])
+        assert not flight.begins(k * DT, Observation(np.array([(0.0, 0.0), (1.5 + k * DT, 0.0)]), velocity))
+
+
+def test_discs_that_overlap_are_followed() -> None:
+    """Overlapping discs that part may still be pushed apart by their engine."""
+    scene = pair(0.5, 1.0)
+    flight = FreeFlight(scene, DT)
+    state = Observation(np.array([(0.0, 0.0), (0.75, 0.0)]), np.array([(0.0, 0.0), (0.0, 0.0)]))
+    assert not any(flight.begins(k * DT, state) for k in range(1, 10))
+
+
+@pytest.mark.parametrize("name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique"])
+def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impacts are the same; the final state and the samples are those of the whole run, to its own rounding."""
+    scene = catalogue()[name].scene
+    short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
+    monkeypatch.setattr(FreeFlight, "begins", lambda *_: False)
+    whole = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
+    assert short.counts["steps_skipped"] > 0
+    assert short.counts["steps"] + short.counts["steps_skipped"] == whole.counts["steps"]
+    assert short.impacts.tobytes() == whole.impacts.tobytes()
+    # The whole run adds a step at a time, each to half an ulp.
+    np.testing.assert_allclose(short.final_position_m, whole.final_position_m, rtol=0, atol=100 * math.ulp(8.0))
+    np.testing.assert_array_equal(short.final_velocity_m_s, whole.final_velocity_m_s)
+    assert short.samples is not None
+    assert whole.samples is not None
+    np.testing.assert_array_equal(short.samples.time_s, whole.samples.time_s)
+    np.testing.assert_allclose(short.samples.position_m, whole.samples.position_m, rtol=0, atol=100 * math.ulp(8.0))
+    assert dataclasses.replace(solve_pic(scene)).outcome is short.outcome

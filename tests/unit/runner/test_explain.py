@@ -1,0 +1,44 @@
+"""The plan in words: what is skipped, and why."""
+
+from __future__ import annotations
+
+import pytest
+
+from carom.errors import UnknownNameError
+from carom.runner.explain import explain
+from carom.scenes import catalogue
+
+
+def plan(name: str, **options: object) -> str:
+    return "\n".join(explain([catalogue()[name]], **options))  # type: ignore[arg-type] # handed through
+
+
+def test_two_discs_need_neither_queue_nor_compiler() -> None:
+    """Of two discs the plan says that the closed form is enough, and how many frames PIT looks at."""
+    text = plan("paper/late", engine_names=["pit"])
+    assert "the closed form, without queue, cells or compiler" in text
+    assert "2 of 24 frames are looked at" in text
+    assert "none are kept, as no report is written" not in text
+    assert "pit default: skipped: another profile has the very same settings" in text
+
+
+def test_what_is_not_drawn_is_not_kept() -> None:
+    """Without a report no states are kept, and the plan says so."""
+    assert "none are kept, as no report is written" in plan("paper/late", engine_names=["pit"], drawn=False)
+
+
+def test_an_engine_is_followed_while_anything_can_happen() -> None:
+    """After the last impact of two discs an engine is stopped; in a box it is followed to the end."""
+    assert "stopped once their own state shows nothing but free flight" in plan("paper/late", engine_names=["pit"])
+    assert "followed through all 60 steps" in plan("classics/gas", engine_names=["pit"], dts=[1 / 60])
+
+
+def test_phases_that_can_be_run_are_counted() -> None:
+    """The plan counts the phases to which the scene can be shifted."""
+    assert "phases: 5 of 5" in plan("paper/late", engine_names=["pit"], phases=5)
+
+
+def test_an_engine_that_is_not_known_is_refused() -> None:
+    """An unknown engine is an error, not an empty plan."""
+    with pytest.raises(UnknownNameError, match="no engine is named 'nonsense'"):
+        plan("paper/late", engine_names=["nonsense"])
