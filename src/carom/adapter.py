@@ -86,6 +86,9 @@ class Capabilities:
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
         max_speed_m_s: Greatest speed that is simulated as asked for.
         max_coordinate_m: Greatest distance from the origin that is simulated.
+        max_move_m: Greatest distance that a body moves in one step, whatever its velocity.
+        min_radius_m: Least radius of a disc that is simulated.
+        max_radius_m: Greatest radius of a disc that is simulated.
         float_bits: Width of the engine's floating-point numbers.
         deterministic: Whether two runs in one process are identical to the bit.
     """
@@ -99,6 +102,9 @@ class Capabilities:
     continuous_detection: bool = False
     max_speed_m_s: float = math.inf
     max_coordinate_m: float = math.inf
+    max_move_m: float = math.inf
+    min_radius_m: float = 0.0
+    max_radius_m: float = math.inf
     float_bits: int = 64
     deterministic: bool = True
 
