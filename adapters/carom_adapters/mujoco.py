@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import itertools
 import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -43,7 +44,8 @@ MJCF_INTEGRATORS = {
 
 #: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has). ``stiffness`` (1/s**2) is that of a
 #: contact, 0 for none: see `_solref`. ``solimp`` is the attribute of a geom.
-OTHER_SETTINGS = ("joints", "stiffness", "solimp")
+#: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step: see `_located`.
+OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs")
 
 #: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
 LARGEST_VALUE = 1e10
@@ -56,6 +58,9 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
+
+#: Half a million pairs, which take MuJoCo seconds to compile.
+MOST_LISTED = 1000
 
 
 def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
@@ -90,6 +95,8 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
             raise AdapterError(f"MuJoCo: no setting {name!r}; there are: {', '.join(known)}")
     if settings["joints"] not in ("free", "slide"):
         raise AdapterError(f"MuJoCo: joints must be 'free' or 'slide', got {settings['joints']!r}")
+    if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
+        raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
     if Need.GRAVITY in scene.needs:
         raise AdapterError("the MuJoCo adapter does not support gravity yet")
     dt_s = float(settings["dt_s"])
@@ -120,7 +127,8 @@ def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     """Return the model. A geom is named by its body's number, which is how contacts find their bodies again."""
     dt_s, stiffness, slide = float(settings["dt_s"]), float(settings["stiffness"]), settings["joints"] == "slide"
     # condim 1 is a contact without friction.
-    shared = {"condim": "1"} | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
+    listed = {"contype": "0", "conaffinity": "0"} if settings.get("listed_pairs", False) else {}
+    shared = {"condim": "1"} | listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
 
     def geom(number: int, restitution: float, **values: object) -> str:
         solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
@@ -157,7 +165,34 @@ def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
     option = _attributes(timestep=dt_s, gravity="0 0 0", **{k: v for k, v in settings.items() if k in OPTION_SETTINGS})
     flag = _attributes(**{k: "enable" if v else "disable" for k, v in settings.items() if k in FLAG_SETTINGS})
     bodies = "\n".join([*map(disc, range(len(scene.discs))), *map(wall, range(len(scene.walls)))])
-    return f"<mujoco><option {option}><flag {flag}/></option><worldbody>\n{bodies}\n</worldbody></mujoco>"
+    world = f"<option {option}><flag {flag}/></option><worldbody>\n{bodies}\n</worldbody>"
+    if settings.get("listed_pairs", False):
+        world += f"<contact>\n{_pairs(scene, settings)}\n</contact>"
+    return f"<mujoco>{world}</mujoco>"
+
+
+def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
+    """Return every pair of a disc with another body, not both immovable, with a contact of its own."""
+    dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
+    solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
+    pairs = [
+        (i, j, scene.restitution)
+        for i in range(len(discs))
+        for j in range(i + 1, len(discs))
+        if not (discs[i].immovable and discs[j].immovable)
+    ]
+    pairs += [
+        (i, wall_body(k), scene.wall_restitution)
+        for i in range(len(discs))
+        for k in range(len(scene.walls))
+        if not discs[i].immovable
+    ]
+
+    def pair(i: int, j: int, restitution: float) -> str:
+        solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
+        return f"<pair {_attributes(geom1=str(i), geom2=str(j), condim='1', solref=solref, **solimp)}/>"
+
+    return "\n".join(itertools.starmap(pair, pairs))
 
 
 class MujocoWorld:
@@ -166,7 +201,7 @@ class MujocoWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         _require_supported(scene, settings)
         self._asked = dict(settings)
-        self._steps = 0
+        self._start_s, self._steps = 0.0, 0
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
@@ -174,7 +209,11 @@ class MujocoWorld:
         except ValueError as error:
             raise AdapterError(f"MuJoCo refuses the scene: {error}") from error
         self._data = self._mujoco.MjData(self._model)
+        self._probe: Any = None
         self._dt_s = float(self._model.opt.timestep)
+        # What a step of any length makes of a velocity, see `_solref`.
+        self._geom_damping = self._model.geom_solref[:, 1] * self._dt_s
+        self._pair_damping = self._model.pair_solref[:, 1] * self._dt_s
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
@@ -200,6 +239,7 @@ class MujocoWorld:
             "warmstart": not disabled & int(flag.mjDSBL_WARMSTART),
             "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
             "joints": self._asked["joints"],
+            "listed_pairs": bool(model.npair),
             "stiffness": abs(float(model.geom("0").solref[0])),
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
@@ -225,7 +265,7 @@ class MujocoWorld:
         return Observation(position, velocity, tuple(self._contacts()), self._warning())
 
     def _contacts(self) -> list[Contact]:
-        data = self._data
+        data, at_s = self._data, self._start_s + (self._steps - 1) * self._dt_s
         found: list[Contact] = []
         if not data.ncon:
             return found
@@ -239,7 +279,7 @@ class MujocoWorld:
             nx, ny = float(frame[0]), float(frame[1])  # from the first geom to the second
             if first < 0 or 0 <= second < first:
                 first, second, nx, ny = second, first, -nx, -ny
-            found.append(Contact(first, second, (self._steps - 1) * self._dt_s, (nx, ny), force * self._dt_s))
+            found.append(Contact(first, second, at_s, (nx, ny), force * self._dt_s))
         return found
 
     def _warning(self) -> str:
@@ -256,9 +296,39 @@ class MujocoWorld:
             told.append("MuJoCo left contacts out: its memory for them is full")
         return "; ".join(told)
 
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on; a contact's damping is so much per step."""
+        self._start_s += self._steps * self._dt_s
+        self._steps = 0
+        self._dt_s = self._model.opt.timestep = dt_s
+        if float(self._asked["stiffness"]) == 0:
+            self._model.geom_solref[:, 1] = self._geom_damping / dt_s
+            self._model.pair_solref[:, 1] = self._pair_damping / dt_s
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that MuJoCo's collision detection finds to overlap, in a copy of the state."""
+        if self._probe is None:
+            self._probe = self._mujoco.MjData(self._model)
+        self._probe.qpos[:] = self._data.qpos
+        self._mujoco.mj_fwdPosition(self._model, self._probe)
+        if not self._probe.ncon:
+            return frozenset()
+        geoms, overlaps = self._probe.contact.geom, self._probe.contact.dist < 0
+        pairs = (sorted((self._number[a], self._number[b])) for a, b in geoms[overlaps])
+        return frozenset((high, low) if low < 0 else (low, high) for low, high in pairs)
+
+    def save(self) -> object:
+        """Return coordinates and velocities, which with these settings are all of a state."""
+        return (self._start_s + self._steps * self._dt_s, self._data.qpos.copy(), self._data.qvel.copy())
+
+    def restore(self, state: Any) -> None:
+        """Put coordinates and velocities back."""
+        self._start_s, self._data.qpos[:], self._data.qvel[:] = state
+        self._steps = 0
+
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
-        del self._qpos, self._qvel, self._data, self._model
+        del self._qpos, self._qvel, self._data, self._probe, self._model
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
@@ -283,6 +353,12 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
+def _located(dt_s: float) -> dict[str, Setting]:
+    # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
+    # not go through it.
+    return {**_tuned(dt_s), "listed_pairs": True}
+
+
 class MujocoAdapter:
     """MuJoCo with the contact spring of its users (`default`), or reversing velocities in one step (`tuned`)."""
 
@@ -305,6 +381,12 @@ class MujocoAdapter:
             "The most exact fixed-step settings known, from Carom's own measurements: a contact is damped so that one "
             "Euler step reverses the velocity.",
             _tuned,
+        ),
+        "located": Profile(
+            "The tuned settings, each step cut at the instant from which on MuJoCo's own collision detection finds an "
+            "overlap (Carom's own bisection).",
+            _located,
+            located=True,
         ),
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -140,7 +140,8 @@ class PymunkWorld:
 
         self._dt_s = float(settings["dt_s"])
         _require_supported(scene, self._dt_s)
-        self._steps = 0
+        self._start_s, self._steps = 0.0, 0
+        self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
         for name, value in settings.items():
             if name in SPACE_SETTINGS:
@@ -149,6 +150,7 @@ class PymunkWorld:
                 raise AdapterError(f"pymunk: no setting {name!r}; there are: {', '.join(('dt_s', *SPACE_SETTINGS))}")
         disc_elasticity, wall_elasticity = _elasticities(scene)
         self._bodies: list[pymunk.Body] = []
+        self._movable: list[pymunk.Body] = []
         self._number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
@@ -156,6 +158,7 @@ class PymunkWorld:
             else:
                 body = pymunk.Body(disc.mass_kg, math.inf)  # an infinite moment: discs without friction do not spin
                 body.velocity = disc.velocity_m_s
+                self._movable.append(body)
             body.position = disc.position_m
             self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, i)
             self._bodies.append(body)
@@ -181,6 +184,7 @@ class PymunkWorld:
         for _ in range(steps):
             step(dt_s)
         self._steps += steps
+        self._arbiters = None
 
     def observe(self) -> Observation:
         """Read the bodies, and the arbiters that the last step left on them: no callback slows the step down.
@@ -188,9 +192,8 @@ class PymunkWorld:
         Chipmunk moves the bodies and then looks for contacts, so those of step k (from 0) stand at ``(k + 1) dt_s``.
         """
         found: list[Contact] = []
-        for body in self._bodies:
-            if body.body_type == body.DYNAMIC:
-                body.each_arbiter(self._collect, found)
+        for body in self._movable:
+            body.each_arbiter(self._collect, found)
         return Observation(
             np.array([body.position for body in self._bodies], dtype=np.float64),
             np.array([body.velocity for body in self._bodies], dtype=np.float64),
@@ -209,11 +212,50 @@ class PymunkWorld:
             if other.body is not None and other.body.body_type == other.body.DYNAMIC:
                 return  # that one was asked before, and told
             first, second, normal = second, first, -normal
-        found.append(Contact(first, second, self._steps * self._dt_s, (normal.x, normal.y), impulse))
+        found.append(Contact(first, second, self._now_s(), (normal.x, normal.y), impulse))
+
+    def _now_s(self) -> float:
+        return self._start_s + self._steps * self._dt_s
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on.
+
+        Chipmunk begins a contact that goes on with its last impulse times the ratio of the two steps, without limit; so
+        shapes in contact are taken out and put back, which makes it forget.
+        """
+        self._start_s, self._steps, self._dt_s = self._now_s(), 0, dt_s
+        shapes = sorted({shape for pair in self._in_contact() for shape in pair}, key=self._number.__getitem__)
+        if shapes:
+            self._space.remove(*shapes)
+            self._space.add(*shapes)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs of which Chipmunk kept an arbiter in the last step, at whose end it looked."""
+        pairs = (sorted((self._number[a], self._number[b])) for a, b in self._in_contact())
+        return frozenset((high, low) if low < 0 else (low, high) for low, high in pairs)
+
+    def _in_contact(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
+        if self._arbiters is None:
+            found: list[tuple[pymunk.Shape, pymunk.Shape]] = []
+            for body in self._movable:
+                body.each_arbiter(lambda arbiter: found.append(arbiter.shapes))
+            self._arbiters = found
+        return self._arbiters
+
+    def save(self) -> object:
+        """Return positions and velocities; whatever else a space keeps is of no effect on a tuned one."""
+        return (self._now_s(), [(body, body.position, body.velocity) for body in self._movable])
+
+    def restore(self, state: Any) -> None:
+        """Put positions and velocities back."""
+        self._start_s, bodies = state
+        self._steps = 0
+        for body, position, velocity in bodies:
+            body.position, body.velocity = position, velocity
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""
-        del self._space, self._bodies, self._number
+        del self._space, self._bodies, self._movable, self._number
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
@@ -252,6 +294,12 @@ class PymunkAdapter:
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: overlaps are never pushed apart.",
             _tuned,
+        ),
+        "located": Profile(
+            "The tuned settings, each step cut at the instant from which on Chipmunk's own collision test finds an "
+            "overlap (Carom's own bisection).",
+            _tuned,
+            located=True,
         ),
     }
 

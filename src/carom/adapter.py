@@ -29,6 +29,7 @@ __all__ = [
     "Capabilities",
     "Contact",
     "ContactTimes",
+    "CuttableWorld",
     "Disc",
     "Engine",
     "Need",
@@ -116,10 +117,13 @@ class Profile:
     Attributes:
         description: One sentence: what this profile stands for, and where its settings come from.
         settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
+        located: Whether the harness cuts the steps so that they end where bodies begin to touch; `prepare` must then
+            return a `CuttableWorld`.
     """
 
     description: str
     settings: Callable[[float], Mapping[str, Setting]]
+    located: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +182,26 @@ class World(Protocol):
 
     def close(self) -> None:
         """Release what the engine holds. Called once, also after an error."""
+
+
+@runtime_checkable
+class CuttableWorld(World, Protocol):
+    """A world whose steps can be cut and taken back, for a profile that is ``located``."""
+
+    def cut(self, dt_s: float) -> None:
+        """Make the coming steps `dt_s` seconds long; contacts keep carrying the time from the start."""
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs of bodies that the engine's own contact test finds in contact now, numbered as in `Contact`.
+
+        Called after `advance`; neither the state nor the contacts that `observe` returns may change by it.
+        """
+
+    def save(self) -> object:
+        """Return whatever `restore` needs to come back to the present state and time."""
+
+    def restore(self, state: object) -> None:
+        """Come back to a state that `save` returned."""
 
 
 @runtime_checkable

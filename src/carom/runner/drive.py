@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.runner.impacts import ImpactCollector
+from carom.runner.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
@@ -84,16 +85,23 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     world = adapter.prepare(scene, settings)
     try:
         used = dict(world.settings)
+        world.observe()  # some engines begin to note their contacts when they are first looked at
+        cutter = Cutter(world) if adapter.profiles[profile].located else None
         for step in range(1, steps + 1):
-            world.advance(1)
-            now = world.observe()
-            outcome, notes = _health(now)
+            for time_s in _pieces(world, cutter, step, dt_s):
+                now = world.observe()
+                outcome, notes = _health(now)
+                if outcome is not Outcome.COMPLETED:
+                    break
+                state = now
+                collector.add(time_s, now)
+            if cutter is not None and cutter.stuck:
+                outcome = Outcome.STANDSTILL
             if outcome is not Outcome.COMPLETED:
                 break
-            taken, state = step, now
-            collector.add(step * dt_s, now)
+            taken = step
             if samples and step % stride == 0:
-                positions.append(now.position_m)
+                positions.append(state.position_m)
     finally:
         world.close()
     impacts, effective = collector.finish()
@@ -111,9 +119,18 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         samples=_samples(positions, stride * dt_s) if samples else None,
         profile=profile,
         settings=used,
-        counts={"steps": taken},
+        counts={"steps": taken} | ({"pieces": cutter.pieces, "probes": cutter.probes} if cutter else {}),
         notes=notes,
     )
+
+
+def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterator[float]:
+    """Take step number `step` (from 1), whole or in pieces, and yield the time at the end of each piece."""
+    if cutter is not None:
+        yield from cutter.step((step - 1) * dt_s, step * dt_s)
+    else:
+        world.advance(1)
+        yield step * dt_s
 
 
 def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples:
@@ -145,18 +162,24 @@ def time_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, runs:
         world = adapter.prepare(scene, settings)
         prepared.append(time.perf_counter() - started)
         try:
-            advanced.append(_timed_advance(world, steps))
+            advanced.append(_timed_advance(world, steps, dt_s, located=adapter.profiles[profile].located))
         finally:
             world.close()
     return Timing(statistics.median(prepared), statistics.median(advanced), runs)
 
 
-def _timed_advance(world: World, steps: int) -> float:
+def _timed_advance(world: World, steps: int, dt_s: float, *, located: bool) -> float:
     collecting = gc.isenabled()
     gc.disable()  # a collection of somebody else's garbage is no part of a step
     try:
         started = time.perf_counter()
-        world.advance(steps)
+        if located:  # cutting is then a part of what the engine is asked to do
+            cutter = Cutter(world)
+            for step in range(1, steps + 1):
+                for _ in cutter.step((step - 1) * dt_s, step * dt_s):
+                    pass
+        else:
+            world.advance(steps)
         return time.perf_counter() - started
     finally:
         if collecting:
