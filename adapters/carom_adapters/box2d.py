@@ -97,9 +97,10 @@ def _reach(scene: Scene, dt_s: float) -> tuple[Point, float]:
     movable = [disc for disc in scene.discs if not disc.immovable]
     lightest = min((disc.mass_kg for disc in movable), default=1.0)
     fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
-    duration = scene.duration_s + dt_s
-    falls = math.hypot(*scene.gravity_m_s2) * duration * math.sqrt(len(movable))
-    return centre, start + (fastest + falls) * duration
+    duration_s = scene.duration_s + dt_s
+    # What one disc gains by falling, impacts may pass on to a lighter one.
+    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
+    return centre, start + (fastest + gained) * duration_s
 
 
 def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -381,7 +382,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _located(dt_s: float) -> dict[str, Setting]:
+def _no_ccd(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "sweep": "none"}
 
 
@@ -416,9 +417,10 @@ class Box2dAdapter:
         "located": Profile(
             "The tuned settings without sweeping, each step cut at the instant from which on Box2D's own contact test "
             "finds an overlap (Carom's own bisection).",
-            _located,
+            _no_ccd,
             located=True,
         ),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
     }
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:

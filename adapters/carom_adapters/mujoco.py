@@ -16,7 +16,6 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
-    Need,
     Observation,
     Profile,
     Scene,
@@ -30,8 +29,9 @@ if TYPE_CHECKING:
 __all__ = ["MujocoAdapter", "adapter"]
 
 #: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
-OPTION_SETTINGS = ("integrator", "jacobian", "tolerance", "iterations")
+OPTION_SETTINGS = ("integrator", "jacobian", "tolerance", "iterations", "ccd_tolerance", "ccd_iterations")
 FLAG_SETTINGS = ("warmstart", "autoreset")
+ENABLE_SETTINGS = ("speculative",)
 
 #: What MJCF calls the members of `mujoco.mjtIntegrator`.
 MJCF_INTEGRATORS = {
@@ -45,7 +45,8 @@ MJCF_INTEGRATORS = {
 #: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has). ``stiffness`` (1/s**2) is that of a
 #: contact, 0 for none: see `_solref`. ``solimp`` is the attribute of a geom.
 #: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step: see `_located`.
-OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs")
+#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
+OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape")
 
 #: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
 LARGEST_VALUE = 1e10
@@ -86,10 +87,10 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
 
     Raises:
-        AdapterError: The scene has gravity, a setting has an unknown name or value, or a step, mass, radius or all
+        AdapterError: A setting has an unknown name or value, or a step, mass, radius or all
             speeds are beyond one of MuJoCo's own constants.
     """
-    known = ("dt_s", *OPTION_SETTINGS, *FLAG_SETTINGS, *OTHER_SETTINGS)
+    known = ("dt_s", *OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
     for name in settings:
         if name not in known:
             raise AdapterError(f"MuJoCo: no setting {name!r}; there are: {', '.join(known)}")
@@ -97,8 +98,6 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
         raise AdapterError(f"MuJoCo: joints must be 'free' or 'slide', got {settings['joints']!r}")
     if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
         raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
-    if Need.GRAVITY in scene.needs:
-        raise AdapterError("the MuJoCo adapter does not support gravity yet")
     dt_s = float(settings["dt_s"])
     if not 0 < dt_s < math.inf:
         raise AdapterError(f"MuJoCo: dt_s must be above 0, got {dt_s}")
@@ -138,6 +137,8 @@ def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         body = scene.discs[i]
         place = "{!r} {!r} 0".format(*body.position_m)
         sphere: dict[str, object] = {"type": "sphere", "size": body.radius_m}
+        if settings.get("shape", "sphere") == "cylinder":
+            sphere = {"type": "cylinder", "size": f"{body.radius_m!r} {body.radius_m!r}"}
         if body.immovable:
             return geom(i, scene.restitution, pos=place, **sphere)
         if slide:
@@ -162,8 +163,14 @@ def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             priority="1",
         )
 
-    option = _attributes(timestep=dt_s, gravity="0 0 0", **{k: v for k, v in settings.items() if k in OPTION_SETTINGS})
-    flag = _attributes(**{k: "enable" if v else "disable" for k, v in settings.items() if k in FLAG_SETTINGS})
+    option = _attributes(
+        timestep=dt_s,
+        gravity="{!r} {!r} 0".format(*scene.gravity_m_s2),
+        **{k: v for k, v in settings.items() if k in OPTION_SETTINGS},
+    )
+    flag = _attributes(
+        **{k: "enable" if v else "disable" for k, v in settings.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
+    )
     bodies = "\n".join([*map(disc, range(len(scene.discs))), *map(wall, range(len(scene.walls)))])
     world = f"<option {option}><flag {flag}/></option><worldbody>\n{bodies}\n</worldbody>"
     if settings.get("listed_pairs", False):
@@ -237,6 +244,10 @@ class MujocoWorld:
             "tolerance": float(model.opt.tolerance),
             "iterations": int(model.opt.iterations),
             "warmstart": not disabled & int(flag.mjDSBL_WARMSTART),
+            "speculative": bool(model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE)),
+            "ccd_tolerance": float(model.opt.ccd_tolerance),
+            "ccd_iterations": int(model.opt.ccd_iterations),
+            "shape": self._asked.get("shape", "sphere"),
             "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
@@ -350,13 +361,28 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "tolerance": 0.0,
         "warmstart": False,
         "autoreset": False,
+        # Of a disc that moves so far in a step that it may pass through another, MuJoCo makes a contact ahead of time.
+        "speculative": True,
     }
+
+
+def _no_ccd(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "speculative": False}
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
-    # not go through it.
-    return {**_tuned(dt_s), "listed_pairs": True}
+    # not go through it. And a contact ahead of its time leaves no instant to be found.
+    return {**_no_ccd(dt_s), "listed_pairs": True}
+
+
+def _cylinder(dt_s: float) -> dict[str, Setting]:
+    # Cylinders touch along a line, of which MuJoCo keeps single points, off the middle: free to turn, they tip over.
+    return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
+
+
+def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "shape": "cylinder", "joints": "free"}
 
 
 class MujocoAdapter:
@@ -365,9 +391,11 @@ class MujocoAdapter:
     name = "mujoco"
     engine = Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'")
     capabilities = Capabilities(
+        gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="pair",
         contact_times=ContactTimes.STEP,
+        continuous_detection=True,
         max_speed_m_s=LARGEST_VALUE,
         max_coordinate_m=LARGEST_VALUE,
     )
@@ -383,10 +411,20 @@ class MujocoAdapter:
             _tuned,
         ),
         "located": Profile(
-            "The tuned settings, each step cut at the instant from which on MuJoCo's own collision detection finds an "
-            "overlap (Carom's own bisection).",
+            "The tuned settings without speculation, each step cut at the instant from which on MuJoCo's own collision "
+            "detection finds an overlap (Carom's own bisection).",
             _located,
             located=True,
+        ),
+        "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculated on.", _no_ccd),
+        "cylinder": Profile(
+            "The tuned settings with cylinders for spheres, kept from tipping over by the slide joints, and their "
+            "contacts found to 1e-12 (Carom's own measurements).",
+            _cylinder,
+        ),
+        "cylinder-plain": Profile(
+            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            _cylinder_plain,
         ),
     }
 

@@ -15,7 +15,6 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
-    Need,
     Observation,
     Profile,
     Scene,
@@ -44,7 +43,9 @@ WORLD_SETTINGS = (
 BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction")
+#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
+#: moments of inertia, and otherwise infinite ones.
+OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -85,15 +86,13 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what Bullet would silently get wrong.
 
     Raises:
-        AdapterError: The scene has gravity, a setting has an unknown name, or a step, mass or radius is beyond one of
+        AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
             Bullet's own constants.
     """
     known = ("dt_s", *WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
     for name in settings:
         if name not in known:
             raise AdapterError(f"PyBullet: no setting {name!r}; there are: {', '.join(known)}")
-    if Need.GRAVITY in scene.needs:
-        raise AdapterError("the PyBullet adapter does not support gravity yet")
     dt_s = float(settings["dt_s"])
     if not SHORTEST_STEP_S <= dt_s < math.inf:
         raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
@@ -129,17 +128,25 @@ class PybulletWorld:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=client, **world)
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
         disc_restitution, wall_restitution = _restitutions(scene)
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         self._discs: list[int] = []
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
         for i, disc in enumerate(scene.discs):
-            shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+            kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
+            shape = bullet.createCollisionShape(
+                kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
+            )
             mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
             body = self._add(shape, mass, disc.position_m, disc_restitution)
             if not disc.immovable:
                 self._movable.append(body)
+                if not asked.get("turn", True):
+                    # As Bullet spells an infinite moment of inertia. The mass must be told again with it.
+                    bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0, 0, 0], physicsClientId=client)
                 bullet.resetBaseVelocity(body, linearVelocity=[*disc.velocity_m_s, 0.0], physicsClientId=client)
                 if ccd_fraction > 0 and math.hypot(*disc.velocity_m_s) * self._dt_s > disc.radius_m:
                     swept = ccd_fraction * disc.radius_m
@@ -298,9 +305,17 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-def _located(dt_s: float) -> dict[str, Setting]:
-    # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
+def _no_ccd(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "ccd_radius_fraction": 0.0}
+
+
+def _cylinder(dt_s: float) -> dict[str, Setting]:
+    # Cylinders touch along a line, of which Bullet keeps single points, off the middle: free to turn, they tip over.
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
+
+
+def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": True}
 
 
 class PybulletAdapter:
@@ -315,6 +330,7 @@ class PybulletAdapter:
         no_wheel_from=(3, 12),
     )
     capabilities = Capabilities(
+        gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="product",
         contact_times=ContactTimes.STEP,
@@ -333,10 +349,21 @@ class PybulletAdapter:
             _tuned,
         ),
         "located": Profile(
+            # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
             "The tuned settings without sweeping, each step cut at the instant from which on Bullet's own collision "
             "detection finds an overlap (Carom's own bisection).",
-            _located,
+            _no_ccd,
             located=True,
+        ),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "cylinder": Profile(
+            "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
+            "(Carom's own measurements).",
+            _cylinder,
+        ),
+        "cylinder-plain": Profile(
+            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            _cylinder_plain,
         ),
     }
 

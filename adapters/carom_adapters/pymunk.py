@@ -14,7 +14,6 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
-    Need,
     Observation,
     Profile,
     Scene,
@@ -65,13 +64,17 @@ def _elasticities(scene: Scene) -> tuple[float, float]:
 def _reach(scene: Scene, centre: tuple[float, float], dt_s: float) -> float:
     """Return how far from `centre` any point of a disc can be at any time of the scene, metres.
 
-    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene.
+    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene, or than gravity
+    makes it besides.
     """
     start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
     movable = [disc for disc in scene.discs if not disc.immovable]
     lightest = min((disc.mass_kg for disc in movable), default=1.0)
     fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
-    return start + fastest * (scene.duration_s + dt_s)
+    duration_s = scene.duration_s + dt_s
+    # What one disc gains by falling, impacts may pass on to a lighter one.
+    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
+    return start + (fastest + gained) * duration_s
 
 
 def _centre(scene: Scene) -> tuple[float, float]:
@@ -102,11 +105,9 @@ def _require_supported(scene: Scene, dt_s: float) -> None:
     """Refuse what Chipmunk would abort on or silently get wrong.
 
     Raises:
-        AdapterError: The scene has gravity, or a step, mass or radius beyond what 64-bit floats can square and divide,
+        AdapterError: A step, mass or radius is beyond what 64-bit floats can square and divide,
             or walls that would have to reach so far that they are coarser than a disc.
     """
-    if Need.GRAVITY in scene.needs:
-        raise AdapterError("the pymunk adapter does not support gravity yet")
     limits = f"must lie in {SMALLEST:g} to {LARGEST:g}"
     if not SMALLEST <= dt_s <= LARGEST:
         raise AdapterError(f"pymunk: dt_s {limits}, got {dt_s}")
@@ -143,6 +144,7 @@ class PymunkWorld:
         self._start_s, self._steps = 0.0, 0
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
+        self._space.gravity = scene.gravity_m_s2
         for name, value in settings.items():
             if name in SPACE_SETTINGS:
                 setattr(self._space, name, value)
@@ -280,6 +282,7 @@ class PymunkAdapter:
     name = "pymunk"
     engine = Engine("pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'")
     capabilities = Capabilities(
+        gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="product",
         contact_times=ContactTimes.STEP,

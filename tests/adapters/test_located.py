@@ -119,7 +119,7 @@ def test_asking_what_touches_leaves_the_contacts_of_the_step(engine: Adapter) ->
 
 
 def test_mujoco_leaves_shallow_contacts_out_unless_its_pairs_are_listed(named: Named) -> None:
-    """MuJoCo's broad phase loses contacts shallower than 32-bit rounding; pairs listed in the model don't go through it."""
+    """MuJoCo's broad phase loses contacts shallower than 32-bit rounding, but not of pairs listed in the model."""
     mujoco, scene = named("mujoco"), catalogue()["classics/box"].scene
     disc = scene.discs[0]
     depths = []

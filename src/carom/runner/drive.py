@@ -64,7 +64,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
 def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
-    The final state is that at the scene's duration: the last whole step's, moved along its straight path by what is
+    The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
     missing to, or beyond, the duration.
 
     Raises:
@@ -105,13 +105,14 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     finally:
         world.close()
     impacts, effective = collector.finish()
+    falls = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
     missing = scene.duration_s - steps * dt_s if outcome is Outcome.COMPLETED else 0.0
     return Trace(
         method=adapter.name,
         scene=scene,
         impacts=impacts,
-        final_position_m=state.position_m + state.velocity_m_s * missing,
-        final_velocity_m_s=state.velocity_m_s,
+        final_position_m=state.position_m + (state.velocity_m_s + falls * (missing / 2)) * missing,
+        final_velocity_m_s=state.velocity_m_s + falls * missing,
         end_time_s=taken * dt_s + missing,
         outcome=outcome,
         dt_s=dt_s,
