@@ -6,6 +6,7 @@ import importlib
 import math
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,6 +67,12 @@ LARGEST_SPEED_M_S = 1e12
 
 #: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.
 LARGEST_COORDINATE_M = 1e9
+
+#: b2_velocityThreshold, compiled in: contacts that close at no more than this are made inelastic.
+THRESHOLD_M_S = 1.0
+
+#: See `_tuned`.
+VELOCITY_SCALE = 2.0**20
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
@@ -368,7 +375,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # Contacts that close at less than 1 m/s are made inelastic, by a constant that is compiled in
         # (b2_velocityThreshold). In a world that runs this many times faster, for as much less time, the limit is
         # 1e-6 m/s. A power of two, so that scaling is exact.
-        "velocity_scale": 2.0**20,
+        "velocity_scale": VELOCITY_SCALE,
         "velocityIterations": 50,
         # Bodies that overlap are not pushed apart.
         "positionIterations": 0,
@@ -402,12 +409,14 @@ class Box2dAdapter:
         max_move_m=LONGEST_MOVE_M,
         min_radius_m=SMALLEST_RADIUS_M,
         float_bits=32,
+        restitution_threshold_m_s=THRESHOLD_M_S / VELOCITY_SCALE,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but frictionless, awake "
             "and with the scene's restitution.",
             _default,
+            capabilities=replace(capabilities, restitution_threshold_m_s=THRESHOLD_M_S),
         ),
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: slow contacts bounce, overlaps "

@@ -398,6 +398,8 @@ class MujocoAdapter:
         continuous_detection=True,
         max_speed_m_s=LARGEST_VALUE,
         max_coordinate_m=LARGEST_VALUE,
+        min_radius_m=SMALLEST_RADIUS_M,
+        dimensions=3,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +66,11 @@ LARGEST_RADIUS_M = 2.8e5
 
 #: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
 LARGEST_COORDINATE_M = 1e17
+
+#: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
+#: contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+SHIPPED_SPEED_CLAMP_M_S = 100.0
+SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
 #: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
 #: multiplying and dividing by it is exact.
@@ -336,12 +342,21 @@ class PybulletAdapter:
         contact_times=ContactTimes.STEP,
         continuous_detection=True,
         max_coordinate_m=LARGEST_COORDINATE_M,
+        min_radius_m=SMALLEST_RADIUS_M,
+        max_radius_m=LARGEST_RADIUS_M,
+        dimensions=3,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of PyBullet gets: all as shipped (a speed clamp of 100 m/s included), but frictionless, "
             "undamped and with the scene's restitution.",
             _default,
+            capabilities=replace(
+                capabilities,
+                continuous_detection=False,
+                max_speed_m_s=SHIPPED_SPEED_CLAMP_M_S,
+                restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
+            ),
         ),
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: overlaps alone are solved and "

@@ -18,6 +18,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    Stamp,
     Wall,
     wall_body,
 )
@@ -286,8 +287,11 @@ class PymunkAdapter:
         restitution=(0.0, 1.0),
         restitution_combine="product",
         contact_times=ContactTimes.STEP,
+        stamp=Stamp.END,
         max_speed_m_s=LARGEST,
         max_coordinate_m=LARGEST,
+        min_radius_m=SMALLEST,
+        max_radius_m=LARGEST,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(

@@ -37,6 +37,7 @@ __all__ = [
     "Profile",
     "Scene",
     "Setting",
+    "Stamp",
     "Wall",
     "World",
     "wall_body",
@@ -52,6 +53,14 @@ class ContactTimes(Enum):
     STEP = "reported to the step"
     INFERRED = "inferred by the adapter"
     NONE = "not reported"
+
+
+class Stamp(Enum):
+    """Which instant of its step an engine's contact time is; the value is the sentence shown."""
+
+    START = "the start of the step in which the engine answered the contact"
+    END = "the end of the step in which the engine answered the contact"
+    INSTANT = "the instant of the contact itself"
 
 
 @dataclass(frozen=True)
@@ -83,7 +92,9 @@ class Capabilities:
         gravity: Uniform gravity.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
+        restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
         contact_times: What a reported contact time means.
+        stamp: Which instant of a step it is.
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
         max_speed_m_s: Greatest speed that is simulated as asked for.
         max_coordinate_m: Greatest distance from the origin that is simulated.
@@ -91,6 +102,7 @@ class Capabilities:
         min_radius_m: Least radius of a disc that is simulated.
         max_radius_m: Greatest radius of a disc that is simulated.
         float_bits: Width of the engine's floating-point numbers.
+        dimensions: 2, or 3 where discs are bodies in space, held or not held in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """
 
@@ -99,7 +111,9 @@ class Capabilities:
     gravity: bool = False
     restitution: tuple[float, float] = (1.0, 1.0)
     restitution_combine: str = "pair"
+    restitution_threshold_m_s: float = 0.0
     contact_times: ContactTimes = ContactTimes.STEP
+    stamp: Stamp = Stamp.START
     continuous_detection: bool = False
     max_speed_m_s: float = math.inf
     max_coordinate_m: float = math.inf
@@ -107,6 +121,7 @@ class Capabilities:
     min_radius_m: float = 0.0
     max_radius_m: float = math.inf
     float_bits: int = 64
+    dimensions: int = 2
     deterministic: bool = True
 
 
@@ -119,11 +134,13 @@ class Profile:
         settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
         located: Whether the harness cuts the steps so that they end where bodies begin to touch; `prepare` must then
             return a `CuttableWorld`.
+        capabilities: What the engine can do with these settings, where that is not what the adapter declares.
     """
 
     description: str
     settings: Callable[[float], Mapping[str, Setting]]
     located: bool = False
+    capabilities: Capabilities | None = None
 
 
 @dataclass(frozen=True, slots=True)

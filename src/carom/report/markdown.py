@@ -11,6 +11,7 @@ from carom.report.phrases import (
     AGREEMENT_NOTE,
     FIGURE_NOTE,
     KNOWN_NOTE,
+    PROFILE_NOTE,
     RUN_TIME_NOTE,
     TITLE,
     agreement_lines,
@@ -47,6 +48,8 @@ def _lines(view: View) -> Iterator[str]:
         yield from ("", "### Not scored, and why", "")
         for line in unrun_lines(grid):
             yield f"- {_text(line)}"
+    yield from ("", "### Profiles and variants", "", PROFILE_NOTE, "")
+    yield from _table(["engine", *view.profiles.profiles], ([line.engine, *line.cells] for line in view.profiles.lines))
     if view.agreements:
         yield from ("", "### Held against PIT", "", AGREEMENT_NOTE, "")
         yield from (f"- {_text(line)}" for line in agreement_lines(view.agreements))

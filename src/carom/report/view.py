@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from carom.report import wording
 from carom.report.divergences import Divergence, divergences
 from carom.report.grid import Grid, build_grid
+from carom.report.profile_table import ProfileTable, build_profile_table
 from carom.report.sampling import Agreement, agreements
 from carom.report.summary import Summary, summarise
 from carom.report.tables import (
@@ -31,6 +32,7 @@ class View:
 
     summary: Summary
     grid: Grid
+    profiles: ProfileTable
     agreements: tuple[Agreement, ...]
     trend: Trend
     paper: tuple[Divergence, ...]
@@ -51,6 +53,7 @@ def build_view(results: Results) -> View:
     return View(
         summary=summarise(results, grid, found),
         grid=grid,
+        profiles=build_profile_table(results, grid),
         agreements=found,
         trend=build_trend(results, grid),
         paper=paper,
