@@ -49,8 +49,9 @@ OTHER_SETTINGS = (
 #: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet").
 SWEEPS = ("none", "shipped", "fast")
 
-#: b2_maxTranslation: a body moves by no more than this in one step, whatever its velocity.
-LONGEST_MOVE_M = 2.0
+#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A millionth below it, a
+#: body is not slowed down, and what was slowed down can be told from it.
+LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
 #: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7; and `b2PolygonShape` joins
 #: corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
@@ -319,10 +320,10 @@ class Box2dWorld:
         return tuple(found)
 
     def _warning(self, velocity: Any) -> str:
-        # Reached in an impact, it is too late to refuse: the disc was moved by less than its velocity times dt_s.
+        # Made so fast by an impact, it is too late to refuse.
         fastest = float(np.hypot(*velocity.T).max())
-        if fastest * self._dt_s > LONGEST_MOVE_M * (1 + ROUNDING):
-            return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and one moves at {fastest:g} m/s"
+        if fastest * self._dt_s > LONGEST_MOVE_M:
+            return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and slowed one down to {fastest:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
@@ -379,11 +380,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "velocityIterations": 50,
         # Bodies that overlap are not pushed apart.
         "positionIterations": 0,
-        # Every step is solved from its state alone.
-        "warmStarting": False,
         # A swept disc is stopped 3 b2_linearSlop (1.5 cm) inside the other, at any step, so that only fast ones gain.
         "sweep": "fast",
-        "sleepingAllowed": False,
         # As shipped, a polygon has a skin of 1 cm.
         "polygon_radius_m": 0.0,
     }

@@ -357,9 +357,9 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "integrator": "Euler",
         # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
         "jacobian": "dense",
-        # The solver ends when it can do no better, and starts from nothing that an earlier step left.
+        # The solver ends when it can do no better.
         "tolerance": 0.0,
-        "warmstart": False,
+        # A state far out is gone on with, rather than put back to the start.
         "autoreset": False,
         # Of a disc that moves so far in a step that it may pass through another, MuJoCo makes a contact ahead of time.
         "speculative": True,
@@ -393,7 +393,7 @@ class MujocoAdapter:
     capabilities = Capabilities(
         gravity=True,
         restitution=(0.0, 1.0),
-        restitution_combine="pair",
+        restitution_combine="none",
         contact_times=ContactTimes.STEP,
         continuous_detection=True,
         max_speed_m_s=LARGEST_VALUE,
