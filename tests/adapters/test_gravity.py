@@ -65,7 +65,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 
 def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Adapter) -> None:
-    """Gravity acts alike on two discs: they exchange velocities head-on, and their relative path turns where it would."""
+    """Gravity acts alike on two discs: they exchange velocities head-on, at the time at which they would without it."""
     discs = [
         Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
         Disc(position_m=(1, 0), velocity_m_s=(-1, 0), radius_m=0.25),
