@@ -22,6 +22,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    require_sound,
     wall_body,
 )
 
@@ -48,6 +49,9 @@ OTHER_SETTINGS = (
 #: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
 #: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet").
 SWEEPS = ("none", "shipped", "fast")
+
+#: Below these Box2D asserts, or makes no sense of them.
+LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1.0, "polygon_radius_m": 0.0}
 
 #: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A millionth below it, a
 #: body is not slowed down, and what was slowed down can be told from it.
@@ -118,10 +122,7 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
         AdapterError: A setting has an unknown name, or a step, mass, radius, speed or coordinate is beyond one of
             Box2D's own constants or of 32-bit floats.
     """
-    known = ("dt_s", *WORLD_SETTINGS, *OTHER_SETTINGS)
-    for name in settings:
-        if name not in known:
-            raise AdapterError(f"Box2D: no setting {name!r}; there are: {', '.join(known)}")
+    require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
     if settings.get("sweep", "shipped") not in SWEEPS:
         raise AdapterError(f"Box2D: sweep must be one of {', '.join(SWEEPS)}, got {settings['sweep']!r}")
     dt_s = float(settings["dt_s"])

@@ -20,6 +20,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    require_sound,
     wall_body,
 )
 
@@ -47,6 +48,14 @@ MJCF_INTEGRATORS = {
 #: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step: see `_located`.
 #: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
 OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape")
+
+#: Settings that are one of a few words.
+WORDS: Mapping[str, tuple[str, ...]] = {
+    "integrator": tuple(MJCF_INTEGRATORS.values()),
+    "jacobian": ("dense", "sparse", "auto"),
+    "joints": ("free", "slide"),
+    "shape": ("sphere", "cylinder"),
+}
 
 #: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
 LARGEST_VALUE = 1e10
@@ -90,17 +99,14 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
         AdapterError: A setting has an unknown name or value, or a step, mass, radius or all
             speeds are beyond one of MuJoCo's own constants.
     """
-    known = ("dt_s", *OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
-    for name in settings:
-        if name not in known:
-            raise AdapterError(f"MuJoCo: no setting {name!r}; there are: {', '.join(known)}")
-    if settings["joints"] not in ("free", "slide"):
-        raise AdapterError(f"MuJoCo: joints must be 'free' or 'slide', got {settings['joints']!r}")
+    known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
+    require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0})
+    for name, words in WORDS.items():
+        if name in settings and settings[name] not in words:
+            raise AdapterError(f"MuJoCo: {name} must be one of {', '.join(words)}, got {settings[name]!r}")
     if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
         raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
     dt_s = float(settings["dt_s"])
-    if not 0 < dt_s < math.inf:
-        raise AdapterError(f"MuJoCo: dt_s must be above 0, got {dt_s}")
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:
         raise AdapterError(

@@ -20,6 +20,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    require_sound,
     wall_body,
 )
 
@@ -47,6 +48,9 @@ BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactP
 #: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
 #: moments of inertia, and otherwise infinite ones.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
+
+#: PyBullet takes a value below these for "not given", and says nothing.
+LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {"numSolverIterations": 1}
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -95,10 +99,9 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
         AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
             Bullet's own constants.
     """
-    known = ("dt_s", *WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
-    for name in settings:
-        if name not in known:
-            raise AdapterError(f"PyBullet: no setting {name!r}; there are: {', '.join(known)}")
+    require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
+    if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
+        raise AdapterError(f"PyBullet: shape must be 'sphere' or 'cylinder', got {settings['shape']!r}")
     dt_s = float(settings["dt_s"])
     if not SHORTEST_STEP_S <= dt_s < math.inf:
         raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")

@@ -20,6 +20,7 @@ from carom.adapter import (
     Setting,
     Stamp,
     Wall,
+    require_sound,
     wall_body,
 )
 
@@ -40,6 +41,9 @@ SPACE_SETTINGS = (
     "idle_speed_threshold",
     "sleep_time_threshold",
 )
+
+#: Below these Chipmunk aborts, or makes no sense of them.
+LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1}
 
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds neither squares
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
@@ -140,17 +144,16 @@ class PymunkWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         import pymunk
 
+        require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST)
         self._dt_s = float(settings["dt_s"])
         _require_supported(scene, self._dt_s)
         self._start_s, self._steps = 0.0, 0
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
         self._space.gravity = scene.gravity_m_s2
-        for name, value in settings.items():
-            if name in SPACE_SETTINGS:
-                setattr(self._space, name, value)
-            elif name != "dt_s":
-                raise AdapterError(f"pymunk: no setting {name!r}; there are: {', '.join(('dt_s', *SPACE_SETTINGS))}")
+        for name in SPACE_SETTINGS:
+            if name in settings:
+                setattr(self._space, name, settings[name])
         disc_elasticity, wall_elasticity = _elasticities(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []

@@ -10,7 +10,7 @@ declares.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -40,6 +40,7 @@ __all__ = [
     "Stamp",
     "Wall",
     "World",
+    "require_sound",
     "wall_body",
 ]
 
@@ -243,3 +244,51 @@ class Adapter(Protocol):
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Build the scene with settings of one of the profiles. Timed on its own, not by the step clock."""
+
+
+def require_sound(
+    engine: str,
+    scene: Scene,
+    settings: Mapping[str, Setting],
+    known: Sequence[str],
+    at_least: Mapping[str, float] | None = None,
+) -> None:
+    """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
+
+    Engines abort on such numbers, or silently make something else of them, and a scene can have been made without its
+    validation. What is beyond one engine's own limits is for its adapter to refuse.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene.
+        settings: The settings asked for.
+        known: Names of all settings but ``dt_s``.
+        at_least: Least values of settings that have one.
+
+    Raises:
+        AdapterError: Names the field or setting, and its value.
+    """
+    for name, setting in settings.items():
+        if name not in ("dt_s", *known):
+            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+        if setting != setting:
+            raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
+        if not isinstance(setting, str) and at_least and not setting >= at_least.get(name, -math.inf):
+            raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+    dt_s = settings["dt_s"]
+    if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
+        raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        for field, value, sound in (
+            ("position_m", disc.position_m, all(map(math.isfinite, disc.position_m))),
+            ("velocity_m_s", disc.velocity_m_s, all(map(math.isfinite, disc.velocity_m_s))),
+            ("radius_m", disc.radius_m, 0 < disc.radius_m < math.inf),
+            ("mass_kg", disc.mass_kg, disc.mass_kg > 0),
+        ):
+            if not sound:
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+    for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
+        if not 0 <= value <= 1:
+            raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+    if not all(map(math.isfinite, scene.gravity_m_s2)):
+        raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
