@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import itertools
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,6 +70,10 @@ LEAST_ACCELERATION_M_S2 = 1e-12
 
 #: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
 LARGEST_MASS_KG = 1e11
+
+#: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
+#: steps of each.
+KEPT_MODELS = 16
 
 #: Half a million pairs, which take MuJoCo seconds to compile.
 MOST_LISTED = 1000
@@ -154,7 +160,7 @@ def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
                 '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>'
                 f"{geom(i, scene.restitution, **sphere)}</body>"
             )
-        return f'<body pos="{place}"><freejoint/>{geom(i, scene.restitution, mass=body.mass_kg, **sphere)}</body>'
+        return f"<body><freejoint/>{geom(i, scene.restitution, mass=body.mass_kg, **sphere)}</body>"
 
     def wall(k: int) -> str:
         half_plane = scene.walls[k]
@@ -208,8 +214,17 @@ def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
     return "\n".join(itertools.starmap(pair, pairs))
 
 
+@lru_cache(maxsize=KEPT_MODELS)
+def _compiled(mjcf: str) -> Any:
+    """Compile a model, or return the one that was compiled from the same text: a sweep of start states has but one.
+
+    Where movable discs are and how fast is no part of it.
+    """
+    return importlib.import_module("mujoco").MjModel.from_xml_string(mjcf)
+
+
 class MujocoWorld:
-    """One compiled model with its data."""
+    """A compiled model with data of its own."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         _require_supported(scene, settings)
@@ -218,10 +233,11 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = self._mujoco.MjModel.from_xml_string(_mjcf(scene, settings))
+            self._model = _compiled(_mjcf(scene, settings))
         except ValueError as error:
             raise AdapterError(f"MuJoCo refuses the scene: {error}") from error
         self._data = self._mujoco.MjData(self._model)
+        self._shared = True
         self._probe: Any = None
         self._dt_s = float(self._model.opt.timestep)
         # What a step of any length makes of a velocity, see `_solref`.
@@ -315,6 +331,8 @@ class MujocoWorld:
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on; a contact's damping is so much per step."""
+        if self._shared:  # with other worlds, whose step is another
+            self._model, self._shared = copy.copy(self._model), False
         self._start_s += self._steps * self._dt_s
         self._steps = 0
         self._dt_s = self._model.opt.timestep = dt_s

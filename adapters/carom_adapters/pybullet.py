@@ -15,6 +15,7 @@ from carom.adapter import (
     Capabilities,
     Contact,
     ContactTimes,
+    Disc,
     Engine,
     Observation,
     Profile,
@@ -114,6 +115,35 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
             raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
 
 
+#: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
+_KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
+
+
+def _is_fast(disc: Disc, dt_s: float) -> bool:
+    return math.hypot(*disc.velocity_m_s) * dt_s > disc.radius_m
+
+
+def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
+    """Return all of a scene but the start states of its movable discs; None for one that must be built anew.
+
+    Of three bodies or more, Bullet keeps the order in which pairs came near to each other, and solves shared contacts
+    in that order; of cylinders it keeps contact points. Neither can be reset, and both change the last bits.
+    """
+    if len(scene.discs) + len(scene.walls) > 2 or settings.get("shape", "sphere") != "sphere":
+        return None
+    dt_s = float(settings["dt_s"])
+    discs = tuple(
+        (disc.radius_m, disc.mass_kg, _is_fast(disc, dt_s), disc.position_m if disc.immovable else None)
+        for disc in scene.discs
+    )
+    laws = (scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
+    return (discs, scene.walls, laws, tuple(sorted(settings.items())))
+
+
+def _take_kept(key: object) -> tuple[int, list[int], list[int], dict[int, int]] | None:
+    return None if key is None else _KEPT.pop(key, None)
+
+
 class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
@@ -124,14 +154,36 @@ class PybulletWorld:
         self._start_s, self._steps = 0.0, 0
         self._seen: tuple[Contact, ...] | None = None
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
-        self._client: int = self._bullet.connect(self._bullet.DIRECT)
-        if self._client < 0:
-            raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
+        self._key = _structure(scene, settings)
+        self._discs: list[int] = []
+        self._movable: list[int] = []
+        self._number: dict[int, int] = {}
+        self._client = -1
+        kept = _take_kept(self._key)
+        if kept is not None:
+            self._client, self._discs, self._movable, self._number = kept
+            # Its step may have been cut.
+            self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=self._client)
+        else:
+            self._client = self._bullet.connect(self._bullet.DIRECT)
+            if self._client < 0:
+                raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
         try:
-            self._build(scene)
+            if kept is None:
+                self._build(scene)
+            self._start(scene)
         except BaseException:
-            self.close()
+            self._bullet.disconnect(self._client)
             raise
+
+    def _start(self, scene: Scene) -> None:
+        """Put every disc where the scene has it. Bullet looks for contacts anew in every step."""
+        bullet, client = self._bullet, self._client
+        for i, (body, disc) in enumerate(zip(self._discs, scene.discs, strict=True)):
+            if not scene.discs[i].immovable:
+                bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
+                bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, 0], client)
+        self._seen = ()
 
     def _build(self, scene: Scene) -> None:
         bullet, client, asked = self._bullet, self._client, self._asked
@@ -141,9 +193,6 @@ class PybulletWorld:
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
         disc_restitution, wall_restitution = _restitutions(scene)
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
-        self._discs: list[int] = []
-        self._movable: list[int] = []
-        self._number: dict[int, int] = {}
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
             shape = bullet.createCollisionShape(
@@ -156,8 +205,7 @@ class PybulletWorld:
                 if not asked.get("turn", True):
                     # As Bullet spells an infinite moment of inertia. The mass must be told again with it.
                     bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0, 0, 0], physicsClientId=client)
-                bullet.resetBaseVelocity(body, linearVelocity=[*disc.velocity_m_s, 0.0], physicsClientId=client)
-                if ccd_fraction > 0 and math.hypot(*disc.velocity_m_s) * self._dt_s > disc.radius_m:
+                if ccd_fraction > 0 and _is_fast(disc, self._dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
@@ -274,8 +322,17 @@ class PybulletWorld:
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """Disconnect the client, which would hold its memory for as long as the process lives."""
-        self._bullet.disconnect(self._client)
+        """End the client, or keep it for the next scene of the same structure in place of the one kept before.
+
+        A client that is let go of without being disconnected holds its memory for as long as the process lives.
+        """
+        if self._key is None:
+            self._bullet.disconnect(self._client)
+            return
+        if _KEPT:
+            _, (client, *_) = _KEPT.popitem()
+            self._bullet.disconnect(client)
+        _KEPT[self._key] = (self._client, self._discs, self._movable, self._number)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:

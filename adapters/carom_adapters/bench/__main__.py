@@ -63,8 +63,31 @@ def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
     return statistics.median(ours / theirs for ours, theirs in pairs), min(theirs for _, theirs in pairs) / steps
 
 
+def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
+    """Return how long a world of a sweep takes to prepare, over one that is like none before it."""
+    adapter = load_adapter(name)
+    settings = adapter.profiles["tuned"].settings(1 / 240)
+    radii = itertools.count()
+
+    def prepare(count: int, *, alike: bool) -> None:
+        for k in range(count):
+            radius = 0.4 if alike else 0.4 + 1e-6 * next(radii)
+            discs = [
+                Disc(position_m=(-1e-3 * k, 0), velocity_m_s=(1, 0), radius_m=radius),
+                Disc(position_m=(2, 0.3), radius_m=0.5),
+            ]
+            adapter.prepare(Scene(name="sweep", discs=discs, duration_s=1), settings).close()
+
+    prepare(2, alike=True)
+    pairs = [
+        (_seconds(lambda n: prepare(n, alike=True), worlds), _seconds(lambda n: prepare(n, alike=False), worlds))
+        for _ in range(rounds)
+    ]
+    return statistics.median(again / anew for again, anew in pairs)
+
+
 def lines() -> Iterator[str]:
-    """Measure every engine that is installed, and yield the table."""
+    """Measure every engine that is installed, and yield the tables."""
     yield f"{'engine':10}{'discs':>6}{'adapter / by hand':>20}{'by hand, us a step':>20}"
     for name, discs in itertools.product(LOOPS, DISCS):
         reason = unavailable_reason(load_adapter(name).engine)
@@ -73,6 +96,11 @@ def lines() -> Iterator[str]:
             continue
         found, step_s = ratio(name, discs)
         yield f"{name:10}{discs:6d}{found:20.3f}{step_s * 1e6:20.2f}"
+    yield ""
+    yield "preparing a world of a sweep (other start states), over preparing one that is like none before it:"
+    for name in LOOPS:
+        if not unavailable_reason(load_adapter(name).engine):
+            yield f"{name:10}{reuse_ratio(name):26.3f}"
 
 
 def main() -> None:
