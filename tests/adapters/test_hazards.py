@@ -134,7 +134,8 @@ from carom.registry import load_adapter
 
 adapter = load_adapter(sys.argv[1])
 discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5), Disc(position_m=(1.01, 0), radius_m=0.5)]
-scenes = [Scene(name="pair", discs=discs[:n], duration_s=1) for n in (1, 2)]  # in turn, so that not every world is used again
+# In turn, so that not every world is used again.
+scenes = [Scene(name="pair", discs=discs[:n], duration_s=1) for n in (1, 2)]
 settings = adapter.profiles["tuned"].settings(1 / 60)
 
 def resident_after(worlds):
