@@ -396,8 +396,8 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
 
 def _located(dt_s: float) -> dict[str, Setting]:
     # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
-    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from what
-    # a step left that was taken back.
+    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from
+    # what a step left that was taken back.
     return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
 
 
