@@ -15,6 +15,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    Stamp,
 )
 from carom.solvers.pic import EventDrivenRun
 from carom.solvers.pic_framewise import FramewiseRun
@@ -66,7 +67,9 @@ class PicAdapter:
 
     name = "pic"
     engine = Engine("Carom")
-    capabilities = Capabilities(restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, continuous_detection=True)
+    capabilities = Capabilities(
+        restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, stamp=Stamp.INSTANT, continuous_detection=True
+    )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "The source paper's Algorithm 2: frame by frame, every pair solved for anew, all impacts of a frame.",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +15,13 @@ from carom.adapter import (
     Capabilities,
     Contact,
     ContactTimes,
+    Disc,
     Engine,
-    Need,
     Observation,
     Profile,
     Scene,
     Setting,
+    require_sound,
     wall_body,
 )
 
@@ -44,7 +46,12 @@ WORLD_SETTINGS = (
 BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction")
+#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
+#: moments of inertia, and otherwise infinite ones.
+OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
+
+#: PyBullet takes a value below these for "not given", and says nothing.
+LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {"numSolverIterations": 1}
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -64,6 +71,11 @@ LARGEST_RADIUS_M = 2.8e5
 
 #: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
 LARGEST_COORDINATE_M = 1e17
+
+#: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
+#: contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+SHIPPED_SPEED_CLAMP_M_S = 100.0
+SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
 #: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
 #: multiplying and dividing by it is exact.
@@ -85,15 +97,12 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what Bullet would silently get wrong.
 
     Raises:
-        AdapterError: The scene has gravity, a setting has an unknown name, or a step, mass or radius is beyond one of
+        AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
             Bullet's own constants.
     """
-    known = ("dt_s", *WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
-    for name in settings:
-        if name not in known:
-            raise AdapterError(f"PyBullet: no setting {name!r}; there are: {', '.join(known)}")
-    if Need.GRAVITY in scene.needs:
-        raise AdapterError("the PyBullet adapter does not support gravity yet")
+    require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
+    if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
+        raise AdapterError(f"PyBullet: shape must be 'sphere' or 'cylinder', got {settings['shape']!r}")
     dt_s = float(settings["dt_s"])
     if not SHORTEST_STEP_S <= dt_s < math.inf:
         raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
@@ -106,6 +115,35 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
             raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
 
 
+#: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
+_KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
+
+
+def _is_fast(disc: Disc, dt_s: float) -> bool:
+    return math.hypot(*disc.velocity_m_s) * dt_s > disc.radius_m
+
+
+def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
+    """Return all of a scene but the start states of its movable discs; None for one that must be built anew.
+
+    Of three bodies or more, Bullet keeps the order in which pairs came near to each other, and solves shared contacts
+    in that order; of cylinders it keeps contact points. Neither can be reset, and both change the last bits.
+    """
+    if len(scene.discs) + len(scene.walls) > 2 or settings.get("shape", "sphere") != "sphere":
+        return None
+    dt_s = float(settings["dt_s"])
+    discs = tuple(
+        (disc.radius_m, disc.mass_kg, _is_fast(disc, dt_s), disc.position_m if disc.immovable else None)
+        for disc in scene.discs
+    )
+    laws = (scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
+    return (discs, scene.walls, laws, tuple(sorted(settings.items())))
+
+
+def _take_kept(key: object) -> tuple[int, list[int], list[int], dict[int, int]] | None:
+    return None if key is None else _KEPT.pop(key, None)
+
+
 class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
@@ -113,32 +151,61 @@ class PybulletWorld:
         _require_supported(scene, settings)
         self._asked = dict(settings)
         self._dt_s = float(settings["dt_s"])
-        self._steps = 0
+        self._start_s, self._steps = 0.0, 0
+        self._seen: tuple[Contact, ...] | None = None
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
-        self._client: int = self._bullet.connect(self._bullet.DIRECT)
-        if self._client < 0:
-            raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
+        self._key = _structure(scene, settings)
+        self._discs: list[int] = []
+        self._movable: list[int] = []
+        self._number: dict[int, int] = {}
+        self._client = -1
+        kept = _take_kept(self._key)
+        if kept is not None:
+            self._client, self._discs, self._movable, self._number = kept
+            # Its step may have been cut.
+            self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=self._client)
+        else:
+            self._client = self._bullet.connect(self._bullet.DIRECT)
+            if self._client < 0:
+                raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
         try:
-            self._build(scene)
+            if kept is None:
+                self._build(scene)
+            self._start(scene)
         except BaseException:
-            self.close()
+            self._bullet.disconnect(self._client)
             raise
+
+    def _start(self, scene: Scene) -> None:
+        """Put every disc where the scene has it. Bullet looks for contacts anew in every step."""
+        bullet, client = self._bullet, self._client
+        for i, (body, disc) in enumerate(zip(self._discs, scene.discs, strict=True)):
+            if not scene.discs[i].immovable:
+                bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
+                bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, 0], client)
+        self._seen = ()
 
     def _build(self, scene: Scene) -> None:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=client, **world)
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
         disc_restitution, wall_restitution = _restitutions(scene)
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
-        self._discs: list[int] = []
-        self._number: dict[int, int] = {}
         for i, disc in enumerate(scene.discs):
-            shape = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+            kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
+            shape = bullet.createCollisionShape(
+                kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
+            )
             mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
             body = self._add(shape, mass, disc.position_m, disc_restitution)
             if not disc.immovable:
-                bullet.resetBaseVelocity(body, linearVelocity=[*disc.velocity_m_s, 0.0], physicsClientId=client)
-                if ccd_fraction > 0 and math.hypot(*disc.velocity_m_s) * self._dt_s > disc.radius_m:
+                self._movable.append(body)
+                if not asked.get("turn", True):
+                    # As Bullet spells an infinite moment of inertia. The mass must be told again with it.
+                    bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0, 0, 0], physicsClientId=client)
+                if ccd_fraction > 0 and _is_fast(disc, self._dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
@@ -181,6 +248,7 @@ class PybulletWorld:
         for _ in range(steps):
             step(client)
         self._steps += steps
+        self._seen = None
 
     def observe(self) -> Observation:
         """Read every body and the contact points.
@@ -191,10 +259,16 @@ class PybulletWorld:
         position = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs]
         velocity = [bullet.getBaseVelocity(body, client)[0][:2] for body in self._discs]
         return Observation(
-            np.array(position, dtype=np.float64), np.array(velocity, dtype=np.float64), tuple(self._contacts())
+            np.array(position, dtype=np.float64), np.array(velocity, dtype=np.float64), self._contacts_of_step()
         )
 
+    def _contacts_of_step(self) -> tuple[Contact, ...]:
+        if self._seen is None:
+            self._seen = tuple(self._contacts())
+        return self._seen
+
     def _contacts(self) -> list[Contact]:
+        at_s = self._start_s + (self._steps - 1) * self._dt_s
         # Bullet solves the contacts that are closer than this; its own default is beyond any distance.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
@@ -209,20 +283,63 @@ class PybulletWorld:
                 nx, ny = -nx, -ny
             else:
                 first, second = second, first
-            found.append(Contact(first, second, (self._steps - 1) * self._dt_s, (nx, ny), force * self._dt_s))
+            found.append(Contact(first, second, at_s, (nx, ny), force * self._dt_s))
         return found
 
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._start_s += self._steps * self._dt_s
+        self._steps, self._dt_s = 0, dt_s
+        self._bullet.setPhysicsEngineParameter(fixedTimeStep=dt_s, physicsClientId=self._client)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that Bullet's collision detection finds to overlap where the bodies are now."""
+        self._contacts_of_step()  # the detection would overwrite them
+        self._bullet.performCollisionDetection(self._client)
+        found = set()
+        for point in self._bullet.getContactPoints(physicsClientId=self._client):
+            if point[8] < 0:
+                low, high = sorted((self._number[point[1]], self._number[point[2]]))
+                found.add((high, low) if low < 0 else (low, high))
+        return frozenset(found)
+
+    def save(self) -> object:
+        """Return positions and velocities, which with these settings are all of a state."""
+        bullet, client = self._bullet, self._client
+        bodies = [
+            (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
+            for body in self._movable
+        ]
+        return (self._start_s + self._steps * self._dt_s, bodies)
+
+    def restore(self, state: Any) -> None:
+        """Put positions and velocities back."""
+        bullet, client = self._bullet, self._client
+        self._start_s, bodies = state
+        self._steps = 0
+        for body, place, velocity in bodies:
+            bullet.resetBasePositionAndOrientation(body, *place, client)
+            bullet.resetBaseVelocity(body, *velocity, client)
+
     def close(self) -> None:
-        """Disconnect the client, which would hold its memory for as long as the process lives."""
-        self._bullet.disconnect(self._client)
+        """End the client, or keep it for the next scene of the same structure in place of the one kept before.
+
+        A client that is let go of without being disconnected holds its memory for as long as the process lives.
+        """
+        if self._key is None:
+            self._bullet.disconnect(self._client)
+            return
+        if _KEPT:
+            _, (client, *_) = _KEPT.popitem()
+            self._bullet.disconnect(client)
+        _KEPT[self._key] = (self._client, self._discs, self._movable, self._number)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
     return {
         "dt_s": dt_s,
         "lateralFriction": 0.0,  # 0.5 is shipped
-        "linearDamping": 0.0,  # 0.04 is shipped for both
-        "angularDamping": 0.0,
+        "linearDamping": 0.0,  # 0.04 is shipped; so is the angular one, which nothing that does not spin can tell
     }
 
 
@@ -238,9 +355,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "contactSlop": 0.0,
         # Slower contacts than this are made inelastic (0.2 m/s is shipped).
         "restitutionVelocityThreshold": 0.0,
-        # Every step is solved from its state alone, and in an order that does not depend on addresses. (Neither was
-        # seen to change an impact of two bodies.)
-        "warmStartingFactor": 0.0,
+        # Shared contacts are solved in an order that does not depend on addresses.
         "deterministicOverlappingPairs": 1,
         # All the iterations are taken, even where the residual is small: shared contacts lose energy otherwise.
         "solverResidualThreshold": 0.0,
@@ -251,6 +366,19 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # A swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
         "ccd_radius_fraction": 0.95,
     }
+
+
+def _no_ccd(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "ccd_radius_fraction": 0.0}
+
+
+def _cylinder(dt_s: float) -> dict[str, Setting]:
+    # Cylinders touch along a line, of which Bullet keeps single points, off the middle: free to turn, they tip over.
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
+
+
+def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": True, "angularDamping": 0.0}
 
 
 class PybulletAdapter:
@@ -265,22 +393,49 @@ class PybulletAdapter:
         no_wheel_from=(3, 12),
     )
     capabilities = Capabilities(
+        gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="product",
         contact_times=ContactTimes.STEP,
         continuous_detection=True,
         max_coordinate_m=LARGEST_COORDINATE_M,
+        min_radius_m=SMALLEST_RADIUS_M,
+        max_radius_m=LARGEST_RADIUS_M,
+        dimensions=3,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of PyBullet gets: all as shipped (a speed clamp of 100 m/s included), but frictionless, "
             "undamped and with the scene's restitution.",
             _default,
+            capabilities=replace(
+                capabilities,
+                continuous_detection=False,
+                max_speed_m_s=SHIPPED_SPEED_CLAMP_M_S,
+                restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
+            ),
         ),
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: overlaps alone are solved and "
             "never pushed apart, and fast discs are swept.",
             _tuned,
+        ),
+        "located": Profile(
+            # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
+            "The tuned settings without sweeping, each step cut at the instant from which on Bullet's own collision "
+            "detection finds an overlap (Carom's own bisection).",
+            _no_ccd,
+            located=True,
+        ),
+        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "cylinder": Profile(
+            "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
+            "(Carom's own measurements).",
+            _cylinder,
+        ),
+        "cylinder-plain": Profile(
+            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
+            _cylinder_plain,
         ),
     }
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,12 +14,13 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
-    Need,
     Observation,
     Profile,
     Scene,
     Setting,
+    Stamp,
     Wall,
+    require_sound,
     wall_body,
 )
 
@@ -40,6 +41,9 @@ SPACE_SETTINGS = (
     "idle_speed_threshold",
     "sleep_time_threshold",
 )
+
+#: Below these Chipmunk aborts, or makes no sense of them.
+LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1}
 
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds neither squares
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
@@ -65,13 +69,17 @@ def _elasticities(scene: Scene) -> tuple[float, float]:
 def _reach(scene: Scene, centre: tuple[float, float], dt_s: float) -> float:
     """Return how far from `centre` any point of a disc can be at any time of the scene, metres.
 
-    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene.
+    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene, or than gravity
+    makes it besides.
     """
     start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
     movable = [disc for disc in scene.discs if not disc.immovable]
     lightest = min((disc.mass_kg for disc in movable), default=1.0)
     fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
-    return start + fastest * (scene.duration_s + dt_s)
+    duration_s = scene.duration_s + dt_s
+    # What one disc gains by falling, impacts may pass on to a lighter one.
+    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
+    return start + (fastest + gained) * duration_s
 
 
 def _centre(scene: Scene) -> tuple[float, float]:
@@ -102,11 +110,9 @@ def _require_supported(scene: Scene, dt_s: float) -> None:
     """Refuse what Chipmunk would abort on or silently get wrong.
 
     Raises:
-        AdapterError: The scene has gravity, or a step, mass or radius beyond what 64-bit floats can square and divide,
+        AdapterError: A step, mass or radius is beyond what 64-bit floats can square and divide,
             or walls that would have to reach so far that they are coarser than a disc.
     """
-    if Need.GRAVITY in scene.needs:
-        raise AdapterError("the pymunk adapter does not support gravity yet")
     limits = f"must lie in {SMALLEST:g} to {LARGEST:g}"
     if not SMALLEST <= dt_s <= LARGEST:
         raise AdapterError(f"pymunk: dt_s {limits}, got {dt_s}")
@@ -138,17 +144,19 @@ class PymunkWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         import pymunk
 
+        require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST)
         self._dt_s = float(settings["dt_s"])
         _require_supported(scene, self._dt_s)
-        self._steps = 0
+        self._start_s, self._steps = 0.0, 0
+        self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
-        for name, value in settings.items():
-            if name in SPACE_SETTINGS:
-                setattr(self._space, name, value)
-            elif name != "dt_s":
-                raise AdapterError(f"pymunk: no setting {name!r}; there are: {', '.join(('dt_s', *SPACE_SETTINGS))}")
+        self._space.gravity = scene.gravity_m_s2
+        for name in SPACE_SETTINGS:
+            if name in settings:
+                setattr(self._space, name, settings[name])
         disc_elasticity, wall_elasticity = _elasticities(scene)
         self._bodies: list[pymunk.Body] = []
+        self._movable: list[pymunk.Body] = []
         self._number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
@@ -156,6 +164,7 @@ class PymunkWorld:
             else:
                 body = pymunk.Body(disc.mass_kg, math.inf)  # an infinite moment: discs without friction do not spin
                 body.velocity = disc.velocity_m_s
+                self._movable.append(body)
             body.position = disc.position_m
             self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, i)
             self._bodies.append(body)
@@ -181,6 +190,7 @@ class PymunkWorld:
         for _ in range(steps):
             step(dt_s)
         self._steps += steps
+        self._arbiters = None
 
     def observe(self) -> Observation:
         """Read the bodies, and the arbiters that the last step left on them: no callback slows the step down.
@@ -188,9 +198,8 @@ class PymunkWorld:
         Chipmunk moves the bodies and then looks for contacts, so those of step k (from 0) stand at ``(k + 1) dt_s``.
         """
         found: list[Contact] = []
-        for body in self._bodies:
-            if body.body_type == body.DYNAMIC:
-                body.each_arbiter(self._collect, found)
+        for body in self._movable:
+            body.each_arbiter(self._collect, found)
         return Observation(
             np.array([body.position for body in self._bodies], dtype=np.float64),
             np.array([body.velocity for body in self._bodies], dtype=np.float64),
@@ -209,11 +218,50 @@ class PymunkWorld:
             if other.body is not None and other.body.body_type == other.body.DYNAMIC:
                 return  # that one was asked before, and told
             first, second, normal = second, first, -normal
-        found.append(Contact(first, second, self._steps * self._dt_s, (normal.x, normal.y), impulse))
+        found.append(Contact(first, second, self._now_s(), (normal.x, normal.y), impulse))
+
+    def _now_s(self) -> float:
+        return self._start_s + self._steps * self._dt_s
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on.
+
+        Chipmunk begins a contact that goes on with its last impulse times the ratio of the two steps, without limit; so
+        shapes in contact are taken out and put back, which makes it forget.
+        """
+        self._start_s, self._steps, self._dt_s = self._now_s(), 0, dt_s
+        shapes = sorted({shape for pair in self._in_contact() for shape in pair}, key=self._number.__getitem__)
+        if shapes:
+            self._space.remove(*shapes)
+            self._space.add(*shapes)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs of which Chipmunk kept an arbiter in the last step, at whose end it looked."""
+        pairs = (sorted((self._number[a], self._number[b])) for a, b in self._in_contact())
+        return frozenset((high, low) if low < 0 else (low, high) for low, high in pairs)
+
+    def _in_contact(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
+        if self._arbiters is None:
+            found: list[tuple[pymunk.Shape, pymunk.Shape]] = []
+            for body in self._movable:
+                body.each_arbiter(lambda arbiter: found.append(arbiter.shapes))
+            self._arbiters = found
+        return self._arbiters
+
+    def save(self) -> object:
+        """Return positions and velocities; whatever else a space keeps is of no effect on a tuned one."""
+        return (self._now_s(), [(body, body.position, body.velocity) for body in self._movable])
+
+    def restore(self, state: Any) -> None:
+        """Put positions and velocities back."""
+        self._start_s, bodies = state
+        self._steps = 0
+        for body, position, velocity in bodies:
+            body.position, body.velocity = position, velocity
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""
-        del self._space, self._bodies, self._number
+        del self._space, self._bodies, self._movable, self._number
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
@@ -238,11 +286,15 @@ class PymunkAdapter:
     name = "pymunk"
     engine = Engine("pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'")
     capabilities = Capabilities(
+        gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="product",
         contact_times=ContactTimes.STEP,
+        stamp=Stamp.END,
         max_speed_m_s=LARGEST,
         max_coordinate_m=LARGEST,
+        min_radius_m=SMALLEST,
+        max_radius_m=LARGEST,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
@@ -252,6 +304,12 @@ class PymunkAdapter:
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: overlaps are never pushed apart.",
             _tuned,
+        ),
+        "located": Profile(
+            "The tuned settings, each step cut at the instant from which on Chipmunk's own collision test finds an "
+            "overlap (Carom's own bisection).",
+            _tuned,
+            located=True,
         ),
     }
 

@@ -10,7 +10,7 @@ declares.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
@@ -30,6 +30,7 @@ __all__ = [
     "Capabilities",
     "Contact",
     "ContactTimes",
+    "CuttableWorld",
     "Disc",
     "Engine",
     "Need",
@@ -37,8 +38,10 @@ __all__ = [
     "Profile",
     "Scene",
     "Setting",
+    "Stamp",
     "Wall",
     "World",
+    "require_sound",
     "wall_body",
 ]
 
@@ -52,6 +55,14 @@ class ContactTimes(Enum):
     STEP = "reported to the step"
     INFERRED = "inferred by the adapter"
     NONE = "not reported"
+
+
+class Stamp(Enum):
+    """Which instant of its step an engine's contact time is; the value is the sentence shown."""
+
+    START = "the start of the step in which the engine answered the contact"
+    END = "the end of the step in which the engine answered the contact"
+    INSTANT = "the instant of the contact itself"
 
 
 @dataclass(frozen=True)
@@ -83,11 +94,17 @@ class Capabilities:
         gravity: Uniform gravity.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
+        restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
         contact_times: What a reported contact time means.
+        stamp: Which instant of a step it is.
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
         max_speed_m_s: Greatest speed that is simulated as asked for.
         max_coordinate_m: Greatest distance from the origin that is simulated.
+        max_move_m: Greatest distance that a body moves in one step, whatever its velocity.
+        min_radius_m: Least radius of a disc that is simulated.
+        max_radius_m: Greatest radius of a disc that is simulated.
         float_bits: Width of the engine's floating-point numbers.
+        dimensions: 2, or 3 where discs are bodies in space, held or not held in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """
 
@@ -96,11 +113,17 @@ class Capabilities:
     gravity: bool = False
     restitution: tuple[float, float] = (1.0, 1.0)
     restitution_combine: str = "pair"
+    restitution_threshold_m_s: float = 0.0
     contact_times: ContactTimes = ContactTimes.STEP
+    stamp: Stamp = Stamp.START
     continuous_detection: bool = False
     max_speed_m_s: float = math.inf
     max_coordinate_m: float = math.inf
+    max_move_m: float = math.inf
+    min_radius_m: float = 0.0
+    max_radius_m: float = math.inf
     float_bits: int = 64
+    dimensions: int = 2
     deterministic: bool = True
 
 
@@ -131,11 +154,16 @@ class Profile:
         description: One sentence: what this profile stands for, and where its settings come from.
         settings: Takes the step in seconds, gives every setting by name; ``dt_s`` is among them.
         accuracy: What results with these settings are promised to be no worse than.
+        located: Whether the harness cuts the steps so that they end where bodies begin to touch; `prepare` must then
+            return a `CuttableWorld`.
+        capabilities: What the engine can do with these settings, where that is not what the adapter declares.
     """
 
     description: str
     settings: Callable[[float], Mapping[str, Setting]]
     accuracy: Accuracy = Accuracy()
+    located: bool = False
+    capabilities: Capabilities | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,6 +225,26 @@ class World(Protocol):
 
 
 @runtime_checkable
+class CuttableWorld(World, Protocol):
+    """A world whose steps can be cut and taken back, for a profile that is ``located``."""
+
+    def cut(self, dt_s: float) -> None:
+        """Make the coming steps `dt_s` seconds long; contacts keep carrying the time from the start."""
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs of bodies that the engine's own contact test finds in contact now, numbered as in `Contact`.
+
+        Called after `advance`; neither the state nor the contacts that `observe` returns may change by it.
+        """
+
+    def save(self) -> object:
+        """Return whatever `restore` needs to come back to the present state and time."""
+
+    def restore(self, state: object) -> None:
+        """Come back to a state that `save` returned."""
+
+
+@runtime_checkable
 class Adapter(Protocol):
     """What the harness needs to know of an engine. Reading these attributes must not import the engine."""
 
@@ -218,3 +266,51 @@ class Adapter(Protocol):
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Build the scene with settings of one of the profiles. Timed on its own, not by the step clock."""
+
+
+def require_sound(
+    engine: str,
+    scene: Scene,
+    settings: Mapping[str, Setting],
+    known: Sequence[str],
+    at_least: Mapping[str, float] | None = None,
+) -> None:
+    """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
+
+    Engines abort on such numbers, or silently make something else of them, and a scene can have been made without its
+    validation. What is beyond one engine's own limits is for its adapter to refuse.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene.
+        settings: The settings asked for.
+        known: Names of all settings but ``dt_s``.
+        at_least: Least values of settings that have one.
+
+    Raises:
+        AdapterError: Names the field or setting, and its value.
+    """
+    for name, setting in settings.items():
+        if name not in ("dt_s", *known):
+            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+        if setting != setting:
+            raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
+        if not isinstance(setting, str) and at_least and not setting >= at_least.get(name, -math.inf):
+            raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+    dt_s = settings["dt_s"]
+    if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
+        raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        for field, value, sound in (
+            ("position_m", disc.position_m, all(map(math.isfinite, disc.position_m))),
+            ("velocity_m_s", disc.velocity_m_s, all(map(math.isfinite, disc.velocity_m_s))),
+            ("radius_m", disc.radius_m, 0 < disc.radius_m < math.inf),
+            ("mass_kg", disc.mass_kg, disc.mass_kg > 0),
+        ):
+            if not sound:
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+    for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
+        if not 0 <= value <= 1:
+            raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+    if not all(map(math.isfinite, scene.gravity_m_s2)):
+        raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")

@@ -51,7 +51,12 @@ def run(
     ] = None,
     profile: Annotated[
         list[str] | None,
-        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+        typer.Option(
+            "--profile",
+            "-p",
+            help="Settings profile, repeatable, or 'all' with every variant. "
+            "By default 'default', 'tuned' and 'located'.",
+        ),
     ] = None,
     report: Annotated[
         Path | None,
@@ -147,7 +152,6 @@ def _cross_check(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     from carom.runner import cross_check
-    from carom.runner.cross_check import DEFAULT_PROFILES
 
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
     with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
@@ -160,7 +164,7 @@ def _cross_check(
             scenes,
             engine,
             dts=[seconds(text) for text in dt] if dt else None,
-            profiles=tuple(profile or DEFAULT_PROFILES),
+            profiles=profile or None,
             jobs=jobs,
             time_limit_s=time_limit,
             timing=timing,

@@ -32,6 +32,7 @@ def _capabilities(able: Capabilities) -> str:
         "immovable discs" if able.immovable_discs else "no immovable discs",
         "gravity" if able.gravity else "no gravity yet",
         f"restitution {low:g}" if low == high else f"restitution {low:g} to {high:g}",
+        *(["continuous detection"] if able.continuous_detection else []),
         f"contact times {able.contact_times.value}",
         f"float{able.float_bits}",
     ]

@@ -14,6 +14,7 @@ from carom.report.phrases import (
     HORIZON_NOTE,
     KNOWN_NOTE,
     PRICE_NOTE,
+    PROFILE_NOTE,
     RUN_TIME_NOTE,
     SPREAD_NOTE,
     TITLE,
@@ -55,6 +56,8 @@ def _lines(view: View) -> Iterator[str]:
     if view.prices:
         yield from ("", "### The price of sampling", "", PRICE_NOTE, "")
         yield from (f"- {_text(line)}" for line in price_lines(view.prices))
+    yield from ("", "### Profiles and variants", "", PROFILE_NOTE, "")
+    yield from _table(["engine", *view.profiles.profiles], ([line.engine, *line.cells] for line in view.profiles.lines))
     if view.agreements:
         yield from ("", "### Held against PIT", "", AGREEMENT_NOTE, "")
         yield from (f"- {_text(line)}" for line in agreement_lines(view.agreements))

@@ -17,6 +17,7 @@ __all__ = [
     "KNOWN_NOTE",
     "MAP_NOTE",
     "PRICE_NOTE",
+    "PROFILE_NOTE",
     "RUN_TIME_NOTE",
     "SPREAD_NOTE",
     "TITLE",
@@ -58,6 +59,10 @@ MAP_NOTE = (
 KNOWN_NOTE = (
     "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
     "the scene's duration, velocities by its greatest speed and lengths by its extent, so the deviation has no unit."
+)
+PROFILE_NOTE = (
+    "How many scenes each engine has of each grade with each profile and variant, at the coarsest step; where it has "
+    "no such profile, why."
 )
 RUN_TIME_NOTE = (
     "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "

@@ -9,6 +9,7 @@ from carom.report.certified_reach import CertifiedLine, certified_lines
 from carom.report.divergences import Divergence, divergences
 from carom.report.grid import Grid, build_grid
 from carom.report.price import Price, prices
+from carom.report.profile_table import ProfileTable, build_profile_table
 from carom.report.sampling import Agreement, agreements
 from carom.report.spread import SpreadLine, spread_lines
 from carom.report.summary import Summary, summarise
@@ -34,6 +35,7 @@ class View:
 
     summary: Summary
     grid: Grid
+    profiles: ProfileTable
     agreements: tuple[Agreement, ...]
     prices: tuple[Price, ...]
     spreads: tuple[SpreadLine, ...]
@@ -62,6 +64,7 @@ def build_view(results: Results) -> View:
     return View(
         summary=summarise(results, grid, found),
         grid=grid,
+        profiles=build_profile_table(results, grid),
         agreements=found,
         prices=prices(grid),
         spreads=spread_lines(results, grid),

@@ -24,6 +24,7 @@ from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
 __all__ = [
+    "ALL_PROFILES",
     "DEFAULT_PROFILES",
     "DEFAULT_TIME_LIMIT_S",
     "MOST_IMPACTS",
@@ -35,7 +36,10 @@ __all__ = [
 ]
 
 DEFAULT_TIME_LIMIT_S = 60.0
-DEFAULT_PROFILES = ("default", "tuned")
+DEFAULT_PROFILES = ("default", "tuned", "located")
+
+#: Stands for every profile that an engine offers.
+ALL_PROFILES = "all"
 
 #: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
 REFINEMENT = 4
@@ -88,7 +92,7 @@ def cross_check(
     engine_names: Sequence[str] | None = None,
     *,
     dts: Sequence[float] | None = None,
-    profiles: Sequence[str] = DEFAULT_PROFILES,
+    profiles: Sequence[str] | None = None,
     jobs: int | None = None,
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
     timing: bool = True,
@@ -106,7 +110,9 @@ def cross_check(
         scenes: Scenes, of one's own or of the catalogue; no two of one name.
         engine_names: Names of adapters; every one that is installed by default.
         dts: Steps, seconds; by default those of `default_dts` for each scene.
-        profiles: Names of profiles. Where two profiles of an engine have the same settings, only the later one is run.
+        profiles: Names of profiles, or "all"; by default those of `DEFAULT_PROFILES` that there are. Where two profiles
+            of an engine have the same settings, only the later one is run. One whose steps are cut is run at a scene's
+            coarsest step only, unless steps are asked for, since what it finds does not depend on them.
         jobs: How many cells are observed at a time; as many as there are cores by default.
         time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
         timing: Whether to time each cell at its scene's coarsest step too, in a pass in which nothing else runs.
@@ -258,18 +264,28 @@ def chosen(names: Sequence[str] | None) -> list[EngineInfo]:
 
 
 def _cells(
-    scenes: Sequence[Scene], infos: Sequence[EngineInfo], dts: Sequence[float] | None, profiles: Sequence[str]
+    scenes: Sequence[Scene], infos: Sequence[EngineInfo], dts: Sequence[float] | None, asked: Sequence[str] | None
 ) -> Iterator[Cell]:
     offered = {profile: None for info in infos for profile in info.profiles}
-    for profile in profiles:
-        if profile not in offered and all(info.profiles for info in infos):
+    profiles = asked if asked is not None else [name for name in DEFAULT_PROFILES if name in offered]
+    if ALL_PROFILES in profiles:
+        profiles = tuple(offered)
+    if not profiles:  # no adapter asked for can be loaded: its rows say why
+        profiles = DEFAULT_PROFILES
+    for profile in asked or ():
+        if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
             raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
     for scene in scenes:
         steps = tuple(dts) if dts else default_dts(scene)
         for info in infos:
             for refinement, dt_s in enumerate(sorted(set(steps), reverse=True)):
                 for profile in _distinct(info, profiles, dt_s):
-                    yield Cell(scene, info.name, profile, dt_s, refinement)
+                    if dts or refinement == 0 or not _is_located(info, profile):
+                        yield Cell(scene, info.name, profile, dt_s, refinement)
+
+
+def _is_located(info: EngineInfo, profile: str) -> bool:
+    return bool(info.profiles) and load_adapter(info.name).profiles[profile].located
 
 
 def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
@@ -285,7 +301,10 @@ def distinct_profiles(adapter: Adapter, profiles: Sequence[str], dt_s: float) ->
     for profile in profiles:
         if profile in adapter.profiles:
             try:
-                settings: object = tuple(sorted(profile_settings(adapter, profile, dt_s).items()))
+                settings: object = (
+                    adapter.profiles[profile].located,
+                    *sorted(profile_settings(adapter, profile, dt_s).items()),
+                )
             except AdapterError:  # its row will say why
                 settings = profile
             by_settings[settings] = profile

@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import statistics
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.runner.early_end import FreeFlight
 from carom.runner.impacts import ImpactCollector
+from carom.runner.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
@@ -64,7 +65,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
 def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
-    The final state is that at the scene's duration: the last whole step's, moved along its straight path by what is
+    The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
     missing to, or beyond, the duration. Once all that is left is free flight, no more steps are taken.
 
     Raises:
@@ -86,22 +87,30 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     world = adapter.prepare(scene, settings)
     try:
         used = dict(world.settings)
+        world.observe()  # some engines begin to note their contacts when they are first looked at
+        cutter = Cutter(world) if adapter.profiles[profile].located else None
         for step in range(1, steps + 1):
-            world.advance(1)
-            now = world.observe()
-            outcome, notes = _health(now)
+            for time_s in _pieces(world, cutter, step, dt_s):
+                now = world.observe()
+                outcome, notes = _health(now)
+                if outcome is not Outcome.COMPLETED:
+                    break
+                state = now
+                collector.add(time_s, now)
+            if cutter is not None and cutter.stuck:
+                outcome = Outcome.STANDSTILL
             if outcome is not Outcome.COMPLETED:
                 break
-            taken, state = step, now
-            collector.add(step * dt_s, now)
+            taken = step
             if samples and step % stride == 0:
-                positions.append(now.position_m)
-            if flight.begins(step * dt_s, now):
+                positions.append(state.position_m)
+            if flight.begins(step * dt_s, state):
                 break
-        counts = _counts(world, taken, steps)
+        counts = _counts(world, taken, steps) | ({"pieces": cutter.pieces, "probes": cutter.probes} if cutter else {})
     finally:
         world.close()
     impacts, effective = collector.finish()
+    falls = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
     missing = scene.duration_s - taken * dt_s if outcome is Outcome.COMPLETED else 0.0
     if samples and outcome is Outcome.COMPLETED:
         positions += [
@@ -112,8 +121,8 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         method=adapter.name,
         scene=scene,
         impacts=impacts,
-        final_position_m=state.position_m + state.velocity_m_s * missing,
-        final_velocity_m_s=state.velocity_m_s,
+        final_position_m=state.position_m + (state.velocity_m_s + falls * (missing / 2)) * missing,
+        final_velocity_m_s=state.velocity_m_s + falls * missing,
         end_time_s=taken * dt_s + missing,
         outcome=outcome,
         dt_s=dt_s,
@@ -131,6 +140,15 @@ def _counts(world: World, taken: int, steps: int) -> dict[str, int]:
     """Work counts: the steps, and what the world itself counts, if anything."""
     own = getattr(world, "counts", {})
     return {"steps": taken, "steps_skipped": steps - taken, **{str(name): int(count) for name, count in own.items()}}
+
+
+def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterator[float]:
+    """Take step number `step` (from 1), whole or in pieces, and yield the time at the end of each piece."""
+    if cutter is not None:
+        yield from cutter.step((step - 1) * dt_s, step * dt_s)
+    else:
+        world.advance(1)
+        yield step * dt_s
 
 
 def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples:
@@ -162,18 +180,24 @@ def time_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, runs:
         world = adapter.prepare(scene, settings)
         prepared.append(time.perf_counter() - started)
         try:
-            advanced.append(_timed_advance(world, steps))
+            advanced.append(_timed_advance(world, steps, dt_s, located=adapter.profiles[profile].located))
         finally:
             world.close()
     return Timing(statistics.median(prepared), statistics.median(advanced), runs)
 
 
-def _timed_advance(world: World, steps: int) -> float:
+def _timed_advance(world: World, steps: int, dt_s: float, *, located: bool) -> float:
     collecting = gc.isenabled()
     gc.disable()  # a collection of somebody else's garbage is no part of a step
     try:
         started = time.perf_counter()
-        world.advance(steps)
+        if located:  # cutting is then a part of what the engine is asked to do
+            cutter = Cutter(world)
+            for step in range(1, steps + 1):
+                for _ in cutter.step((step - 1) * dt_s, step * dt_s):
+                    pass
+        else:
+            world.advance(steps)
         return time.perf_counter() - started
     finally:
         if collecting:

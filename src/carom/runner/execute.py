@@ -15,7 +15,7 @@ from carom.errors import AdapterError
 from carom.registry import load_adapter, unavailable_reason
 from carom.runner.drive import Timing, profile_settings
 from carom.runner.messages import Failure, Request
-from carom.runner.plan import unsupported_reason
+from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
 from carom.runner.results import Cell, Row, Status
 from carom.trace import Trace
@@ -126,5 +126,5 @@ def _refusal(cell: Cell) -> Row | None:
         profile_settings(adapter, cell.profile, cell.dt_s)
     except AdapterError as error:
         return Row(cell, Status.FAILED, str(error))
-    unsupported = unsupported_reason(cell.scene, adapter.capabilities, cell.dt_s)
+    unsupported = unsupported_reason(cell.scene, capabilities_of(adapter, cell.profile), cell.dt_s)
     return Row(cell, Status.UNSUPPORTED, unsupported) if unsupported else None

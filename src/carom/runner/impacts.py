@@ -56,6 +56,7 @@ class ImpactCollector:
     def __init__(self, scene: Scene, start: Observation) -> None:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         self._walls = len(scene.walls)
+        self._gravity = scene.gravity_m_s2 != (0.0, 0.0)
         self._last = start
         self._last_s = 0.0
         self._open: dict[tuple[int, int], _OpenContact] = {}
@@ -184,8 +185,10 @@ class ImpactCollector:
             contact.after_first,
             contact.after_second,
         )
-        effective = _effective_time(pair, contact) if contact.alone else math.nan
-        state = _state(pair, contact.start_s, contact.start) if contact.alone else _UNKNOWN
+        # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
+        bent = self._gravity and not all(body >= 0 and self._inverse_mass[body] > 0.0 for body in pair)
+        effective = _effective_time(pair, contact) if contact.alone and not bent else math.nan
+        state = _state(pair, contact.start_s, contact.start) if contact.alone and not bent else _UNKNOWN
         self._done.append((contact.number, record, effective, state))
 
 

@@ -1,0 +1,1 @@
+"""What the adapters cost: benchmarks that import engines, which the core may not."""

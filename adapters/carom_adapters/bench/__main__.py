@@ -1,0 +1,116 @@
+"""What the seam costs: an adapter's timed path over a hand-written loop of its engine's own interface, same steps.
+
+Run as ``python -m carom_adapters.bench``. Both take turns, in processor time, and the ratio is the
+median of the rounds'.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator
+
+from carom.adapter import Disc, Scene
+from carom.registry import load_adapter, unavailable_reason
+from carom_adapters.bench.loops import LOOPS
+
+__all__ = ["main"]
+
+ROUNDS = 31
+DISCS = (2, 100)
+
+#: Long enough that the two readings of the clock are nothing beside it.
+LEAST_ROUND_S = 0.02
+
+
+def lattice(discs: int) -> Scene:
+    """Return discs in a square lattice that drift apart: no contact, so every step of both loops is alike."""
+    side = math.ceil(math.sqrt(discs))
+    places = itertools.islice(itertools.product(range(side), repeat=2), discs)
+    return Scene(
+        name="lattice",
+        discs=[Disc(position_m=(2.0 * x, 2.0 * y), velocity_m_s=(0.01 * x, 0.01 * y), radius_m=0.5) for x, y in places],
+        duration_s=1.0,
+    )
+
+
+def _seconds(loop: Callable[[int], object], steps: int) -> float:
+    # Processor time of this thread: what other processes take of a busy machine is not in it.
+    started = time.thread_time()
+    loop(steps)
+    return time.thread_time() - started
+
+
+def ratio(name: str, discs: int, rounds: int = ROUNDS) -> tuple[float, float]:
+    """Return the ratio of the adapter's time to the hand-written loop's, and the least seconds a step of the latter."""
+    scene, dt_s = lattice(discs), 1 / 240
+    adapter = load_adapter(name)
+    world = adapter.prepare(scene, adapter.profiles["tuned"].settings(dt_s))
+    by_hand, close = LOOPS[name](scene, dt_s)
+    try:
+        steps = 16
+        while _seconds(by_hand, steps) < LEAST_ROUND_S:
+            steps *= 2
+        world.advance(steps)
+        pairs = [(_seconds(world.advance, steps), _seconds(by_hand, steps)) for _ in range(rounds)]
+    finally:
+        world.close()
+        close()
+    return statistics.median(ours / theirs for ours, theirs in pairs), min(theirs for _, theirs in pairs) / steps
+
+
+def reuse_ratio(name: str, worlds: int = 20, rounds: int = 5) -> float:
+    """Return how long a world of a sweep takes to prepare, over one that is like none before it."""
+    adapter = load_adapter(name)
+    settings = adapter.profiles["tuned"].settings(1 / 240)
+    radii = itertools.count()
+
+    def prepare(count: int, *, alike: bool) -> None:
+        for k in range(count):
+            radius = 0.4 if alike else 0.4 + 1e-6 * next(radii)
+            discs = [
+                Disc(position_m=(-1e-3 * k, 0), velocity_m_s=(1, 0), radius_m=radius),
+                Disc(position_m=(2, 0.3), radius_m=0.5),
+            ]
+            adapter.prepare(Scene(name="sweep", discs=discs, duration_s=1), settings).close()
+
+    prepare(2, alike=True)
+    pairs = [
+        (_seconds(lambda n: prepare(n, alike=True), worlds), _seconds(lambda n: prepare(n, alike=False), worlds))
+        for _ in range(rounds)
+    ]
+    return statistics.median(again / anew for again, anew in pairs)
+
+
+def lines() -> Iterator[str]:
+    """Measure every engine that is installed, and yield the tables."""
+    yield f"{'engine':10}{'discs':>6}{'adapter / by hand':>20}{'by hand, us a step':>20}"
+    for name, discs in itertools.product(LOOPS, DISCS):
+        reason = unavailable_reason(load_adapter(name).engine)
+        if reason:
+            yield f"{name:10}{discs:6d}  {reason}"
+            continue
+        found, step_s = ratio(name, discs)
+        yield f"{name:10}{discs:6d}{found:20.3f}{step_s * 1e6:20.2f}"
+    yield ""
+    yield "preparing a world of a sweep (other start states), over preparing one that is like none before it:"
+    for name in LOOPS:
+        if not unavailable_reason(load_adapter(name).engine):
+            yield f"{name:10}{reuse_ratio(name):26.3f}"
+
+
+def main() -> None:
+    """Print the table."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for line in lines():
+            print(line)
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

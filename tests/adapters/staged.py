@@ -1,0 +1,48 @@
+"""Scenes that several of these tests stage."""
+
+from __future__ import annotations
+
+import math
+
+from carom import Disc, Scene, Wall
+
+
+def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
+    """Two discs of masses 1:2 that meet off their line of centres; the first comes back and leaves a slanted wall.
+
+    Lengths, masses and times are scaled by the three factors, and all is moved by `x_m`.
+    """
+    speed = length / time
+    return Scene(
+        name="oblique",
+        discs=[
+            Disc(position_m=(x_m, 0), velocity_m_s=(3 * speed, 0), radius_m=0.5 * length, mass_kg=mass),
+            Disc(
+                position_m=(x_m + 1.72 * length, 0.3 * length),
+                velocity_m_s=(-speed, 0.1 * speed),
+                radius_m=0.5 * length,
+                mass_kg=2 * mass,
+            ),
+        ],
+        walls=[Wall(point_m=(x_m - length, 0), normal=(1, 0.2))],
+        duration_s=1.5 * time,
+    )
+
+
+def cradle() -> Scene:
+    """A disc that runs into the end of a row of four in contact."""
+    row = [Disc(position_m=(i, 0), radius_m=0.5) for i in range(4)]
+    runner = Disc(position_m=(-1.51, 0), velocity_m_s=(1, 0), radius_m=0.5)
+    return Scene(name="cradle", discs=[runner, *row], duration_s=2.0)
+
+
+def break_() -> Scene:
+    """A disc that runs into the tip of a triangle of ten in contact."""
+    pitch = 1 + 1e-7  # touching, but for the rounding of the root of 3
+    rack = [
+        Disc(position_m=(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch), radius_m=0.5)
+        for row in range(4)
+        for k in range(row + 1)
+    ]
+    cue = Disc(position_m=(-3, 0.013), velocity_m_s=(5, 0), radius_m=0.5)
+    return Scene(name="break", discs=[cue, *rack], duration_s=1.0)

@@ -1,0 +1,141 @@
+"""What cutting steps at the engine's own contact test is worth."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.adapters.widths import width
+
+from carom import Disc, Scene, compare, solve_pic
+from carom.adapter import Adapter, CuttableWorld
+from carom.runner.drive import observe_run
+from carom.scenes import catalogue
+
+Named = Callable[[str], Adapter]
+
+#: A time is a position over a speed: the bodies' coordinates (at most 4 m here) are rounded by half an ulp at each of
+#: 90 steps, and the slowest approach is 1 m/s. 64-bit floats: 4e-14. The instants of a path of many impacts add up.
+EXACT = 90 * float(np.spacing(4.0)) / 2
+
+SCENES = (
+    "paper/missed",
+    "paper/late",
+    "paper/wrong-direction",
+    "paper/multiple",
+    "classics/oblique-3-4-5",
+    "classics/inelastic-oblique",
+    "classics/perfectly-inelastic",
+    "classics/deflection",
+    "classics/mass-ratio-1000",
+    "classics/box",
+    "classics/slanted-wall",
+    "classics/restitution-ladder",
+)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
+    """At 60 steps a second, cut steps find every impact at PIC's instant and with PIC's velocities, to rounding."""
+    scene = catalogue()[name].scene
+    reference, found = solve_pic(scene), observe_run(engine, scene, "located", 1 / 60)
+    score = compare(reference, found)
+    assert not score.missed
+    assert not score.spurious
+    # A normal turns by v dt / R: the error of the time counts times v / R, which is at most 20 here.
+    assert abs(score.time_error_s) < width(engine, EXACT)
+    assert score.velocity_error < 20 * width(engine, EXACT)
+
+
+@pytest.mark.parametrize("dt_s", [1 / 10, 1 / 60, 1 / 1000])
+def test_a_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: float) -> None:
+    """The step decides where an engine looks, not what it finds there."""
+    scene = catalogue()["classics/oblique-3-4-5"].scene
+    found = observe_run(engine, scene, "located", dt_s)
+    # Its own sum of up to 1250 steps, each rounded at 1 s or 4 m.
+    assert found.impacts["time_s"].tolist() == pytest.approx([0.42], abs=width(engine, 1250 * float(np.spacing(4.0))))
+    assert found.counts["probes"] < 60 * len(found.impacts)
+
+
+def test_what_falls_between_two_steps_is_missed_all_the_same(engine: Adapter) -> None:
+    """Cutting does not look where the step does not: a disc that is through its target within a step is not found."""
+    scene = Scene(
+        name="through",
+        discs=[
+            Disc(position_m=(-0.5, 0), velocity_m_s=(60, 0), radius_m=0.05),
+            Disc(position_m=(0, 0), radius_m=0.05),
+        ],
+        duration_s=0.1,
+    )
+    assert len(solve_pic(scene).impacts) == 1
+    assert len(observe_run(engine, scene, "located", 1 / 60).impacts) == 0
+
+
+def test_a_cut_and_restored_world_goes_on_as_if_nothing_had_been(engine: Adapter) -> None:
+    """A step that is tried and taken back, and a question asked, leave no trace in what follows, to the bit."""
+    scene = catalogue()["classics/oblique-3-4-5"].scene
+
+    def run(*, disturbed: bool) -> bytes:
+        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
+        assert isinstance(world, CuttableWorld)
+        for _ in range(60):
+            if disturbed:
+                state = world.save()
+                world.cut(1 / 20)
+                world.advance(1)
+                world.touching()
+                world.restore(state)
+            world.cut(1 / 60)
+            world.advance(1)
+            if disturbed:
+                world.touching()
+        seen = world.observe()
+        world.close()
+        return seen.position_m.tobytes() + seen.velocity_m_s.tobytes()
+
+    assert run(disturbed=True) == run(disturbed=False)
+
+
+def test_asking_what_touches_leaves_the_contacts_of_the_step(engine: Adapter) -> None:
+    """The contacts that a world reports of its last step are the same, whether it was asked what touches or not."""
+    scene = catalogue()["classics/oblique-3-4-5"].scene
+    reported = []
+    for ask in (False, True):
+        world = engine.prepare(scene, engine.profiles["located"].settings(1 / 60))
+        assert isinstance(world, CuttableWorld)
+        world.observe()
+        contacts = []
+        for _ in range(40):
+            world.advance(1)
+            if ask:
+                world.touching()
+            contacts.append(world.observe().contacts)
+        world.close()
+        reported.append(contacts)
+    assert reported[0] == reported[1]
+    assert sum(map(len, reported[0])) == 1
+
+
+def test_mujoco_leaves_shallow_contacts_out_unless_its_pairs_are_listed(named: Named) -> None:
+    """MuJoCo's broad phase loses contacts shallower than 32-bit rounding, but not of pairs listed in the model."""
+    mujoco, scene = named("mujoco"), catalogue()["classics/box"].scene
+    disc = scene.discs[0]
+    depths = []
+    for listed in (False, True):
+        world = mujoco.prepare(scene, {**mujoco.profiles["located"].settings(1 / 60), "listed_pairs": listed})
+        assert isinstance(world, CuttableWorld)
+        height, end_s = 1.6 - disc.radius_m, (1.6 - disc.radius_m - disc.position_m[1]) / disc.velocity_m_s[1]
+        low, high = end_s * (1 - 1e-5), end_s * (1 + 1e-5)
+        start = world.save()
+        for _ in range(60):
+            middle = (low + high) / 2
+            world.restore(start)
+            world.cut(middle)
+            world.advance(1)
+            low, high = (low, middle) if world.touching() else (middle, high)
+        depths.append(disc.position_m[1] + disc.velocity_m_s[1] * high - height)
+        world.close()
+    assert 1e-9 < depths[0] < 1e-6
+    assert depths[1] < 4 * math.ulp(1.6)
