@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import engines, run, scenes
+from carom.cli import engines, run, scenes, stress
 
 __all__ = ["app", "main"]
 
@@ -21,6 +21,7 @@ app = typer.Typer(
 )
 
 app.command()(run.run)
+app.command()(stress.stress)
 app.command()(scenes.scenes)
 app.command()(engines.engines)
 
