@@ -104,19 +104,35 @@ class Attack:
 
 
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Callable[[Trace], Judgement]:
-    """Judge by the final velocities: the error of each disc over the change that the impacts make to it.
+    """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
 
-    A disc that the impacts leave as it was is held against the greatest change of any disc, so that the measure knows
-    no unit and a graze, which changes little, is measured by that little.
+    A disc that is never hit is held against the greatest change of any disc. So the measure knows no unit, and a graze,
+    which changes little, is measured by that little.
     """
-    start = np.array([disc.velocity_m_s for disc in scene.discs])
-    final = np.array(truth.final_velocity_m_s)
-    return _velocity_judge(start, final, len(truth.impacts), "by convention" if truth.convention else "")
+    change = truth.greatest_change_m_s
+    note = "by convention" if truth.convention else ""
+    return closed_form_judge(scene, truth.final_velocity_m_s, len(truth.impacts), change, note)
 
 
-def _velocity_judge(start: np.ndarray, final: np.ndarray, impacts: int, note: str = "") -> Callable[[Trace], Judgement]:
-    change = np.hypot(*(final - start).T)
-    scale = np.where(change > 0, change, change.max() or np.hypot(*start.T).max() or 1.0)
+def closed_form_judge(
+    scene: Scene,
+    final_velocity_m_s: Sequence[Vector],
+    impacts: int,
+    change_m_s: Sequence[float],
+    note: str = "",
+) -> Callable[[Trace], Judgement]:
+    """Judge by final velocities that are known, each against the change that impacts make to its disc.
+
+    Args:
+        scene: The scene.
+        final_velocity_m_s: What they must be, metres a second.
+        impacts: How many impacts there are, for the reason given; 0 where nobody can count them.
+        change_m_s: What impacts change of each disc's velocity, metres a second; 0 for a disc that is never hit.
+        note: What else is to be said of a trace that stands.
+    """
+    final, change = np.array(final_velocity_m_s), np.array(change_m_s)
+    greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    scale = np.where(change > 0, change, change.max() or greatest or 1.0)
 
     def judge(trace: Trace) -> Judgement:
         if (cut := _cut_short(trace)) is not None:
@@ -125,18 +141,12 @@ def _velocity_judge(start: np.ndarray, final: np.ndarray, impacts: int, note: st
         if error <= TOLERANCE:
             return Judgement(error, note=note)
         found = len(trace.impacts)
-        if found == 0:
+        if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
-        counted = f"{found} impact{'' if found == 1 else 's'} of {impacts}"
-        return Judgement(error, f"{counted}, a velocity wrong by {error:.2g} of what the impacts change")
+        counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
+        return Judgement(error, f"{counted}, a velocity wrong by {error:.2g} of what an impact changes")
 
     return judge
-
-
-def closed_form_judge(scene: Scene, final_velocity_m_s: Sequence[Vector], impacts: int) -> Callable[[Trace], Judgement]:
-    """Judge by the final velocities that a closed form gives."""
-    start = np.array([disc.velocity_m_s for disc in scene.discs])
-    return _velocity_judge(start, np.array(final_velocity_m_s), impacts)
 
 
 def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:

@@ -19,6 +19,7 @@ from carom.stress.crowds import crowd_attacks
 from carom.stress.journal import Journal
 from carom.stress.methods import Method, methods
 from carom.stress.pairs import RATE_HZ, pair_attacks
+from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
 from carom.stress.results import Ending, Line, Spot, StressResults
 
 __all__ = ["JOURNAL", "SCENES", "attacks", "listing", "stress"]
@@ -142,7 +143,18 @@ def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
         ladder = attack.ladder(quick)
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
         tasks.append((line, _attack_task(attack, scenes, quick)))
+    stated = {relation.name: relation.states for relation in relations()} | RUNS
+    truth = "none is needed: the two runs of the method are held against each other"
+    fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
+    tasks += [
+        (Line("relation", name, states, truth, fails), partial(_relation, name, scenes))
+        for name, states in stated.items()
+    ]
     return tasks
+
+
+def _relation(name: str, scenes: Path, method: Method, observe: Observe) -> Spot:
+    return relation_spot(name, method, observe, scenes)
 
 
 def _attack_task(attack: Attack, scenes: Path, quick: bool) -> Callable[[Method, Observe], Spot]:

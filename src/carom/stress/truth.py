@@ -61,12 +61,15 @@ class TrueMotion:
         impacts: All impacts, in order.
         final_position_m: Centre of each disc at the end, metres.
         final_velocity_m_s: Velocity of each disc at the end, metres a second.
+        greatest_change_m_s: The greatest change of velocity that one impact makes to each disc, metres a second; 0
+            for a disc that is never hit.
         convention: Whether two impacts share one instant and one movable disc, so that their order is a convention.
     """
 
     impacts: tuple[TrueImpact, ...]
     final_position_m: tuple[Vector, ...]
     final_velocity_m_s: tuple[Vector, ...]
+    greatest_change_m_s: tuple[float, ...]
     convention: bool
 
 
@@ -114,6 +117,7 @@ class _Motion:
         self.now = Decimal(0)
         self.events: list[tuple[Decimal, int, int]] = []
         self.convention = False
+        self.change = [Decimal(0)] * len(self.x)
         self._upcoming: dict[tuple[int, int], Decimal] = {}
 
     def run(self, most: int) -> None:
@@ -130,7 +134,11 @@ class _Motion:
                 if any(body in since and time - since[body] <= self.tie * self.end for body in touched):
                     self.convention = True
                 since.update(dict.fromkeys(touched, time))
+                before = {body: (self.vx[body], self.vy[body]) for body in touched}
                 self._collide(*pair)
+                for body, (vx, vy) in before.items():
+                    change = ((self.vx[body] - vx) ** 2 + (self.vy[body] - vy) ** 2).sqrt()
+                    self.change[body] = max(self.change[body], change)
                 self.events.append((time, *pair))
                 last = pair
                 self._predict(self._pairs(set(touched)))
@@ -141,6 +149,7 @@ class _Motion:
             impacts=tuple(TrueImpact(float(time), first, second) for time, first, second in self.events),
             final_position_m=tuple((float(x), float(y)) for x, y in zip(self.x, self.y, strict=True)),
             final_velocity_m_s=tuple((float(x), float(y)) for x, y in zip(self.vx, self.vy, strict=True)),
+            greatest_change_m_s=tuple(map(float, self.change)),
             convention=self.convention,
         )
 
