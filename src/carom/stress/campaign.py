@@ -13,8 +13,10 @@ from pathlib import Path
 from carom.errors import UnknownNameError
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
+from carom.scenes import Complaint, all_scenes
 from carom.stress.attack import Attack
 from carom.stress.breaking import Observe, breaking_point
+from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.journal import Journal
 from carom.stress.methods import Method, methods
@@ -150,7 +152,29 @@ def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
         (Line("relation", name, states, truth, fails), partial(_relation, name, scenes))
         for name, states in stated.items()
     ]
+    tasks += [
+        (_complaint_line(entry), partial(_complaint, entry, scenes))
+        for entry in all_scenes().values()
+        if isinstance(entry, Complaint)
+    ]
     return tasks
+
+
+def _complaint_line(entry: Complaint) -> Line:
+    seen = f"{entry.symptom.value}; an error counts from {100 * entry.at_least:g} % on. {entry.made}"
+    return Line(
+        "complaint",
+        entry.name.partition("/")[2],
+        f"{entry.about}: {entry.reported}",
+        entry.known.source,
+        seen[0].upper() + seen[1:],
+        link=entry.thread,
+        about=entry.engine,
+    )
+
+
+def _complaint(entry: Complaint, scenes: Path, method: Method, observe: Observe) -> Spot:
+    return complaint_spot(entry, method, observe, scenes)
 
 
 def _relation(name: str, scenes: Path, method: Method, observe: Observe) -> Spot:
