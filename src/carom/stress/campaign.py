@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import queue
 import shutil
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from functools import partial
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import cache, partial
 from pathlib import Path
 
 from carom.errors import UnknownNameError
@@ -38,7 +41,8 @@ Task = tuple[Line, Callable[[Method, Observe], Spot]]
 
 def attacks() -> list[Attack]:
     """Return all attacks, in the order of the table."""
-    return [*pair_attacks(), *crowd_attacks()]
+    # Every method is tried at much the same values, and the true answer costs more than a run.
+    return [replace(attack, trials=cache(attack.trials)) for attack in (*pair_attacks(), *crowd_attacks())]
 
 
 def listing(*, quick: bool = False) -> list[Line]:
@@ -119,16 +123,41 @@ def stress(
 
 
 def _carry_out(todo: Sequence[tuple[Task, Method]], jobs: int | None, limit_s: float) -> Iterator[Spot]:
-    """Carry out cells, several at a time, each engine in worker processes of its own; yield each as it finishes."""
-    with Executor(jobs, limit_s) as executor:
-        observe = partial(executor.observe, samples=False)
-        pool = ThreadPoolExecutor(max_workers=jobs or os.cpu_count() or 1)
-        futures: list[Future[Spot]] = []
+    """Carry out cells, several at a time, and yield each as it finishes.
+
+    A worker process takes a second or two to start and import its engine, so the cells of one engine go down as few
+    lanes as keep every job busy.
+    """
+    jobs = jobs or os.cpu_count() or 1
+    by_engine: dict[str, list[tuple[Task, Method]]] = {}
+    for task, method in todo:
+        by_engine.setdefault(method.engine, []).append((task, method))
+    lanes_each = max(1, jobs // max(1, len(by_engine)))
+    lanes = [cells[k::lanes_each] for cells in by_engine.values() for k in range(lanes_each)]
+    finished: queue.SimpleQueue[Spot | BaseException] = queue.SimpleQueue()
+    stopped = threading.Event()
+
+    def go_down(lane: Sequence[tuple[Task, Method]], observe: Observe) -> None:
         try:
-            futures = [pool.submit(_spot, task, method, observe) for task, method in todo]
-            for future in as_completed(futures):
-                yield future.result()
+            for task, method in lane:
+                if stopped.is_set():
+                    return
+                finished.put(_spot(task, method, observe))
+        except BaseException as error:  # noqa: BLE001 - it is raised again in the thread that waits
+            finished.put(error)
+
+    with Executor(jobs, limit_s) as executor:
+        pool = ThreadPoolExecutor(max_workers=jobs)
+        try:
+            for lane in lanes:
+                pool.submit(go_down, lane, partial(executor.observe, samples=False))
+            for _ in todo:
+                spot = finished.get()
+                if isinstance(spot, BaseException):
+                    raise spot
+                yield spot
         finally:
+            stopped.set()
             pool.shutdown(wait=False, cancel_futures=True)
 
 
