@@ -22,7 +22,7 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, complaints. "
+            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, own, complaints. "
             "All by default; --list shows them."
         ),
     ] = None,

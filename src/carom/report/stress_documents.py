@@ -16,7 +16,7 @@ from carom.report import wording
 from carom.report.extra import require_report_extra
 from carom.report.markdown import _table as markdown_table
 from carom.report.markdown import _text as markdown_text
-from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, groups, reasons, summary
+from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, columns, groups, reasons, summary
 from carom.report.write import _replace_all as replace_all
 
 if TYPE_CHECKING:
@@ -61,13 +61,15 @@ def stress_tables(results: StressResults) -> Iterator[Table]:
         table = Table(title=HEADINGS[kind], title_justify="left", caption=NOTES[kind], caption_justify="left")
         table.box, table.pad_edge = box.SIMPLE_HEAD, False
         table.add_column(kind, no_wrap=True)
-        table.add_column("axis" if kind == "attack" else "what", max_width=34)
-        for method in results.methods:
+        methods, with_axis = columns(results, kind, lines), kind in {"attack", "own"}
+        if with_axis:
+            table.add_column("axis" if kind == "attack" else "what", max_width=34 if kind == "attack" else None)
+        for method in methods:
             table.add_column(Text(f"{method.engine}\n{method.profile}"))
         for line in lines:
-            cells = [cell_text(results.spots[line.name, method.name]) for method in results.methods]
+            cells = [cell_text(results.spots[line.name, method.name]) for method in methods]
             shown = [f"{c.mark} {c.text}" + (f"\n  {c.error}" if c.error else "") for c in cells]
-            table.add_row(Text(line.name), Text(line.axis), *map(Text, shown))
+            table.add_row(Text(line.name), *([Text(line.axis)] if with_axis else []), *map(Text, shown))
         yield table
         why = Table(title="Why", title_justify="left", box=None, show_header=False, pad_edge=False)
         why.add_column(no_wrap=True)
@@ -89,13 +91,13 @@ def _markdown_lines(results: StressResults) -> Iterator[str]:
         yield from ("", markdown_text(sentence))
     for kind, lines in groups(results):
         yield from ("", f"## {HEADINGS[kind]}", "", NOTES[kind], "")
-        rows = []
+        rows, methods = [], columns(results, kind, lines)
         for line in lines:
-            cells = [cell_text(results.spots[line.name, method.name]) for method in results.methods]
+            cells = [cell_text(results.spots[line.name, method.name]) for method in methods]
             rows.append(
                 [line.name, line.axis, *(f"{c.mark} {c.text}" + (f" ({c.error})" if c.error else "") for c in cells)]
             )
-        yield from markdown_table([kind, "axis", *(method.name for method in results.methods)], rows)
+        yield from markdown_table([kind, "axis", *(method.name for method in methods)], rows)
         yield from ("", "### Why, and which scene shows it", "")
         for line in lines:
             yield f"- **{line.name}**: {markdown_text(line.gives_way)} Truth: {markdown_text(line.truth)}."
@@ -150,12 +152,15 @@ def _html(results: StressResults) -> str:
                 kind,
                 HEADINGS[kind],
                 NOTES[kind],
+                columns(results, kind, lines),
                 [
                     (
                         line,
                         [
                             (cell_text(spot), spot)
-                            for spot in (results.spots[line.name, method.name] for method in results.methods)
+                            for spot in (
+                                results.spots[line.name, method.name] for method in columns(results, kind, lines)
+                            )
                         ],
                         reasons(results, line),
                     )

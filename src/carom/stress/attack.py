@@ -12,7 +12,16 @@ from carom.scene import Scene
 from carom.stress.truth import TrueMotion
 from carom.trace import Outcome, Trace, Vector, kinetic_energy
 
-__all__ = ["TOLERANCE", "Attack", "Judgement", "Trial", "closed_form_judge", "energy_judge", "velocity_judge"]
+__all__ = [
+    "TOLERANCE",
+    "Attack",
+    "Judgement",
+    "Trial",
+    "closed_form_judge",
+    "energy_judge",
+    "pressure_judge",
+    "velocity_judge",
+]
 
 #: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
 #: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
@@ -164,6 +173,33 @@ def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
         if overlap > 1.0:
             return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
         return Judgement(abs(gained))
+
+    return judge
+
+
+def pressure_judge(scene: Scene, compressibility: float) -> Callable[[Trace], Judgement]:
+    """Judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
+
+    Each impact adds its impulse times the distance of the centres; a fifth of the run is time to forget the lattice.
+    """
+    mass = np.array([disc.mass_kg for disc in scene.discs])
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    energy = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
+
+    def judge(trace: Trace) -> Judgement:
+        if (cut := _cut_short(trace)) is not None:
+            return cut
+        since = scene.duration_s / 5
+        found = trace.impacts[(trace.impacts["second"] >= 0) & (trace.impacts["time_s"] > since)]
+        first, second = found["first"], found["second"]
+        push = (found["velocity_second_after"] - found["velocity_second_before"]) * mass[second][:, None]
+        along = np.sum(push * found["normal"], axis=1) * (radius[first] + radius[second])
+        z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
+        error = abs(z / compressibility - 1.0)
+        note = f"Z = {z:.3f} where {compressibility} is known, from {len(found)} impacts"
+        if error <= TOLERANCE:
+            return Judgement(error, note=note)
+        return Judgement(error, note)
 
     return judge
 

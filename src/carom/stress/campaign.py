@@ -23,6 +23,7 @@ from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.journal import Journal
 from carom.stress.methods import Method, methods
+from carom.stress.own import Check, checks, own_spot
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
 from carom.stress.results import Ending, Line, Spot, StressResults
@@ -66,8 +67,8 @@ def stress(
     """Attack methods and return where each gives way.
 
     Args:
-        names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
-            default.
+        names: Attacks, relations, checks of our own and complaints by name, or the words "attacks", "relations", "own"
+            and "complaints"; all by default.
         engine_names: Names of adapters; every one that is installed by default.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         profiles: Names of profiles.
@@ -182,11 +183,22 @@ def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
         for name, states in stated.items()
     ]
     tasks += [
+        (
+            Line("own", check.name, check.states, "conservation, or the closed form", check.measure),
+            partial(_own, check, scenes, quick),
+        )
+        for check in checks(quick)
+    ]
+    tasks += [
         (_complaint_line(entry), partial(_complaint, entry, scenes))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
     return tasks
+
+
+def _own(check: Check, scenes: Path, quick: bool, method: Method, _observe: Observe) -> Spot:
+    return own_spot(check, method, scenes, quick=quick)
 
 
 def _complaint_line(entry: Complaint) -> Line:
@@ -218,7 +230,7 @@ def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[Task]:
     everything = _all_tasks(scenes, quick)
     if not names:
         return everything
-    kinds = {f"{kind}s": kind for kind in ("attack", "relation", "complaint")}
+    kinds = {"attacks": "attack", "relations": "relation", "own": "own", "complaints": "complaint"}
     known = {line.name for line, _ in everything}
     for name in names:
         if name not in known and name not in kinds:

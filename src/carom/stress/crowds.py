@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 from carom.scene import Disc, Scene, Wall
-from carom.stress.attack import Attack, Trial, closed_form_judge, energy_judge, velocity_judge
+from carom.stress.attack import Attack, Trial, closed_form_judge, energy_judge, pressure_judge, velocity_judge
 from carom.stress.pairs import PHASES, RATE_HZ
 from carom.stress.truth import TrueMotion, UndecidedError, true_motion
 
@@ -145,6 +145,40 @@ def _lasting(impacts: float) -> list[Trial]:
     return [Trial(scene, energy_judge(scene))]
 
 
+#: Compressibility of the hard-disc fluid at packing .3, from the ten-term virial series (N. Clisby and B. M. McCoy, J.
+#: Stat. Phys. 122, 15 (2006)).
+PACKING, COMPRESSIBILITY = 0.3, 2.0632
+
+
+def _pressed(advance: float) -> list[Trial]:
+    """Stage a hard-disc gas whose pressure is known; `advance` is the mean path in a step, in radii."""
+    side, radius, speed = 16, 0.05, 1.0
+    count = side * side
+    # The packing is that in the box of the centres, in which a walled gas is nearest to the bulk.
+    free = math.sqrt(count * math.pi * radius**2 / PACKING)
+    rate = speed / (advance * radius)
+    pitch = free / (side - 1)
+    discs = []
+    for k in range(count):
+        row, column = divmod(k, side)
+        velocity = cmath.rect(speed, _TURN * k)
+        place = complex(radius + column * pitch, radius + row * pitch)
+        discs.append(
+            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
+        )
+    width = free + 2 * radius
+    scene = Scene(
+        name="stress/gas-pressure",
+        description=f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step.",
+        discs=discs,
+        walls=_box(width, width),
+        # Some fifteen impacts a disc: the virial of two thousand impacts is good to 2 %.
+        duration_s=round(1.5 * rate) / rate,
+        frame_rate_hz=rate,
+    )
+    return [Trial(scene, pressure_judge(scene, COMPRESSIBILITY))]
+
+
 def _inelastic(restitution: float) -> list[Trial]:
     radius = 0.25
     discs = [
@@ -264,6 +298,17 @@ def crowd_attacks() -> list[Attack]:
             quick_absurd=1e-2,
         ),
         Attack("duration", "impacts, about", 10, 1e5, _lasting, energy, _ENERGY, quick_absurd=300),
+        Attack(
+            "gas-pressure",
+            "speed x dt / radius in a hard-disc gas at packing 0.3",
+            0.1,
+            2.0,
+            _pressed,
+            "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take some "
+            "5 % from 256 discs, as the root of their number",
+            "p V / N k T wrong by more than a tenth, from the impulses of the disc impacts (the virial)",
+            full_only=True,
+        ),
         Attack(
             "restitution",
             "restitution, past inelastic collapse at 7 - 4 √3 = 0.0718",

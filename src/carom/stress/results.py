@@ -31,7 +31,7 @@ class Spot:
     """One cell of the table: one attack, relation or complaint, and one method.
 
     Attributes:
-        kind: "attack", "relation" or "complaint".
+        kind: "attack", "relation", "own" or "complaint".
         line: Name of the attack, relation or complaint.
         method: Name of the method.
         ending: How it ended.
@@ -71,7 +71,7 @@ class Line:
     """One line of the table.
 
     Attributes:
-        kind: "attack", "relation" or "complaint".
+        kind: "attack", "relation", "own" or "complaint".
         name: Its name.
         axis: What varies, or what must hold, or what was reported.
         truth: Where the right answer comes from.
