@@ -74,6 +74,7 @@ class Attack:
         whole: Whether the axis has whole numbers only.
         rungs: Values a decade that are tried on the way to the first break. More of them where a method can break and
             stand again by luck.
+        full_only: Whether its runs are too long for the quick form.
         last: A value beyond the absurd end that no logarithm reaches, such as a gap of 0; it is tried, not bisected.
     """
 
@@ -87,6 +88,7 @@ class Attack:
     quick_absurd: float | None = None
     whole: bool = False
     rungs: int = 1
+    full_only: bool = False
     last: float | None = None
 
     def ladder(self, quick: bool) -> list[float]:

@@ -172,6 +172,8 @@ def _spot(task: Task, method: Method, observe: Observe) -> Spot:
 def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
     tasks: list[Task] = []
     for attack in attacks():
+        if quick and attack.full_only:
+            continue
         ladder = attack.ladder(quick)
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
         tasks.append((line, _attack_task(attack, scenes, quick)))

@@ -304,8 +304,8 @@ def crowd_attacks() -> list[Attack]:
             0.1,
             2.0,
             _pressed,
-            "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take some "
-            "5 % from 256 discs, as the root of their number",
+            "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take "
+            "some 5 % from 256 discs, as the root of their number",
             "p V / N k T wrong by more than a tenth, from the impulses of the disc impacts (the virial)",
             full_only=True,
         ),
