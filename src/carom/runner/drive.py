@@ -88,10 +88,12 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
             world.advance(1)
             now = world.observe()
             outcome, notes = _health(now)
-            if outcome is not Outcome.COMPLETED:
+            if outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
                 break
             taken, state = step, now
             collector.add(step * dt_s, now)
+            if outcome is Outcome.STANDSTILL:
+                break
             if samples and step % stride == 0:
                 positions.append(now.position_m)
     finally:
@@ -121,6 +123,8 @@ def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples
 
 
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
+    if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+        return Outcome.STANDSTILL, ()
     if now.warning:
         return Outcome.WARNED, (now.warning,)
     if not (np.isfinite(now.position_m).all() and np.isfinite(now.velocity_m_s).all()):

@@ -118,7 +118,7 @@ def issues_falling() -> list[Complaint]:
             "issues/rapier-974",
             "A ball of restitution .8 is dropped from 2 m.",
             _rapier_974,
-            tags | {Tag.INELASTIC},
+            frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC}),
             about="Rapier",
             thread="https://github.com/dimforge/rapier/issues/974",
             reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square "

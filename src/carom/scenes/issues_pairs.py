@@ -310,7 +310,6 @@ def issues_pairs() -> list[Complaint]:
             "issues/visualchemeng-10",
             "Two discs begin in contact, overlapping by one rounding, and approach.",
             _visualchemeng_10,
-            frozenset({Tag.IN_LINE}),
             about="visualchemeng-js",
             thread="https://github.com/adm78/visualchemeng-js/issues/10",
             reported="Particles that overlap at the start make events in the past; time runs backwards and particles "

@@ -98,7 +98,8 @@ class Attack:
         a_decade = self.rungs / 2 if quick else self.rungs
         rungs = max(4, math.ceil(decades * a_decade) + 1)
         values = [self.harmless * (end / self.harmless) ** (k / (rungs - 1)) for k in range(rungs)]
-        values[-1] = end
+        # Round values read well in a table and a file.
+        values = [float(f"{value:.3g}") for value in values[:-1]] + [end]
         if self.whole:
             values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
         return values if self.last is None else [*values, self.last]
@@ -107,7 +108,7 @@ class Attack:
         """Return the value half way between two, by logarithm; None where they are as near as need be."""
         if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
             return None
-        middle = math.sqrt(stands * breaks)
+        middle = float(f"{math.sqrt(stands * breaks):.4g}")
         if not self.whole:
             return middle
         middle = float(round(middle))
@@ -221,7 +222,7 @@ def _cut_short(trace: Trace) -> Judgement | None:
     """A run that ended before its scene did is broken, unless it ended in a named collapse."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)
-    if trace.outcome is Outcome.COMPLETED or Outcome.STANDSTILL.value in trace.notes:
+    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}:
         return None
     note = f": {trace.notes[0]}" if trace.notes else ""
     return Judgement(math.nan, f"{trace.outcome.value}{note}")

@@ -61,9 +61,9 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
     if not finite or trace.outcome is Outcome.NON_FINITE:
         return symptom is Symptom.NOT_FINITE, math.inf, Outcome.NON_FINITE.value
-    if trace.outcome is not Outcome.COMPLETED:
+    if trace.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
         said = "; ".join((trace.outcome.value, *trace.notes))
-        return symptom is Symptom.NEVER_ENDS and Outcome.STANDSTILL.value not in said, math.inf, said
+        return symptom is Symptom.NEVER_ENDS, math.inf, said
     velocity, energy = _velocity_error(trace, known, scene), _energy_error(trace, known, scene)
     of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
     figure, what = (energy, "energy") if of_energy else (velocity, "speed")

@@ -51,18 +51,16 @@ class Journal:
                 continue
             self.spots[spot.kind, spot.line, spot.method] = spot
         path.parent.mkdir(parents=True, exist_ok=True)
-        self._file: TextIO = path.open("w", encoding="utf-8")
-        self._write(head)
-        for spot in self.spots.values():
-            self._write(json.dumps(spot.as_json()))
+        kept = "".join(f"{line}\n" for line in (head, *(json.dumps(spot.as_json()) for spot in self.spots.values())))
+        part = path.with_name(f".{path.name}.part")
+        part.write_text(kept, encoding="utf-8")
+        part.replace(path)
+        self._file: TextIO = path.open("a", encoding="utf-8")
 
     def add(self, spot: Spot) -> None:
         """Write down a finished cell."""
         self.spots[spot.kind, spot.line, spot.method] = spot
-        self._write(json.dumps(spot.as_json()))
-
-    def _write(self, line: str) -> None:
-        self._file.write(f"{line}\n")
+        self._file.write(f"{json.dumps(spot.as_json())}\n")
         self._file.flush()
 
     def __enter__(self) -> Self:
