@@ -60,7 +60,7 @@ def breaking_point(attack: Attack, method: Method, observe: Observe, scenes: Pat
         return Spot("attack", attack.name, method.name, Ending.NOT_RUN, reason=str(error), runs=runs)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
-    file = _saved(shown.trial, attack.name, method, scenes)
+    file = _saved(shown.trial, attack.name, method, scenes, "gives way" if fell else "stands")
     broke = Ending.GIVES_WAY if stood else Ending.NEVER_STOOD
     return Spot(
         "attack",
@@ -108,11 +108,13 @@ def _try(attack: Attack, value: float, method: Method, observe: Observe, *, quic
     return worst
 
 
-def _saved(trial: Trial, name: str, method: Method, scenes: Path) -> str:
+def _saved(trial: Trial, attack: str, method: Method, scenes: Path, ending: str) -> str:
+    """Save the scene of a number under a name of its own, so that all of them can be run together."""
     scenes.mkdir(parents=True, exist_ok=True)
-    file = f"{name}-{method.engine}-{method.profile}.toml"
-    save_scene(trial.scene, scenes / file)
-    return f"{scenes.name}/{file}"
+    name = f"{attack}-{method.engine}-{method.profile}"
+    shows = f"{trial.scene.description} Here {method.name} {ending}."
+    save_scene(trial.scene.model_copy(update={"name": f"stress/{name}", "description": shows}), scenes / f"{name}.toml")
+    return f"{scenes.name}/{name}.toml"
 
 
 def _number(value: float) -> float | None:

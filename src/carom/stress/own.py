@@ -53,7 +53,10 @@ class Check:
 
 
 def mixed_gas() -> Scene:
-    """Return thirty discs of unequal radius and mass in a box: half of it covered, masses a hundredfold apart."""
+    """Return thirty discs of unequal radius and mass in a box: half of it covered, masses 1 to 70.
+
+    The checks run it for as many impacts as they want; its own duration is for those who want to see it.
+    """
     columns, rows, pitch = 6, 5, 0.5
     turn = math.pi * (3.0 - math.sqrt(5.0))
     discs = []
@@ -81,7 +84,7 @@ def mixed_gas() -> Scene:
             Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
             Wall(point_m=(0.0, height), normal=(0.0, -1.0)),
         ],
-        duration_s=1e9,
+        duration_s=10.0,
     )
 
 
@@ -89,7 +92,7 @@ def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArra
     """Run for so many impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
     run = EventDrivenRun(scene)
     for until in range(_CHUNK, impacts + _CHUNK, _CHUNK):
-        outcome = run.advance_to(scene.duration_s, min(until, impacts))
+        outcome = run.advance_to(math.inf, min(until, impacts))
         yield run, run.log.array()
         if outcome is not Outcome.MAX_IMPACTS:
             return
@@ -99,7 +102,7 @@ def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArra
 def _energy(scene: Scene, impacts: int) -> float:
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
     run = EventDrivenRun(scene, record="none")
-    run.advance_to(scene.duration_s, impacts)
+    run.advance_to(math.inf, impacts)
     return abs(kinetic_energy(scene, run.velocities()) / start - 1.0)
 
 
@@ -139,7 +142,7 @@ def _overlap(scene: Scene, impacts: int) -> float:
     run, worst = EventDrivenRun(scene, record="none"), 0.0
     extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
     for until in np.linspace(0, impacts, 1001)[1:]:
-        run.advance_to(scene.duration_s, int(until))
+        run.advance_to(math.inf, int(until))
         place, speed = run.positions(), np.hypot(*run.velocities().T)
         off = speed * math.ulp(run.time_s) + 4 * math.ulp(extent)
         for i in range(len(radius) - 1):
@@ -160,7 +163,7 @@ def galperin(k: int) -> Scene:
             Disc(position_m=(6.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5, mass_kg=100.0**k),
         ],
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        duration_s=1e3,
+        duration_s=25.0,  # the slowest, k = 2, has its last impact at 19.3 s
     )
 
 
@@ -207,7 +210,7 @@ def collapsing() -> Scene:
         ],
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(5.0, 0.0), normal=(-1.0, 0.0))],
         restitution=0.02,
-        duration_s=1e4,
+        duration_s=20.0,
     )
 
 

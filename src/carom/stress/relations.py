@@ -270,13 +270,19 @@ def _apart(base: Scene, found: State, expected: State) -> float:
     return math.inf if math.isnan(deviation) else deviation
 
 
+def _stated(name: str) -> str:
+    return RUNS.get(name) or next(relation.states for relation in relations() if relation.name == name)
+
+
 def _save(name: str, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
     """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
     scenes.mkdir(parents=True, exist_ok=True)
     files = []
     for k, scene in enumerate(used):
         own = name in RUNS and k > 0
-        file = f"{name}-{method.engine}-{method.profile}-{k}.toml" if own else f"{name if k else 'relations-base'}.toml"
-        save_scene(scene, scenes / file)
-        files.append(f"{scenes.name}/{file}")
+        stem = f"{name}-{method.engine}-{method.profile}-{k}" if own else name if k else "relations-base"
+        shows = f"{scene.description} {_stated(name)}" if k else scene.description
+        named = scene.model_copy(update={"name": f"stress/{stem}", "description": shows})
+        save_scene(named, scenes / f"{stem}.toml")
+        files.append(f"{scenes.name}/{stem}.toml")
     return tuple(files)
