@@ -199,7 +199,7 @@ def pressure_judge(scene: Scene, compressibility: float) -> Callable[[Trace], Ju
         along = np.sum(push * found["normal"], axis=1) * (radius[first] + radius[second])
         z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
         error = abs(z / compressibility - 1.0)
-        note = f"Z = {z:.3f} where {compressibility} is known, from {len(found)} impacts"
+        note = f"Z = {z:.3f} where {compressibility:.4f} is known, from {len(found)} impacts"
         if error <= TOLERANCE:
             return Judgement(error, note=note)
         return Judgement(error, note)

@@ -145,9 +145,11 @@ def _lasting(impacts: float) -> list[Trial]:
     return [Trial(scene, energy_judge(scene))]
 
 
-#: Compressibility of the hard-disc fluid at packing .3, from the ten-term virial series (N. Clisby and B. M. McCoy, J.
-#: Stat. Phys. 122, 15 (2006)).
-PACKING, COMPRESSIBILITY = 0.3, 2.0632
+#: B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15 (2006)).
+VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
+PACKING = 0.3
+#: p V / N k T at that packing by the ten-term series, in which B_2 times the density is twice the packing: 2.0632.
+COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
 
 def _pressed(advance: float) -> list[Trial]:
