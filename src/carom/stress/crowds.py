@@ -93,7 +93,7 @@ def _box(width: float, height: float) -> list[Wall]:
 
 
 def _packed(gap: float) -> list[Trial]:
-    columns, rows, radius = 4, 4, 0.1
+    columns, rows, radius = 3, 3, 0.1
     pitch = 2 * radius * (1 + gap)
     margin = pitch / 2
     discs = []
@@ -109,7 +109,7 @@ def _packed(gap: float) -> list[Trial]:
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     scene = Scene(
         name="stress/packing",
-        description=f"Sixteen discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box.",
+        description=f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box.",
         discs=discs,
         walls=_box(width, height),
         duration_s=24 / RATE_HZ,
@@ -291,15 +291,15 @@ def crowd_attacks() -> list[Attack]:
         ),
         Attack(
             "packing",
-            "gap over diameter in a hexagonal packing of 16 discs (packing 0.907 / (1 + gap)²)",
+            "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
             1.0,
-            1e-4,
+            1e-3,
             _packed,
             energy,
             _ENERGY,
             quick_absurd=1e-2,
         ),
-        Attack("duration", "impacts, about", 10, 1e5, _lasting, energy, _ENERGY, quick_absurd=300),
+        Attack("duration", "impacts, about", 10, 1e4, _lasting, energy, _ENERGY, quick_absurd=300),
         Attack(
             "gas-pressure",
             "speed x dt / radius in a hard-disc gas at packing 0.3",
@@ -324,7 +324,7 @@ def crowd_attacks() -> list[Attack]:
             "galperin",
             "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
             1.0,
-            1e10,
+            1e8,
             _galperin,
             "unfolding of the wedge (G. Galperin, 2003)",
             _VELOCITY,
