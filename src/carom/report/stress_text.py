@@ -24,7 +24,7 @@ NOTES = {
     "attack": "The size at which a method first gives way, from the harmless end of the axis on; 'to' marks a method "
     "that stands as far as the axis goes. Below it, the error where it was last seen to stand.",
     "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
-    "of the two; 0 is equal to the bit. A method that samples in frames may owe time reversal its frame.",
+    "of the two; 0 is equal to the bit.",
     "own": "Measured within runs of Carom's event-driven PIC, impact by impact: each value must not pass its limit.",
     "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
 }
