@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from carom.report import wording
+from carom.runner.results import Status
 from carom.stress.methods import Method
 from carom.stress.results import Ending, Line, Spot, StressResults
 
@@ -68,6 +69,8 @@ def cell_text(spot: Spot) -> CellText:
     match spot.ending:
         case Ending.STANDS:
             text = f"to {value}"
+        case Ending.NEVER_STOOD if spot.reason.startswith((Status.TIMED_OUT.value, Status.CRASHED.value)):
+            text = f"{spot.reason.partition(':')[0]} at {value}"  # nothing is known of what it would have answered
         case Ending.NEVER_STOOD:
             text = f"from {value}"
         case Ending.NOT_RUN:
