@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import certify, engines, run, scenes
+from carom.cli import certify, engines, run, scenes, stress
 
 __all__ = ["app", "main"]
 
@@ -22,6 +22,7 @@ app = typer.Typer(
 
 app.command()(run.run)
 app.command()(certify.certify)
+app.command()(stress.stress)
 app.command()(scenes.scenes)
 app.command()(engines.engines)
 

@@ -33,12 +33,12 @@ def scenes(
         return
     from carom.report.scene_table import scene_table, scene_text
     from carom.scene import save_scene
-    from carom.scenes import catalogue, find_scenes
+    from carom.scenes import all_scenes, find_scenes
 
     if not names and save is None:
-        console().print(scene_table(list(catalogue().values())))
+        console().print(scene_table(list(all_scenes().values())))
         return
-    found = find_scenes(names) if names else list(catalogue().values())
+    found = find_scenes(names) if names else list(all_scenes().values())
     for entry in found:
         if save is None:
             typer.echo(scene_text(entry))

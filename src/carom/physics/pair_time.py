@@ -58,6 +58,8 @@ ERROR = 2.0**-50
 NEGLIGIBLE = 2.0**-900
 #: Adding and taking away 2^28 R rounds to a grid of 2^-25 R to 2^-24 R: 25 bits or so for any coordinate up to R.
 _GRID = 2.0**28
+#: Every float is below two to this.
+_LARGEST_EXPONENT = 1024
 
 
 def approach(dx: Real, dy: Real, ux: Real, uy: Real) -> tuple[Real, Real]:
@@ -231,7 +233,10 @@ def exact_pair_time(
         d = discriminant_from_miss(x, y, ux, uy, reach, a)
     if not d[0] > 0.0:
         return math.inf
-    return math.ldexp(exact_root(b, c, d, math.sqrt(d[0])), length - pace)
+    root = exact_root(b, c, d, math.sqrt(d[0]))
+    _, size = math.frexp(root)
+    # Beyond the largest float ldexp raises in plain Python, and gives infinity when compiled.
+    return math.inf if size + length - pace > _LARGEST_EXPONENT else math.ldexp(root, length - pace)
 
 
 def _scaled(pair: Pair, exponent: int) -> Pair:

@@ -8,7 +8,7 @@ import tomli_w
 from rich.table import Table
 from rich.text import Text
 
-from carom.scenes import CatalogueScene
+from carom.scenes import CatalogueScene, Complaint
 
 __all__ = ["scene_table", "scene_text"]
 
@@ -35,5 +35,7 @@ def scene_text(entry: CatalogueScene) -> str:
         lines.append(f"Impacts: {entry.known.count}")
     if entry.known.convention:
         lines.append(f"No unique answer: {entry.known.convention}")
+    if isinstance(entry, Complaint):
+        lines += [f"Reported of {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
     comments = "".join(f"# {line}\n" for line in lines)
     return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))

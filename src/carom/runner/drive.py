@@ -93,10 +93,13 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
             for time_s in _pieces(world, cutter, step, dt_s):
                 now = world.observe()
                 outcome, notes = _health(now)
-                if outcome is not Outcome.COMPLETED:
+                if outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
                     break
                 state = now
                 collector.add(time_s, now)
+                if outcome is Outcome.STANDSTILL:
+                    taken = step
+                    break
             if cutter is not None and cutter.stuck:
                 outcome = Outcome.STANDSTILL
             if outcome is not Outcome.COMPLETED:
@@ -156,6 +159,8 @@ def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples
 
 
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
+    if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+        return Outcome.STANDSTILL, ()
     if now.warning:
         return Outcome.WARNED, (now.warning,)
     if not (np.isfinite(now.position_m).all() and np.isfinite(now.velocity_m_s).all()):

@@ -1,14 +1,18 @@
 """The catalogue: scenes with known answers that no code of Carom's made."""
 
-from carom.scenes.catalogue import catalogue, find_scenes
+from carom.scenes.catalogue import all_scenes, catalogue, find_scenes
+from carom.scenes.complaint import Complaint, Symptom
 from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
 
 __all__ = [
     "CatalogueScene",
+    "Complaint",
     "KnownAnswer",
     "KnownImpact",
     "Staged",
+    "Symptom",
     "Tag",
+    "all_scenes",
     "catalogue",
     "deviation",
     "find_scenes",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.errors import UnknownNameError
 from carom.scenes.classics import classics
+from carom.scenes.issues import issues
 from carom.scenes.known_answer import Tag
 from carom.scenes.paper import paper
 
@@ -19,15 +20,21 @@ if TYPE_CHECKING:
 
     from carom.scenes.known_answer import CatalogueScene
 
-__all__ = ["catalogue", "find_scenes"]
+__all__ = ["all_scenes", "catalogue", "find_scenes"]
 
 _TAG_PREFIX = "tag:"
 
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
-    """Return every scene of the catalogue by its full name, in the order in which reports list them."""
+    """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
     return MappingProxyType({entry.name: entry for entry in (*paper(), *classics())})
+
+
+@cache
+def all_scenes() -> Mapping[str, CatalogueScene]:
+    """Return every scene that has a name: the suite, and the groups that run only when they are asked for by name."""
+    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in issues()}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
@@ -39,7 +46,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     Raises:
         UnknownNameError: A pattern matches no scene; the message names the nearest one.
     """
-    everything = catalogue()
+    everything = all_scenes()
     found: dict[str, CatalogueScene] = {}
     for pattern in patterns:
         matches = [entry for entry in everything.values() if _matches(entry, pattern)]
@@ -50,13 +57,15 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
 
 
 def _matches(entry: CatalogueScene, pattern: str) -> bool:
+    if entry.name not in catalogue() and not pattern.startswith(entry.group):
+        return False  # a tag, or a pattern for anything, means the suite
     if pattern.startswith(_TAG_PREFIX):
         return pattern.removeprefix(_TAG_PREFIX) in entry.tags
     return fnmatchcase(entry.name, pattern) or entry.group == pattern
 
 
 def _hint(pattern: str) -> str:
-    entries = catalogue().values()
+    entries = all_scenes().values()
     # A bare name, without its group, is near to its own full name whatever the lengths of the groups.
     named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
     named |= {group: group for group in {entry.group for entry in entries}}

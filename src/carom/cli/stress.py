@@ -1,0 +1,126 @@
+"""`carom stress`: attack methods with scenes made to break numerics, and print where each gives way."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, console, guarded
+
+if TYPE_CHECKING:
+    from carom.stress.results import StressResults
+
+__all__ = ["stress"]
+
+
+@guarded
+def stress(
+    attacks: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, own, complaints. "
+            "All by default; --list shows them."
+        ),
+    ] = None,
+    engine: Annotated[
+        list[str] | None, typer.Option("--engine", "-e", help="Engine to attack, repeatable. All by default.")
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+    ] = None,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="The quick form: under a minute, with fewer rungs and nearer ends.")
+    ] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Take up the campaign whose journal lies in the folder of --out.")
+    ] = False,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            help="Folder for stress.html, stress.md, stress.json, the journal, and scenes/ with the scene of each "
+            "number.",
+        ),
+    ] = Path("stress"),
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Cells at a time. As many as there are cores by default.")
+    ] = None,
+    time_limit: Annotated[
+        float | None,
+        typer.Option("--time-limit", help="Seconds after which an engine that gives no answer has given way."),
+    ] = None,
+    list_only: Annotated[bool, typer.Option("--list", help="List what there is, and leave.")] = False,
+) -> None:
+    """Attack methods with scenes made to break numerics, and print the size at which each gives way.
+
+    Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
+    `carom stress --out reports/stress --resume`.
+    """
+    from carom.errors import InputError
+    from carom.stress.campaign import JOURNAL, listing
+
+    if list_only:
+        for line in listing(quick=quick):
+            typer.echo(f"{line.kind:10} {line.name:24} {line.axis}")
+        return
+    if time_limit is not None and not time_limit > 0:
+        raise InputError(f"--time-limit must be a number of seconds above 0, got {time_limit}")
+    from carom.report import require_writable
+    from carom.report.stress_documents import stress_summary, stress_tables, write_stress
+
+    require_writable(out)
+    try:
+        results = _campaign(attacks or [], engine, profile, quick, resume, out, jobs, time_limit)
+    except KeyboardInterrupt:
+        typer.echo(f"carom: interrupted; finished cells are in {out / JOURNAL}: go on with --resume", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    paths = write_stress(results, out)
+    shown = console()
+    for table in stress_tables(results):
+        shown.print(table)
+    shown.print(stress_summary(results), soft_wrap=True)
+    shown.print(f"report: {paths.html}", soft_wrap=True)
+    asked = {method.engine: method for method in results.methods if method.engine in (engine or ())}
+    if any(method.unavailable for method in asked.values()):
+        raise typer.Exit(EXIT_UNAVAILABLE)
+
+
+def _campaign(
+    names: list[str],
+    engine: list[str] | None,
+    profile: list[str] | None,
+    quick: bool,
+    resume: bool,
+    out: Path,
+    jobs: int | None,
+    time_limit: float | None,
+) -> StressResults:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from carom.stress.campaign import stress as attack
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("", total=None)
+
+        def progress(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=what)
+
+        return attack(
+            names,
+            engine,
+            out=out,
+            profiles=tuple(profile or ("default", "tuned")),
+            quick=quick,
+            resume=resume,
+            jobs=jobs,
+            time_limit_s=time_limit,
+            progress=progress,
+            command=shlex.join(["carom", *sys.argv[1:]]),
+        )

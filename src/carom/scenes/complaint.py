@@ -1,0 +1,47 @@
+"""Complaints: scenes that reproduce what users of collision engines reported, each with its thread."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+from carom.scenes.known_answer import CatalogueScene
+
+__all__ = ["Complaint", "Symptom"]
+
+
+class Symptom(StrEnum):
+    """What was reported, as something that can be seen in a trace; the value is the phrase shown."""
+
+    MISSES = "an impact is missed"
+    INVENTS = "an impact is invented"
+    WRONG_VELOCITY = "a velocity after an impact is wrong"
+    GAINS_ENERGY = "energy is gained"
+    LOSES_ENERGY = "energy is lost"
+    ESCAPES = "a body ends inside another or beyond a wall"
+    NOT_FINITE = "the state is no longer a number"
+    NEVER_ENDS = "the run does not come to its end"
+
+
+@dataclass(frozen=True)
+class Complaint(CatalogueScene):
+    """A scene of the group `issues`.
+
+    Attributes:
+        about: What the thread is about: an engine or package by its own name.
+        engine: Name of Carom's adapter that drives it; empty where there is none.
+        thread: Address of the thread.
+        reported: What the thread reports, in our words.
+        symptom: What to look for in a trace.
+        at_least: How large an error counts as what was reported, as a share of the scene's speed or energy: a per cent,
+            which people notice, unless the report is of more.
+        made: What of the scene is the thread's and what was chosen here.
+    """
+
+    about: str = ""
+    engine: str = ""
+    thread: str = ""
+    reported: str = ""
+    symptom: Symptom = Symptom.WRONG_VELOCITY
+    at_least: float = 0.01
+    made: str = ""

@@ -1,0 +1,280 @@
+"""Complaints about walls and tables: sticking, corners, slow and repeated bounces, a break shot."""
+
+from __future__ import annotations
+
+import cmath
+import math
+
+from carom.scene import Scene, Wall
+from carom.scenes.closed_forms import after_impact, complete_answer, disc, dot, impact, unit
+from carom.scenes.complaint import Complaint, Symptom
+from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.walled import box_walls
+
+__all__ = ["issues_walled"]
+
+_MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"
+
+
+def _wall_on_the_right(
+    name: str,
+    shows: str,
+    *,
+    radius_m: float,
+    velocity: complex,
+    gap_m: float,
+    duration_s: float,
+    rate_hz: float,
+    restitution: float = 1.0,
+) -> Staged:
+    """Stage a disc at the origin that meets one wall."""
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(0j, velocity, radius_m)],
+        walls=[Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))],
+        wall_restitution=restitution,
+        duration_s=duration_s,
+        frame_rate_hz=rate_hz,
+    )
+    after = complex(-restitution * velocity.real, velocity.imag)
+    return Staged(scene, complete_answer(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR))
+
+
+def _bullet_3094(name: str, shows: str) -> Staged:
+    return _wall_on_the_right(name, shows, radius_m=0.2, velocity=1 + 0j, gap_m=0.8, duration_s=1.5, rate_hz=240.0)
+
+
+def _bullet_4341(name: str, shows: str) -> Staged:
+    return _wall_on_the_right(
+        name, shows, radius_m=0.1, velocity=2 + 0j, gap_m=0.1, restitution=0.5, duration_s=0.1, rate_hz=5000.0
+    )
+
+
+def _box2d_654(name: str, shows: str) -> Staged:
+    return _wall_on_the_right(name, shows, radius_m=0.25, velocity=0.5 + 0.2j, gap_m=0.3, duration_s=1.25, rate_hz=60.0)
+
+
+def _rapier_919(name: str, shows: str) -> Staged:
+    return _wall_on_the_right(
+        name, shows, radius_m=0.5, velocity=6 + 0j, gap_m=2.03, restitution=0.7, duration_s=0.75, rate_hz=60.0
+    )
+
+
+def _rapier_615(name: str, shows: str) -> Staged:
+    radius, width, height, start, speed = 0.2, 3.0, 2.0, 0.7 + 0.6j, 4.1 + 2.3j
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(start, speed, radius)],
+        walls=box_walls(width, height),
+        duration_s=5.0,
+    )
+    events: list[tuple[float, int, bool]] = []
+    for place, v, length, far, near, is_x in (
+        (start.real - radius, speed.real, width - 2 * radius, 1, 0, True),
+        (start.imag - radius, speed.imag, height - 2 * radius, 3, 2, False),
+    ):
+        count = math.floor((place + v * scene.duration_s) / length)
+        events += [((n * length - place) / v, (near, far)[n % 2], is_x) for n in range(1, count + 1)]
+    velocity = speed
+    impacts = []
+    for time, wall, is_x in sorted(events):
+        velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
+        impacts.append(impact(time, 0, -1 - wall, velocity))
+    return Staged(scene, complete_answer(scene, impacts, "Unfolding: one straight line through a lattice of boxes"))
+
+
+def _pooltool_217(name: str, shows: str) -> Staged:
+    radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(1 + 1j, complex(part, part), radius)],
+        walls=box_walls(side, side),
+        duration_s=3.5,
+    )
+    time = (side - radius - 1) / part
+    impacts = [impact(time, 0, -4, complex(part, -part)), impact(time, 0, -2, complex(-part, -part))]
+    return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; at a right angle neither changes the other"))
+
+
+def _pooltool_217_touching(name: str, shows: str) -> Staged:
+    radius, side = 0.03125, 4.5
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
+        walls=box_walls(side, side),
+        duration_s=1.0,
+    )
+    return Staged(scene, complete_answer(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once"))
+
+
+def _nimble_143(name: str, shows: str) -> Staged:
+    # A ball goes to the wall, comes back and meets the one that follows it.
+    radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[disc(complex(first, 0), complex(v1, 0), radius), disc(complex(second, 0), complex(v2, 0), radius)],
+        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
+        duration_s=1.25,
+        frame_rate_hz=100.0,
+    )
+    at_wall = (wall - radius - first) / v1
+    met = at_wall + (wall - radius - (second + v2 * at_wall) - 2 * radius) / (v1 + v2)
+    impacts = [impact(at_wall, 0, -1, complex(-v1, 0)), impact(met, 0, 1, complex(v2, 0), complex(-v1, 0))]
+    # Turned round, the first goes to the wall once more.
+    where = wall - radius - v1 * (met - at_wall)
+    again = met + (wall - radius - where) / v2
+    impacts.append(impact(again, 0, -1, complex(-v2, 0)))
+    impacts = [known for known in impacts if known.time_s < scene.duration_s]
+    return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; equal masses exchange velocities"))
+
+
+def _pooltool_154(name: str, shows: str) -> Staged:
+    radius, gap, speed, angle = 0.028575, 1e-3, 3.262213, math.radians(81.83468)
+    pitch = 2 * radius + gap
+    apex = 0.5 + 1.5j
+    velocity = cmath.rect(speed, angle)
+    discs = [disc(0.5 + 0.5j, velocity, radius)]
+    places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
+    discs += [disc(apex + place, 0j, radius) for place in places]
+    scene = Scene(name=name, description=shows, discs=discs, duration_s=1.0, frame_rate_hz=240.0)
+    start = complex(*scene.discs[0].position_m)
+    first: tuple[float, int] | None = None
+    for k, struck in enumerate(scene.discs[1:], 1):
+        apart = complex(*struck.position_m) - start
+        along = dot(apart, velocity) / speed
+        missed = abs(apart) ** 2 - along**2
+        if missed < 4 * radius**2:
+            time = (along - math.sqrt(4 * radius**2 - missed)) / speed
+            first = min(first or (time, k), (time, k))
+    if first is None:
+        return Staged(scene, complete_answer(scene, [], "The path of the cue ball passes every ball"))
+    time, struck_number = first
+    normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
+    after = after_impact(1.0, velocity, 1.0, 0j, normal)
+    known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
+    source = "The first impact by the quadratic of the straight path; thereafter the energy stays, and nothing overlaps"
+    return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
+
+
+def issues_walled() -> list[Complaint]:
+    """Return the complaints about walls and tables."""
+    wall = frozenset({Tag.WALLS})
+    return [
+        Complaint(
+            "issues/bullet3-3094",
+            "A ball at 1 m/s meets a wall a metre away.",
+            _bullet_3094,
+            wall | {Tag.TWO_BODIES, Tag.IN_LINE},
+            about="Bullet",
+            engine="pybullet",
+            thread="https://github.com/bulletphysics/bullet3/issues/3094",
+            reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
+            "contacts, and settings that cure it.",
+            at_least=0.25,
+            made="Ball, wall, speed and step are those of the script in the thread.",
+        ),
+        Complaint(
+            "issues/bullet3-4341",
+            "A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms.",
+            _bullet_4341,
+            wall | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
+            about="Bullet",
+            engine="pybullet",
+            thread="https://github.com/bulletphysics/bullet3/issues/4341",
+            reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as "
+            "a box.",
+            at_least=0.25,
+            made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
+        ),
+        Complaint(
+            "issues/box2d-654",
+            "A disc meets a wall at half a metre a second, elastically.",
+            _box2d_654,
+            wall | {Tag.TWO_BODIES},
+            about="Box2D",
+            engine="box2d",
+            thread="https://github.com/erincatto/box2d/pull/654",
+            reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
+            "restitution; "
+            "this change lets users set it.",
+            at_least=0.25,
+            made="The thread has no scene; all sizes are ours.",
+        ),
+        Complaint(
+            "issues/rapier-919",
+            "A ball bounces off a wall of restitution .7.",
+            _rapier_919,
+            wall | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
+            about="Rapier",
+            thread="https://github.com/dimforge/rapier/issues/919",
+            reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
+            "time "
+            "skip the restitution.",
+            at_least=0.25,
+            made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
+        ),
+        Complaint(
+            "issues/rapier-615",
+            "An elastic ball in a box, without gravity.",
+            _rapier_615,
+            wall | {Tag.CHAIN},
+            about="Rapier",
+            thread="https://github.com/dimforge/rapier/issues/615",
+            reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
+            "default, "
+            "was the cause.",
+            symptom=Symptom.LOSES_ENERGY,
+            made="The thread has no sizes; all are ours.",
+        ),
+        Complaint(
+            "issues/pooltool-217",
+            "A ball goes straight into a corner: two walls at one instant.",
+            _pooltool_217,
+            wall | {Tag.CHAIN},
+            about="pooltool",
+            thread="https://github.com/ekiefl/pooltool/issues/217",
+            reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
+            symptom=Symptom.ESCAPES,
+            made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
+        ),
+        Complaint(
+            "issues/pooltool-217-touching",
+            "A ball that touches a cushion is shot towards it.",
+            _pooltool_217_touching,
+            wall,
+            about="pooltool",
+            thread="https://github.com/ekiefl/pooltool/issues/217",
+            reported="A ball placed against a cushion and shot towards it goes through, too.",
+            symptom=Symptom.ESCAPES,
+            made="The case is the thread's; the radius is a power of two, so that ball and cushion touch exactly.",
+        ),
+        Complaint(
+            "issues/nimble-143",
+            "A ball bounces off a wall and meets the one that follows it.",
+            _nimble_143,
+            wall | {Tag.IN_LINE, Tag.CHAIN},
+            about="Nimble Physics",
+            thread="https://github.com/keenon/nimblephysics/issues/143",
+            reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
+            made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
+            "could not be read, are ours.",
+        ),
+        Complaint(
+            "issues/pooltool-154",
+            "A cue ball breaks a loosely racked triangle of fifteen.",
+            _pooltool_154,
+            frozenset({Tag.CHAIN, Tag.CONSERVED}),
+            about="pooltool",
+            thread="https://github.com/ekiefl/pooltool/issues/154",
+            reported="In a break the cue ball goes through another ball: the collision is missed.",
+            symptom=Symptom.MISSES,
+            made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
+            "and "
+            "there is neither friction nor a cushion.",
+        ),
+    ]

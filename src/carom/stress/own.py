@@ -1,0 +1,325 @@
+"""What Carom's own event-driven PIC must stand: conservation, no overlap, time that only advances, an end to collapse.
+
+These are measured within the run, impact by impact, which no adapter shows; so they are of the event-driven form alone.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.scene import Disc, Scene, Wall, save_scene
+from carom.solvers.event_driven import EventDrivenRun
+from carom.stress.methods import Method
+from carom.stress.results import Ending, Spot
+from carom.trace import Outcome, kinetic_energy
+
+__all__ = ["OWN_METHOD", "Check", "checks", "mixed_gas", "own_spot"]
+
+#: Engine and profile that these are measured of.
+OWN_METHOD = ("pic", "tuned")
+
+#: Impacts kept at a time.
+_CHUNK = 100_000
+
+_FULL, _QUICK = 1_000_000, 100_000
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that must stand.
+
+    Attributes:
+        name: Short name.
+        states: What must hold.
+        measure: What is measured, and why the limit is what it is.
+        limit: The largest value that holds.
+        scene: Makes the scene.
+        value: Runs the scene for so many impacts and returns the value.
+    """
+
+    name: str
+    states: str
+    measure: str
+    limit: float
+    scene: Callable[[], Scene]
+    value: Callable[[Scene, int], float]
+
+
+def mixed_gas() -> Scene:
+    """Return thirty discs of unequal radius and mass in a box: half of it covered, masses 1 to 70.
+
+    The checks run it for as many impacts as they want; its own duration is for those who want to see it.
+    """
+    columns, rows, pitch = 6, 5, 0.5
+    turn = math.pi * (3.0 - math.sqrt(5.0))
+    discs = []
+    for k in range(columns * rows):
+        row, column = divmod(k, columns)
+        direction = cmath.rect(1.0, turn * k)
+        radius = 0.12 + 0.1 * ((7 * k) % 11) / 11
+        place = complex(column + 0.5, row + 0.5) * pitch + 0.02 * direction
+        discs.append(
+            Disc(
+                position_m=(place.real, place.imag),
+                velocity_m_s=(direction.real, direction.imag),
+                radius_m=radius,
+                mass_kg=10.0 ** (2 * ((5 * k) % 13) / 13),
+            )
+        )
+    width, height = columns * pitch, rows * pitch
+    return Scene(
+        name="stress/own-gas",
+        description="Thirty discs of unequal radius and mass in a box.",
+        discs=discs,
+        walls=[
+            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+            Wall(point_m=(width, 0.0), normal=(-1.0, 0.0)),
+            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+            Wall(point_m=(0.0, height), normal=(0.0, -1.0)),
+        ],
+        duration_s=10.0,
+    )
+
+
+def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:
+    """Run for so many impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
+    run = EventDrivenRun(scene)
+    for until in range(_CHUNK, impacts + _CHUNK, _CHUNK):
+        outcome = run.advance_to(math.inf, min(until, impacts))
+        yield run, run.log.array()
+        if outcome is not Outcome.MAX_IMPACTS:
+            return
+        run = EventDrivenRun(scene, resume=run.state())
+
+
+def _energy(scene: Scene, impacts: int) -> float:
+    start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
+    run = EventDrivenRun(scene, record="none")
+    run.advance_to(math.inf, impacts)
+    return abs(kinetic_energy(scene, run.velocities()) / start - 1.0)
+
+
+def _momentum(scene: Scene, impacts: int) -> float:
+    """What the momentum at the end has that neither the start had nor the walls gave, over mass times speed in all."""
+    mass = np.array([disc.mass_kg for disc in scene.discs])
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    pushes: list[NDArray[np.float64]] = []
+    velocity = start
+    for run, found in _chunks(scene, impacts):
+        walls = found[found["second"] < 0]
+        push = (walls["velocity_first_after"] - walls["velocity_first_before"]) * mass[walls["first"]][:, None]
+        pushes.append(np.array([math.fsum(push[:, 0]), math.fsum(push[:, 1])]))
+        velocity = run.velocities()
+    left = mass @ velocity - mass @ start - np.sum(pushes, axis=0)
+    return float(np.hypot(*left) / np.sum(mass * np.hypot(*start.T)))
+
+
+def _backwards(scene: Scene, impacts: int) -> float:
+    """Seconds by which an impact came before the one ahead of it, at worst."""
+    last, worst = 0.0, 0.0
+    for _, found in _chunks(scene, impacts):
+        if len(found):
+            steps = np.diff(found["time_s"], prepend=last)
+            worst, last = max(worst, float(-steps.min())), float(found["time_s"][-1])
+    return worst
+
+
+def _overlap(scene: Scene, impacts: int) -> float:
+    """Return the deepest overlap of two bodies over what rounding explains, looked for a thousand times on the way.
+
+    The run stops at an instant that is a float, within half a unit in its last place of the impact; there each body is
+    off by its speed times that, and by the roundings of its coordinates: of the product, of the sum, and of the instant
+    at which its path began.
+    """
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    run, worst = EventDrivenRun(scene, record="none"), 0.0
+    extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
+    for until in np.linspace(0, impacts, 1001)[1:]:
+        run.advance_to(math.inf, int(until))
+        place, speed = run.positions(), np.hypot(*run.velocities().T)
+        off = speed * math.ulp(run.time_s) + 4 * math.ulp(extent)
+        for i in range(len(radius) - 1):
+            distance = np.hypot(*(place[i + 1 :] - place[i]).T)
+            worst = max(worst, float(np.max((radius[i] + radius[i + 1 :] - distance) / (off[i] + off[i + 1 :]))))
+        for wall in scene.walls:
+            worst = max(worst, float(np.max((radius - (place - wall.point_m) @ np.array(wall.normal)) / off)))
+    return worst
+
+
+def galperin(k: int) -> Scene:
+    """Return Galperin's billiard with masses 1 and 100^k."""
+    return Scene(
+        name=f"stress/own-galperin-{k}",
+        description=f"A disc of 100^{k} kg drives one of 1 kg against a wall: floor(10^{k} pi) impacts.",
+        discs=[
+            Disc(position_m=(3.0, 0.0), radius_m=0.5),
+            Disc(position_m=(6.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5, mass_kg=100.0**k),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        duration_s=25.0,  # the slowest, k = 2, has its last impact at 19.3 s
+    )
+
+
+def galperin_error(scene: Scene, _impacts: int) -> float:
+    """Return the largest error of any impact's instant and velocities, over the bound that its roundings set.
+
+    Unfolded, the pair of discs is a point on a straight line that crosses rays at multiples of theta (Galperin 2003):
+    the n-th impact is at ``(X - x cot(n theta) / sqrt(M)) / V``. Each impact turns the path by some tens of roundings,
+    2^-53 each, so n of them by 64 n 2^-53 at most; a turned path meets its ray late by the derivative of the cotangent.
+    Infinite where the number of impacts is wrong.
+    """
+    root = math.sqrt(scene.discs[1].mass_kg)
+    theta = math.atan2(1.0, root)
+    count = math.ceil(math.pi / theta) - 1
+    # Gaps to the wall, radii and the diameter between taken out.
+    light, heavy = 3.0 - 0.5, 6.0 - 0.5 - 1.0
+    done, worst = 0, 0.0
+    for _, found in _chunks(scene, count + 10):
+        n = np.arange(done + 1, done + len(found) + 1)
+        ray = n * theta
+        across = light / root
+        time = heavy - across / np.tan(ray)
+        turned = np.where(n % 2 == 0, math.pi - ray, ray + theta - math.pi)
+        roundings = 64 * n * 2.0**-53
+        late = np.abs(found["time_s"] - time) / (roundings * (time + across / np.sin(ray) ** 2))
+        speed = np.abs(found["velocity_first_after"][:, 0] - root * np.sin(turned)) / (roundings * root)
+        worst = max(worst, float(late.max()), float(speed.max()))
+        with_wall = found["second"] < 0
+        if not np.array_equal(with_wall, n % 2 == 0):
+            return math.inf
+        done += len(found)
+    return worst if done == count else math.inf
+
+
+def collapsing() -> Scene:
+    """Return a scene of inelastic collapse: three discs between two walls that lose nearly all at each impact."""
+    return Scene(
+        name="stress/own-collapse",
+        description="Three discs between two walls, restitution 1/50.",
+        discs=[
+            Disc(position_m=(0.5, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+            Disc(position_m=(2.5, 0.0), radius_m=0.5),
+            Disc(position_m=(4.5, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(5.0, 0.0), normal=(-1.0, 0.0))],
+        restitution=0.02,
+        duration_s=20.0,
+    )
+
+
+def touching() -> Scene:
+    """Return a start in which every disc touches its neighbours: a triangle of ten, struck at its tip."""
+    radius, apex = 0.25, math.sqrt(3) / 2
+    discs = [Disc(position_m=(0.0, -0.5), velocity_m_s=(0.0, 1.0), radius_m=radius)]
+    for row in range(4):
+        discs += [
+            Disc(position_m=(2 * radius * (k - row / 2), 2 * radius * apex * row), radius_m=radius)
+            for k in range(row + 1)
+        ]
+    return Scene(
+        name="stress/own-touching",
+        description="Ten touching discs, struck by one that touches.",
+        discs=discs,
+        duration_s=1.0,
+    )
+
+
+def _unended(scene: Scene, impacts: int) -> float:
+    """Return 0 where the run ends by itself within so many impacts, its ending named; 1 where it does not."""
+    run = EventDrivenRun(scene, record="none")
+    outcome = run.advance_to(scene.duration_s, impacts)
+    return 0.0 if outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} else 1.0
+
+
+def checks(quick: bool) -> list[Check]:
+    """Return all checks; Galperin's at k = 7 in the full form."""
+    impacts = _QUICK if quick else _FULL
+    k = 4 if quick else 7
+    twelve = "the limit is 1e-12: a million impacts of 2^-53 each add up as their square root to 1e-13"
+    return [
+        Check(
+            "own-energy",
+            f"Energy stays over {impacts:,} impacts.",
+            f"relative drift; {twelve}",
+            1e-12,
+            mixed_gas,
+            _energy,
+        ),
+        Check(
+            "own-momentum",
+            f"Momentum stays over {impacts:,} impacts, what the walls give taken out.",
+            f"drift over mass times speed in all; {twelve}",
+            1e-12,
+            mixed_gas,
+            _momentum,
+        ),
+        Check(
+            "own-overlap",
+            f"No two bodies overlap beyond rounding over {impacts:,} impacts.",
+            "deepest overlap over what rounding of the instant and of places explains; above 1 it does not",
+            1.0,
+            mixed_gas,
+            _overlap,
+        ),
+        Check(
+            "own-time",
+            f"No impact comes before the one ahead of it, over {impacts:,}.",
+            "seconds backwards; none are allowed",
+            0.0,
+            mixed_gas,
+            _backwards,
+        ),
+        Check(
+            "own-galperin",
+            f"Every one of floor(10^{k} pi) impacts of Galperin's billiard comes at its instant with its velocity.",
+            "largest error over the bound that roundings set; above 1 it is not explained by them",
+            1.0,
+            lambda: galperin(k),
+            galperin_error,
+        ),
+        Check(
+            "own-collapse",
+            "Inelastic collapse comes to an end that has a name.",
+            "1 where the run was still going after as many impacts as are allowed",
+            0.0,
+            collapsing,
+            _unended,
+        ),
+        Check(
+            "own-touching",
+            "A start in which all discs touch comes to an end that has a name.",
+            "1 where the run was still going after as many impacts as are allowed",
+            0.0,
+            touching,
+            _unended,
+        ),
+    ]
+
+
+def own_spot(check: Check, method: Method, scenes: Path, *, quick: bool) -> Spot:
+    """Return the cell of a check and a method: measured of Carom's own event-driven form, a reason for any other."""
+    if (method.engine, method.profile) != OWN_METHOD:
+        reason = "not looked at: what an adapter shows does not tell it; it is of Carom's event-driven form"
+        return Spot("own", check.name, method.name, Ending.NOT_RUN, reason=reason)
+    scene = check.scene()
+    value = check.value(scene, _QUICK if quick else _FULL)
+    scenes.mkdir(parents=True, exist_ok=True)
+    save_scene(scene, scenes / f"{check.name}.toml")
+    holds = value <= check.limit
+    return Spot(
+        "own",
+        check.name,
+        method.name,
+        Ending.HOLDS if holds else Ending.FAILS,
+        value=value if math.isfinite(value) else None,
+        reason="" if holds else f"{value:.3g}, above {check.limit:g}",
+        scenes=(f"{scenes.name}/{check.name}.toml",),
+        runs=1,
+    )

@@ -1,0 +1,288 @@
+"""Relations that need no truth: what turns, boosts, mirrors, scales or reverses a scene does so to its answer.
+
+An engine that fails one is wrong in one of the two scenes, whichever it may be. Absolute lengths, speeds and times
+inside an engine (slops, thresholds, margins) show here as failures under a change of units.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.errors import InputError
+from carom.runner.results import Cell, Status
+from carom.scene import Disc, Scene, save_scene
+from carom.stress.breaking import NotRunError, Observe
+from carom.stress.methods import Method
+from carom.stress.results import Ending, Spot
+from carom.trace import Outcome, Trace
+
+__all__ = ["HOLDS", "Relation", "base_scene", "deviation_of", "relation_spot", "relations"]
+
+#: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
+#: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
+HOLDS = 1e-9
+
+Run = Callable[[Scene], Trace]
+State = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+@dataclass(frozen=True)
+class Relation:
+    """One relation.
+
+    Attributes:
+        name: Short name, the one given on the command line.
+        states: What must hold, in one sentence.
+        change: Makes the changed scene.
+        undo: Takes the final positions and velocities of the changed scene back to where those of the base scene are.
+    """
+
+    name: str
+    states: str
+    change: Callable[[Scene], Scene]
+    undo: Callable[[State], State]
+
+
+def base_scene() -> Scene:
+    """Return the scene that is changed: four unequal discs and three oblique impacts, no two close in time.
+
+    Between the second impact, at .59 s, and the third, at 1.39 s, even a contact that lasts a tenth of a second is
+    over at 1 s, where the run is split.
+    """
+    return Scene(
+        name="stress/relations",
+        description="Four unequal discs, three oblique impacts.",
+        discs=[
+            Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
+            Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
+            Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
+            Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
+        ],
+        duration_s=1.75,
+        frame_rate_hz=240.0,
+    )
+
+
+SPLIT_S = 1.0
+
+
+def _with(scene: Scene, discs: list[Disc], **fields: float) -> Scene:
+    return Scene(**{**dict(scene), "discs": discs, **fields})
+
+
+def _mapped(scene: Scene, turn: complex, *, mirror: bool = False) -> Scene:
+    def image(v: tuple[float, float]) -> tuple[float, float]:
+        z = complex(*v).conjugate() if mirror else complex(*v)
+        z *= turn
+        return (z.real, z.imag)
+
+    return _with(
+        scene,
+        [
+            disc.model_copy(update={"position_m": image(disc.position_m), "velocity_m_s": image(disc.velocity_m_s)})
+            for disc in scene.discs
+        ],
+    )
+
+
+def _turned_back(rows: NDArray[np.float64], turn: complex) -> NDArray[np.float64]:
+    z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
+    return np.stack([z.real, z.imag], axis=1)
+
+
+def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
+    speed = length / time
+
+    def change(scene: Scene) -> Scene:
+        discs = [
+            Disc(
+                position_m=(disc.position_m[0] * length, disc.position_m[1] * length),
+                velocity_m_s=(disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
+                radius_m=disc.radius_m * length,
+                mass_kg=disc.mass_kg * mass,
+            )
+            for disc in scene.discs
+        ]
+        return _with(scene, discs, duration_s=scene.duration_s * time, frame_rate_hz=scene.frame_rate_hz / time)
+
+    return Relation(name, states, change, lambda state: (state[0] / length, state[1] / speed))
+
+
+def relations() -> list[Relation]:
+    """Return the relations of a scene and a changed one; reversal and splitting, of runs, are `relation_spot`'s own."""
+    base = base_scene()
+    turn = cmath.rect(1.0, 0.7)
+    boost = (11.0, -7.0)
+
+    def boosted(scene: Scene) -> Scene:
+        return _with(
+            scene,
+            [
+                disc.model_copy(
+                    update={"velocity_m_s": (disc.velocity_m_s[0] + boost[0], disc.velocity_m_s[1] + boost[1])}
+                )
+                for disc in scene.discs
+            ],
+        )
+
+    def carried_back(state: State) -> State:
+        shift = np.array(boost)
+        return state[0] - shift * base.duration_s, state[1] - shift
+
+    def with_one_far(scene: Scene) -> Scene:
+        return _with(scene, [*scene.discs, Disc(position_m=(1000.0, 1000.0), radius_m=0.25)])
+
+    return [
+        Relation("boost", "A common velocity of (11, -7) m/s changes nothing else.", boosted, carried_back),
+        Relation(
+            "rotation",
+            "Turning the scene by 0.7 rad turns its answer.",
+            lambda scene: _mapped(scene, turn),
+            lambda state: (_turned_back(state[0], turn), _turned_back(state[1], turn)),
+        ),
+        Relation(
+            "mirror",
+            "The mirror image of the scene has the mirror image of its answer.",
+            lambda scene: _mapped(scene, 1.0 + 0.0j, mirror=True),
+            lambda state: (state[0] * [1.0, -1.0], state[1] * [1.0, -1.0]),
+        ),
+        Relation(
+            "relabelling",
+            "Listing the discs the other way round changes nothing.",
+            lambda scene: _with(scene, list(scene.discs[::-1])),
+            lambda state: (state[0][::-1], state[1][::-1]),
+        ),
+        _units(
+            "units-of-two",
+            "Units of 2^10 m, 2^6 s and 2^-10 kg change every number by a power of two and no digit.",
+            length=2.0**-10,
+            time=2.0**-6,
+            mass=2.0**10,
+        ),
+        _units("kilometres", "Measured in kilometres, nothing but the unit changes.", length=1e-3),
+        _units("millimetres", "Measured in millimetres, nothing but the unit changes.", length=1e3),
+        _units("slow-motion", "A thousandfold slower, frames and all, nothing but the unit of time changes.", time=1e3),
+        _units("light", "Masses a millionfold smaller change nothing.", mass=1e-6),
+        Relation(
+            "far-disc",
+            "A disc a kilometre away, at rest, changes nothing.",
+            with_one_far,
+            lambda state: (state[0][: len(base.discs)], state[1][: len(base.discs)]),
+        ),
+    ]
+
+
+#: Relations of two runs, by name, with what each states.
+RUNS = {
+    "reversal": "With all velocities reversed at the end, the start comes back.",
+    "split": "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
+}
+
+
+def relation_spot(name: str, method: Method, observe: Observe, scenes: Path) -> Spot:
+    """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
+    base = base_scene()
+    used: list[Scene] = []
+
+    def run(scene: Scene) -> Trace:
+        used.append(scene)
+        row = observe(Cell(scene, method.engine, method.profile, 1.0 / scene.frame_rate_hz))
+        if row.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+            raise NotRunError(f"{row.status.value}: {row.reason}")
+        if row.trace is None:
+            raise _StoppedError(f"{row.status.value}: {row.reason}")
+        if row.trace.outcome is not Outcome.COMPLETED:
+            raise _StoppedError(f"{row.trace.outcome.value}; {'; '.join(row.trace.notes)}".rstrip("; "))
+        return row.trace
+
+    try:
+        deviation = deviation_of(name, base, run)
+    except NotRunError as error:
+        return Spot("relation", name, method.name, Ending.NOT_RUN, reason=str(error))
+    except _StoppedError as error:
+        files = _save(name, method, used, scenes)
+        return Spot("relation", name, method.name, Ending.FAILS, reason=str(error), scenes=files, runs=len(used))
+    except InputError as error:
+        reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
+        files = _save(name, method, used, scenes)
+        return Spot("relation", name, method.name, Ending.FAILS, reason=reason, scenes=files, runs=len(used))
+    holds = deviation <= HOLDS
+    return Spot(
+        "relation",
+        name,
+        method.name,
+        Ending.HOLDS if holds else Ending.FAILS,
+        value=deviation,
+        reason="" if holds else f"off by {deviation:.2g} of the scene's length or speed",
+        scenes=_save(name, method, used, scenes),
+        runs=len(used),
+    )
+
+
+class _StoppedError(Exception):
+    """A run of a relation gave no answer."""
+
+
+def deviation_of(name: str, base: Scene, run: Run) -> float:
+    """Return how far a method is off a relation, over the scene's length or speed, whichever is worse.
+
+    Raises:
+        SceneError: The state that a run left is none that a scene can start from.
+    """
+    first = run(base)
+    if name == "reversal":
+        back = run(_from_state(base, first.final_position_m, -first.final_velocity_m_s, base.duration_s))
+        start = np.array([disc.position_m for disc in base.discs]), np.array([d.velocity_m_s for d in base.discs])
+        return _apart(base, (back.final_position_m, -back.final_velocity_m_s), start)
+    if name == "split":
+        half = run(_with(base, list(base.discs), duration_s=SPLIT_S))
+        rest = run(_from_state(base, half.final_position_m, half.final_velocity_m_s, base.duration_s - SPLIT_S))
+        found = rest.final_position_m, rest.final_velocity_m_s
+    else:
+        relation = next(relation for relation in relations() if relation.name == name)
+        changed = run(relation.change(base))
+        found = relation.undo((changed.final_position_m, changed.final_velocity_m_s))
+    return _apart(base, found, (first.final_position_m, first.final_velocity_m_s))
+
+
+def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64], duration_s: float) -> Scene:
+    discs = [
+        Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=disc.radius_m, mass_kg=disc.mass_kg)
+        for disc, p, v in zip(base.discs, position.tolist(), velocity.tolist(), strict=True)
+    ]
+    return _with(base, discs, duration_s=duration_s)
+
+
+def _apart(base: Scene, found: State, expected: State) -> float:
+    length = max(disc.radius_m for disc in base.discs)
+    speed = max(math.hypot(*disc.velocity_m_s) for disc in base.discs)
+    deviation = max(
+        float(np.max(np.hypot(*(found[0] - expected[0]).T))) / length,
+        float(np.max(np.hypot(*(found[1] - expected[1]).T))) / speed,
+    )
+    return math.inf if math.isnan(deviation) else deviation
+
+
+def _stated(name: str) -> str:
+    return RUNS.get(name) or next(relation.states for relation in relations() if relation.name == name)
+
+
+def _save(name: str, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
+    """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
+    scenes.mkdir(parents=True, exist_ok=True)
+    files = []
+    for k, scene in enumerate(used):
+        own = name in RUNS and k > 0
+        stem = f"{name}-{method.engine}-{method.profile}-{k}" if own else name if k else "relations-base"
+        shows = f"{scene.description} {_stated(name)}" if k else scene.description
+        named = scene.model_copy(update={"name": f"stress/{stem}", "description": shows})
+        save_scene(named, scenes / f"{stem}.toml")
+        files.append(f"{scenes.name}/{stem}.toml")
+    return tuple(files)

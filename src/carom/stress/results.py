@@ -1,0 +1,114 @@
+"""What a stress campaign yields: for each attack and method where it gives way, for each relation how far it is off."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from carom.runner.environment import Environment
+from carom.stress.methods import Method
+
+__all__ = ["Ending", "Line", "Spot", "StressResults"]
+
+
+class Ending(StrEnum):
+    """How a cell ended; the value is the phrase shown."""
+
+    GIVES_WAY = "gives way"
+    STANDS = "stands to the end"
+    NEVER_STOOD = "gives way at the harmless end"
+    HOLDS = "holds"
+    FAILS = "fails"
+    STILL_DOES = "still does it"
+    DOES_NOT = "does not do it"
+    NOT_RUN = "not run"
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One cell of the table: one attack, relation or complaint, and one method.
+
+    Attributes:
+        kind: "attack", "relation", "own" or "complaint".
+        line: Name of the attack, relation or complaint.
+        method: Name of the method.
+        ending: How it ended.
+        value: The size at which it gives way, or the largest that was tried where it stands; for a relation or a
+            complaint the deviation. None where there is no number.
+        stands_at: The largest size at which it was seen to stand, None where there is none.
+        error: The error at `stands_at`, in the measure of the attack; None where there is none.
+        reason: Why it gave way, or why there is no number.
+        scenes: The files, in the folder of the results, whose scenes show the number.
+        runs: How many runs the number took.
+    """
+
+    kind: str
+    line: str
+    method: str
+    ending: Ending
+    value: float | None = None
+    stands_at: float | None = None
+    error: float | None = None
+    reason: str = ""
+    scenes: tuple[str, ...] = ()
+    runs: int = 0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the cell as plain values."""
+        return {**asdict(self), "ending": self.ending.name.lower(), "scenes": list(self.scenes)}
+
+    @classmethod
+    def from_json(cls, fields: Mapping[str, Any]) -> Spot:
+        """Return the cell that `as_json` made; raise KeyError or TypeError where it is none."""
+        plain = dict(fields)
+        return cls(**{**plain, "ending": Ending[plain["ending"].upper()], "scenes": tuple(plain["scenes"])})
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table.
+
+    Attributes:
+        kind: "attack", "relation", "own" or "complaint".
+        name: Its name.
+        axis: What varies, or what must hold, or what was reported.
+        truth: Where the right answer comes from.
+        gives_way: What counts as giving way, and why.
+        ladder: Ends of the axis; empty where there is none.
+        link: Address of the thread of a complaint.
+        about: Engine that a complaint is about.
+    """
+
+    kind: str
+    name: str
+    axis: str
+    truth: str
+    gives_way: str
+    ladder: tuple[float, ...] = ()
+    link: str = ""
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class StressResults:
+    """All cells of a campaign.
+
+    Attributes:
+        lines: Attacks, relations, complaints, in the order of the table.
+        methods: The columns.
+        spots: The cells, by name of line and method.
+        environment: Machine and versions.
+        command: The command that makes this again.
+        quick: Whether this is the quick form.
+        elapsed_s: Wall-clock seconds of this run; a run that was taken up again counts only its own.
+    """
+
+    lines: tuple[Line, ...]
+    methods: tuple[Method, ...]
+    spots: Mapping[tuple[str, str], Spot]
+    environment: Environment
+    command: str
+    quick: bool
+    elapsed_s: float

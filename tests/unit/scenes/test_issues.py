@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import re
+
+import pytest
+from tests.unit.scenes import test_catalogue as suite
+
+from carom import load_scene, save_scene, solve_pic
+from carom.errors import UnknownNameError
+from carom.scene import Need
+from carom.scenes import Complaint, all_scenes, catalogue, deviation, find_scenes
+
+COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Complaint)]
+each_complaint = pytest.mark.parametrize("entry", COMPLAINTS, ids=lambda entry: entry.name)
+
+
+def test_there_are_twenty_and_more_each_with_its_thread() -> None:
+    """At least twenty complaints, each with the address of its thread and with what was reported, ours and theirs."""
+    assert len(COMPLAINTS) >= 20
+    for entry in COMPLAINTS:
+        assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
+        number = entry.thread.rpartition("/")[2]
+        assert number in entry.name
+        assert entry.reported.endswith(".")
+        assert entry.made.endswith(".")
+        assert entry.about
+
+
+@each_complaint
+def test_tags_of_complaints_say_what_the_scene_is(entry: Complaint) -> None:
+    """Complaints bear tags by the same rules as the suite."""
+    suite.test_tags_say_what_the_scene_is(entry)
+
+
+@each_complaint
+def test_pic_reproduces_the_known_answer_of_a_complaint(entry: Complaint) -> None:
+    """PIC meets the known answer, or the scene has gravity and PIC says that it has not come to that yet."""
+    scene = entry.scene
+    if Need.GRAVITY in scene.needs:
+        with pytest.raises(ValueError, match="gravity_m_s2"):
+            solve_pic(scene)
+        pytest.skip("gravity is not there yet")
+    assert deviation(solve_pic(scene), entry.known, scene) <= 1e-12
+
+
+@each_complaint
+def test_a_complaint_survives_its_file(entry: Complaint, tmp_path: pytest.TempPathFactory) -> None:
+    """Saved and loaded again, a complaint's scene is the same to the bit."""
+    path = f"{tmp_path}/scene.toml"
+    save_scene(entry.scene, path)
+    assert load_scene(path) == entry.scene
+
+
+def test_complaints_run_only_when_they_are_named() -> None:
+    """The suite is without them; a name or a pattern that begins with their group finds them, and nothing else does."""
+    assert not any(name.startswith("issues/") for name in catalogue())
+    assert len(find_scenes(["issues"])) == len(COMPLAINTS) == len(find_scenes(["issues/*"]))
+    assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]
+    assert not any(entry.name.startswith("issues/") for entry in find_scenes(["*", "tag:walls"]))
+    with pytest.raises(UnknownNameError, match="issues/jolt-1403"):
+        find_scenes(["issues/jolt-1404"])

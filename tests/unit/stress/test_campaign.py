@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from carom import load_scene, run
+from carom.errors import UnknownNameError
+from carom.report.stress_documents import stress_summary, stress_tables, write_stress
+from carom.stress import campaign
+from carom.stress.campaign import JOURNAL, listing, stress
+from carom.stress.results import Ending, StressResults
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("stress")
+
+
+@pytest.fixture(scope="module")
+def results(folder: Path) -> StressResults:
+    """A small campaign, through worker processes: one line of each kind, on our own two methods."""
+    names = ["tunnelling", "reversal", "own-collapse", "mujoco-441", "rapier-97"]
+    return stress(names, ["pic", "pit"], out=folder, quick=True, jobs=2, command="carom stress")
+
+
+def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
+    """No cell is empty: it has a number and the file that shows it, or a reason for having none."""
+    assert len(results.spots) == len(results.lines) * len(results.methods)
+    for spot in results.spots.values():
+        assert spot.value is not None or spot.reason
+        assert spot.value is None or spot.scenes
+
+
+def test_the_methods_are_told_apart(results: StressResults) -> None:
+    """PIC stands any speed, PIT gives way between one and a few radii a step, and gravity is a reason."""
+    cells = results.spots
+    assert cells["tunnelling", "pic/tuned"].ending is Ending.STANDS
+    fell = cells["tunnelling", "pit/tuned"]
+    assert fell.ending is Ending.GIVES_WAY
+    assert fell.value is not None
+    # Head-on, the approaching half of the chord is two radii: no frame need lie there beyond that.
+    assert 1.0 < fell.value <= 10.0
+    assert cells["reversal", "pic/tuned"].ending is Ending.HOLDS
+    assert cells["own-collapse", "pic/tuned"].ending is Ending.HOLDS
+    assert cells["own-collapse", "pit/tuned"].ending is Ending.NOT_RUN
+    assert cells["mujoco-441", "pic/tuned"].ending is Ending.DOES_NOT
+    assert cells["mujoco-441", "pit/tuned"].ending is Ending.STILL_DOES
+    assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
+
+
+def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
+    """Running the file beside PIT's number shows the miss that the cell tells of."""
+    scene = load_scene(folder / results.spots["tunnelling", "pit/tuned"].scenes[0])
+    assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
+
+
+def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Path, monkeypatch: object) -> None:
+    """Taken up again, a campaign that is finished yields the same cells and runs nothing."""
+    assert isinstance(monkeypatch, pytest.MonkeyPatch)
+    monkeypatch.setattr(campaign, "_spot", lambda *_: pytest.fail("a finished cell was run again"))
+    names = [line.name for line in results.lines]
+    again = stress(names, ["pic", "pit"], out=folder, quick=True, resume=True, command="carom stress")
+    assert again.spots == results.spots
+
+
+def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
+    """Ctrl-C after the first cell leaves that cell in the journal, and the campaign can be taken up."""
+
+    def interrupt(done: int, total: int, what: str) -> None:
+        raise KeyboardInterrupt(f"{done} of {total}: {what}")
+
+    with pytest.raises(KeyboardInterrupt):
+        stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, jobs=1, progress=interrupt)
+    assert len((tmp_path / JOURNAL).read_text().splitlines()) == 2
+    done: list[int] = []
+    stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, resume=True, progress=lambda d, _t, _w: done.append(d))
+    assert done == [2, 3]
+
+
+def test_an_unknown_name_is_refused(tmp_path: Path) -> None:
+    """An unknown attack or engine is refused before anything runs, with what there is."""
+    with pytest.raises(UnknownNameError, match="grazing"):
+        stress(["grasing"], out=tmp_path)
+    with pytest.raises(UnknownNameError, match="pybullet"):
+        stress(["grazing"], ["bullet"], out=tmp_path)
+    assert not (tmp_path / JOURNAL).exists()
+
+
+def test_no_two_lines_share_a_name() -> None:
+    """Every attack, relation, check and complaint has a name of its own, since the command line takes them by name."""
+    names = [line.name for line in listing()]
+    assert len(set(names)) == len(names)
+
+
+def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -> None:
+    """HTML, Markdown and JSON are written whole; the JSON is strict and has every cell."""
+    paths = write_stress(results, tmp_path)
+    content = json.loads(paths.json.read_text(), parse_constant=pytest.fail)
+    assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
+    assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])
+    markdown, html = paths.markdown.read_text(), paths.html.read_text()
+    for line in results.lines:
+        assert line.name in markdown
+        assert f'id="{line.kind}-{line.name}"' in html
+    assert "scenes/tunnelling-pit-tuned.toml" in html
+    assert "tunnelling-pit-tuned.toml" in markdown
+
+
+def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
+    """A table for each kind of line that there is, and what was found in plain sentences."""
+    titles = [str(table.title) for table in stress_tables(results)]
+    assert [title for title in titles if title != "Why"] == [
+        "Where each method gives way",
+        "Relations that need no truth",
+        "What PIC must stand",
+        "Scenes from real complaints",
+    ]
+    assert "Of 1 attack, stood as far as the axis goes" in stress_summary(results)

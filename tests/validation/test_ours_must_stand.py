@@ -1,0 +1,77 @@
+"""What PIC must stand, whatever it is given: conservation, no overlap, time that only advances, a named end."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from carom import Disc, Outcome, Scene, run, solve_pic, solve_pic_framewise
+from carom.physics.pair_time import pair_time
+from carom.stress.own import Check, checks, collapsing, galperin, galperin_error, mixed_gas
+
+pytest.importorskip("numba")
+
+IMPACTS = 100_000
+
+
+#: Tried at their full size, or for every k, below.
+ELSEWHERE = {"own-energy", "own-momentum", "own-galperin"}
+
+
+@pytest.mark.parametrize(
+    "check", [check for check in checks(quick=True) if check.name not in ELSEWHERE], ids=lambda check: check.name
+)
+def test_pic_stands(check: Check) -> None:
+    """Each check of `carom stress own` holds at its quick size; each states what and why within what limit."""
+    assert check.value(check.scene(), IMPACTS) <= check.limit
+
+
+def test_energy_and_momentum_over_a_million_impacts() -> None:
+    """Over a million impacts in a crowded box both stay to 1e-12: half the box is covered, masses are 1 to 70."""
+    drift = {check.name: check for check in checks(quick=False) if check.name in {"own-energy", "own-momentum"}}
+    for check in drift.values():
+        assert check.value(mixed_gas(), 1_000_000) <= 1e-12
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_every_impact_of_galperins_billiard(k: int) -> None:
+    """Up to 314159 impacts, each comes at its own instant with its own velocity, within what roundings explain."""
+    assert galperin_error(galperin(k), 0) <= 1.0
+
+
+def symmetric_collapse(e: float) -> Scene:
+    """Stage two discs that close on a third at rest from both sides at one instant."""
+    discs = [
+        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.25)
+        for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.75, -1.0))
+    ]
+    return Scene(name="collapse", discs=discs, restitution=e, duration_s=2.0)
+
+
+@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
+@pytest.mark.parametrize("e", [0.0, 0.01, 0.0625, 0.07])
+def test_a_collapse_whose_velocities_vanish_comes_to_an_end(e: float, solve: object) -> None:
+    """With the centre of mass at rest the velocities fall below the least float; the run ends, all at rest.
+
+    On the way two discs a contact distance apart close so slowly that they would need longer than the largest float.
+    """
+    assert callable(solve)
+    trace = solve(symmetric_collapse(e))
+    assert trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
+    assert abs(trace.final_velocity_m_s).max() <= 1e-12
+
+
+def test_a_wait_beyond_the_largest_float_is_for_ever() -> None:
+    """Discs that approach by the least float a second meet after 2e323 s, which no float is: never."""
+    assert pair_time(0.0, 0.0, 5e-324, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == math.inf
+    assert pair_time(0.0, 0.0, 1e-300, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == pytest.approx(5e299, rel=1e-15)
+
+
+def test_a_standstill_keeps_its_name_through_a_worker_process() -> None:
+    """An inelastic collapse that ends at a standstill says so to the harness too, with the state that it ended in."""
+    scene = collapsing()
+    direct = solve_pic(scene)
+    observed = run(scene, "pic", dt=1.0)
+    assert observed.outcome is direct.outcome
+    assert len(observed.impacts) == len(direct.impacts)

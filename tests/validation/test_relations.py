@@ -1,0 +1,125 @@
+"""Relations that need no truth, for PIC and PIT: what changes a scene in a known way changes its answer in that way.
+
+Boost, rotation, mirror, relabelling, powers of two and reversal are tried on the whole catalogue in
+``test_invariance.py``; here are the rest, and the very relations that `carom stress` measures of the engines.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from carom import Disc, Scene, solve_pic, solve_pit
+from carom.scenes import CatalogueScene, Tag, catalogue
+from carom.stress.relations import HOLDS, RUNS, base_scene, deviation_of, relations
+
+STABLE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.UNSTABLE}]
+each_stable = pytest.mark.parametrize("entry", STABLE, ids=lambda entry: entry.name)
+FEWER = settings(max_examples=settings().max_examples // 5)
+ROUNDING = 1e-12
+
+NAMES = [relation.name for relation in relations()] + list(RUNS)
+
+
+def growth(entry: CatalogueScene) -> float:
+    """Return by how much a scene makes an error grow: the gas by some thousands in its forty impacts, others hardly."""
+    return 1e4 if Tag.CONSERVED in entry.tags else 10.0
+
+
+def with_discs(scene: Scene, discs: list[Disc], **fields: object) -> Scene:
+    return Scene(**{**dict(scene), "discs": discs, **fields})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pic_holds_every_relation(name: str) -> None:
+    """PIC holds each relation to a few hundred roundings, and those that change no digit to the bit."""
+    deviation = deviation_of(name, base_scene(), solve_pic)
+    assert deviation <= 1e-13
+    if name in {"mirror", "relabelling", "units-of-two", "far-disc"}:
+        assert deviation == 0.0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_pit_holds_every_relation(name: str) -> None:
+    """Sampling changes what is found, but not by the unit, the frame of reference or the numbering."""
+    assert deviation_of(name, base_scene(), solve_pit) <= HOLDS
+
+
+@each_stable
+@FEWER
+@given(length=st.floats(1e-6, 1e6), time=st.floats(1e-6, 1e6), mass=st.floats(1e-6, 1e6))
+def test_any_unit_will_do(entry: CatalogueScene, length: float, time: float, mass: float) -> None:
+    """In units that are no powers of two every number is rounded anew, and nothing else changes."""
+    scene = entry.scene
+    speed = length / time
+    scaled = Scene(
+        name=scene.name,
+        discs=[
+            Disc(
+                position_m=(disc.position_m[0] * length, disc.position_m[1] * length),
+                velocity_m_s=(disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
+                radius_m=disc.radius_m * length,
+                mass_kg=disc.mass_kg * mass,
+            )
+            for disc in scene.discs
+        ],
+        walls=[
+            wall.model_copy(update={"point_m": (wall.point_m[0] * length, wall.point_m[1] * length)})
+            for wall in scene.walls
+        ],
+        restitution=scene.restitution,
+        wall_restitution=scene.wall_restitution,
+        duration_s=scene.duration_s * time,
+    )
+    plain, other = solve_pic(scene), solve_pic(scaled)
+    assert other.impacts[["first", "second"]].tolist() == plain.impacts[["first", "second"]].tolist()
+    greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m) + greatest * scene.duration_s
+    bound = growth(entry) * ROUNDING
+    assert np.max(np.abs(other.final_velocity_m_s / speed - plain.final_velocity_m_s)) <= bound * greatest
+    assert np.max(np.abs(other.final_position_m / length - plain.final_position_m)) <= bound * extent
+
+
+@each_stable
+@FEWER
+@given(part=st.floats(0.01, 0.99))
+def test_a_run_may_be_split_anywhere(entry: CatalogueScene, part: float) -> None:
+    """Stopped at any instant and begun again from the state there, a run ends where the whole run ends."""
+    scene = entry.scene
+    whole, half = solve_pic(scene), solve_pic(scene, until_s=part * scene.duration_s)
+    discs = [
+        disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)})
+        for disc, p, v in zip(
+            scene.discs, half.final_position_m.tolist(), half.final_velocity_m_s.tolist(), strict=True
+        )
+    ]
+    rest = solve_pic(with_discs(scene, discs, duration_s=scene.duration_s * (1 - part)))
+    assert len(half.impacts) + len(rest.impacts) == len(whole.impacts)
+    greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
+    extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m) + greatest * scene.duration_s
+    bound = growth(entry) * ROUNDING
+    assert np.max(np.abs(rest.final_velocity_m_s - whole.final_velocity_m_s)) <= bound * greatest
+    assert np.max(np.abs(rest.final_position_m - whole.final_position_m)) <= bound * extent
+
+
+@each_stable
+@FEWER
+@given(far=st.floats(1e3, 1e9), radius=st.floats(0.01, 10), turn=st.floats(0, math.tau))
+def test_a_disc_far_away_changes_no_bit(entry: CatalogueScene, far: float, radius: float, turn: float) -> None:
+    """A disc that nothing reaches takes no part: impacts and final state of the others stay the same to the bit.
+
+    Where there are walls it would have to lie behind them, so those scenes have nowhere for it.
+    """
+    scene = entry.scene
+    if scene.walls:
+        return
+    stranger = Disc(position_m=(far * math.cos(turn), far * math.sin(turn)), radius_m=radius)
+    plain, other = solve_pic(scene), solve_pic(with_discs(scene, [*scene.discs, stranger]))
+    assert other.impacts.tobytes() == plain.impacts.tobytes()
+    n = len(scene.discs)
+    assert np.array_equal(other.final_position_m[:n], plain.final_position_m)
+    assert np.array_equal(other.final_velocity_m_s[:n], plain.final_velocity_m_s)
