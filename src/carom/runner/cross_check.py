@@ -19,7 +19,16 @@ from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
-__all__ = ["DEFAULT_PROFILES", "DEFAULT_TIME_LIMIT_S", "cross_check", "default_dts", "run"]
+__all__ = [
+    "DEFAULT_PROFILES",
+    "DEFAULT_TIME_LIMIT_S",
+    "chosen_engines",
+    "cross_check",
+    "default_dts",
+    "distinct_profiles",
+    "reference_trace",
+    "run",
+]
 
 DEFAULT_TIME_LIMIT_S = 60.0
 DEFAULT_PROFILES = ("default", "tuned")
@@ -104,9 +113,9 @@ def cross_check(
         raise InputError("scenes and engine_names must be lists, also where there is one of them")
     _require_positive(time_limit_s=time_limit_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())})
     plain, answers = _sort_out(scenes)
-    infos = _chosen(engine_names)
+    infos = chosen_engines(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
-    solved = {scene.name: _reference(scene) for scene in plain}
+    solved = {scene.name: reference_trace(scene) for scene in plain}
     references = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
     unscorable = {name: reason for name, reason in solved.items() if isinstance(reason, str)}
     rows: dict[Key, Row] = {
@@ -183,7 +192,8 @@ def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], di
     return plain, answers
 
 
-def _chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
+    """Return what is known of the engines of these names, of all by default; an unknown name is refused."""
     known = {info.name: info for info in engines()}
     for name in names or ():
         if name not in known:
@@ -202,11 +212,11 @@ def _cells(
         steps = tuple(dts) if dts else default_dts(scene)
         for info in infos:
             for refinement, dt_s in enumerate(sorted(set(steps), reverse=True)):
-                for profile in _distinct(info, profiles, dt_s):
+                for profile in distinct_profiles(info, profiles, dt_s):
                     yield Cell(scene, info.name, profile, dt_s, refinement)
 
 
-def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
+def distinct_profiles(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
     """Return the profiles to run of an engine, without those that would only run the same settings again."""
     if not info.profiles:  # the adapter can't be loaded: one row says why
         return [profiles[-1]]
@@ -222,7 +232,7 @@ def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[st
     return sorted(by_settings.values(), key=list(profiles).index)
 
 
-def _reference(scene: Scene) -> Trace | str:
+def reference_trace(scene: Scene) -> Trace | str:
     """Return the PIC trace that everything is held against, or why there is none, for every row to say."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)

@@ -16,9 +16,8 @@ from typing import BinaryIO
 
 from carom.errors import CaromError
 from carom.registry import load_adapter
-from carom.runner.drive import Timing, observe_run, time_run
-from carom.runner.messages import Failure, Request
-from carom.trace import Trace
+from carom.runner.drive import observe_run, time_run
+from carom.runner.messages import Failure, Request, Task
 
 __all__ = ["main"]
 
@@ -26,8 +25,10 @@ __all__ = ["main"]
 PARENT_CHECK_S = 0.5
 
 
-def _answer(request: Request) -> Trace | Timing | Failure:
+def _answer(request: Request | Task) -> object:
     try:
+        if isinstance(request, Task):
+            return request.carry_out()
         adapter = load_adapter(request.engine)
         if request.timing_runs:
             return time_run(adapter, request.scene, request.profile, request.dt_s, runs=request.timing_runs)
@@ -56,12 +57,14 @@ def main() -> None:
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     while True:
         try:
-            request: Request = pickle.load(requests)  # noqa: S301 - written by our own parent process
+            message: Request | Task | list[Task] = pickle.load(requests)  # noqa: S301 - written by our own parent
         except EOFError:
             return
-        pickle.dump(_answer(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
-        answers.flush()
-        sys.stdout.flush()
+        for request in message if isinstance(message, list) else [message]:
+            # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
+            pickle.dump(_answer(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+            sys.stdout.flush()
 
 
 if __name__ == "__main__":
