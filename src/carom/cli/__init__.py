@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import engines, run, scenes
+from carom.cli import bench, engines, run, scenes
 
 __all__ = ["app", "main"]
 
@@ -21,6 +21,7 @@ app = typer.Typer(
 )
 
 app.command()(run.run)
+app.command()(bench.bench)
 app.command()(scenes.scenes)
 app.command()(engines.engines)
 

@@ -8,10 +8,11 @@ written as the shortest text that reads back as the same float, to the bit; NaN 
 from __future__ import annotations
 
 import dataclasses
+import errno
 import json
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType, TracebackType
 from typing import Any, Self
@@ -20,7 +21,7 @@ from carom.errors import InputError
 from carom.runner.cell_score import CellKey, CellResult, Measures
 from carom.runner.results import Status
 
-__all__ = ["FORMAT", "Journal", "canonical", "decode", "encode", "read_journal"]
+__all__ = ["FORMAT", "Journal", "LineFile", "canonical", "decode", "encode", "read_journal"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
@@ -86,16 +87,15 @@ def _value(name: str, value: Any) -> Any:
     return math.nan if value is None else float(value)
 
 
-class Journal:
-    """A journal that is open for appending; used as a context manager. Only one process at a time can have it open.
+class LineFile:
+    """A file of JSON lines that is open for appending, by one process at a time; used as a context manager.
 
     Args:
         path: The file; made where it does not exist.
-        resume: Whether a journal that exists is gone on with; it is refused otherwise.
+        resume: Whether a file that exists is gone on with; it is refused otherwise.
 
     Raises:
-        InputError: The file exists and `resume` is not set, another process writes to it, or a line that is not the
-            last is no line of a journal.
+        InputError: The file exists and `resume` is not set, or another process writes to it.
     """
 
     def __init__(self, path: Path, *, resume: bool = False) -> None:
@@ -106,26 +106,18 @@ class Journal:
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)
-            whole = _cut_torn_line(self._file)
-            self._results = {result.key: result for result in _decoded(whole, path)}
+            self.found = _cut_torn_line(self._file)
         except BaseException:
             os.close(self._file)
             raise
 
-    @property
-    def results(self) -> Mapping[CellKey, CellResult]:
-        """Every result in the journal, by its key; where a cell stands there twice, the later one."""
-        return MappingProxyType(self._results)
-
-    def append(self, results: Iterable[CellResult]) -> None:
-        """Write results, all in one piece, and return when they are on the disc."""
-        new = list(results)
-        data = "".join(f"{encode(result)}\n" for result in new).encode()
+    def append(self, lines: Iterable[str]) -> None:
+        """Write lines, all in one piece, and return when they are on the disc."""
+        data = "".join(f"{line}\n" for line in lines).encode()
         written = os.write(self._file, data)
         if written != len(data):  # a full disc; what is torn is cut off at the next start
-            raise OSError(28, "no space left for the journal", str(self.path))
+            raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
-        self._results.update((result.key, result) for result in new)
 
     def close(self) -> None:
         """Close the file; the lock goes with it."""
@@ -138,6 +130,32 @@ class Journal:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class Journal(LineFile):
+    """The journal of a sweep, open for appending.
+
+    Raises:
+        InputError: As for any `LineFile`; or a line that is not the last is no line of a journal.
+    """
+
+    def __init__(self, path: Path, *, resume: bool = False) -> None:
+        super().__init__(path, resume=resume)
+        try:
+            self._results = {result.key: result for result in _decoded(self.found, path)}
+        except BaseException:
+            self.close()
+            raise
+
+    @property
+    def results(self) -> Mapping[CellKey, CellResult]:
+        """Every result in the journal, by its key; where a cell stands there twice, the later one."""
+        return MappingProxyType(self._results)
+
+    def add(self, results: Sequence[CellResult]) -> None:
+        """Write results, all in one piece, and return when they are on the disc."""
+        self.append(encode(result) for result in results)
+        self._results.update((result.key, result) for result in results)
 
 
 def read_journal(path: Path) -> list[CellResult]:

@@ -46,7 +46,7 @@ def sweep(
         progress(len(found), len(wanted), "")
     for results in pool.score_all(batches(missing)):
         if journal is not None:
-            journal.append(results)
+            journal.add(results)
         found.update((result.key, result) for result in results)
         if progress is not None and results:
             progress(len(found), len(wanted), f"{results[-1].scene} on {results[-1].key.engine}")

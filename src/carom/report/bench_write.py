@@ -1,0 +1,134 @@
+"""Writing a bench: the page, the diagrams as SVG and PNG, and every number as JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import NamedTuple
+
+from carom.bench.work_precision import Bench, SceneBench
+from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
+from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
+from carom.report.extra import require_report_extra
+from carom.report.jsonl import strict
+from carom.report.write import replace_all
+
+__all__ = ["BenchPaths", "bench_json", "write_bench"]
+
+#: Raised when a field changes its meaning or goes; a new field does not raise it.
+FORMAT = 1
+
+#: A drawing on its own needs what one inside a page does not.
+_SVG_HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+
+
+class BenchPaths(NamedTuple):
+    """The files of a bench; `diagrams` are those in the order of scenes and axes, SVG and PNG."""
+
+    html: Path
+    json: Path
+    diagrams: tuple[Path, ...]
+
+
+def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> BenchPaths:
+    """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, in place of older ones.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        OSError: The folder can't be written to.
+    """
+    require_report_extra()
+    files: dict[Path, str | bytes] = {}
+    label, foot = bench.plan.error.label, stamp(bench)
+    for scene in bench.scenes:
+        for kind in axes if scene.noise is not None else [kind for kind in axes if kind is Diagram.ERROR_DT]:
+            base = folder / f"{_file_name(scene)}-{kind.value}"
+            files[base.with_name(f"{base.name}.svg")] = _alone(diagram_svg(scene, kind, label))
+            files[base.with_name(f"{base.name}.png")] = diagram_png(scene, kind, label, foot)
+    diagrams = tuple(files)
+    paths = BenchPaths(folder / "index.html", folder / "bench.json", diagrams)
+    files[paths.html] = _html(bench, axes)
+    files[paths.json] = bench_json(bench)
+    folder.mkdir(parents=True, exist_ok=True)
+    replace_all(files)
+    return paths
+
+
+def bench_json(bench: Bench) -> str:
+    """Return every number of a bench as one JSON object."""
+    scenes = [
+        {
+            **{f.name: _value(getattr(s, f.name)) for f in dataclasses.fields(s) if f.name != "scene"},
+            "scene": s.scene.name,
+        }
+        for s in bench.scenes
+    ]
+    content = {
+        "format": FORMAT,
+        "command": bench.command,
+        "environment": _value(bench.environment),
+        "plan": _value(bench.plan),
+        "elapsed_s": bench.elapsed_s,
+        "scenes": scenes,
+    }
+    return json.dumps(strict(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def _value(value: object) -> object:
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, (list, tuple)):
+        return [_value(item) for item in value]
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _file_name(scene: SceneBench) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
+
+
+def _alone(svg: str) -> str:
+    return svg.replace("<svg ", _SVG_HEAD, 1) + "\n"
+
+
+def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    error, target = bench.plan.error, bench.plan.target
+    label = error.label
+    parts = []
+    for scene in bench.scenes:
+        timed = scene.noise is not None
+        shown = [kind for kind in axes if timed or kind is Diagram.ERROR_DT]
+        diagrams = [(kind.heading, diagram_svg(scene, kind, label)) for kind in shown]
+        if timed and Diagram.ERROR_TIME in shown:
+            title = "Error against run time, preparation included"
+            diagrams.insert(1, (title, diagram_svg(scene, Diagram.ERROR_TIME, label, whole=True)))
+        parts.append(
+            {
+                "name": scene.scene.name,
+                "description": scene.scene.description,
+                "sentence": cheapest_sentence(scene, target) if timed else "Not timed.",
+                "diagrams": diagrams,
+                "tables": all_tables(scene, error.meaning, target),
+                "unrun": list(unrun_lines(scene)),
+                "noise": noise_sentence(scene.noise),
+                "timed_at": scene.timed_at,
+                "rounds": scene.rounds,
+            }
+        )
+    return environment.get_template("bench.html.j2").render(
+        title="Carom bench", scenes=parts, stamp=stamp(bench), seed=bench.plan.seed
+    )
