@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import bench, engines, run, scenes
+from carom.cli import advise, bench, engines, run, scenes
 
 __all__ = ["app", "main"]
 
@@ -22,6 +22,7 @@ app = typer.Typer(
 
 app.command()(run.run)
 app.command()(bench.bench)
+app.command()(advise.advise)
 app.command()(scenes.scenes)
 app.command()(engines.engines)
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import shlex
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -13,6 +11,7 @@ import typer
 
 from carom.bench.error_kind import ErrorKind
 from carom.cli.common import EXIT_INTERRUPTED, console, guarded, scenes_named, seconds
+from carom.cli.progress import progress_bar
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
 
 __all__ = ["bench"]
-
-Progress = Callable[[int, int, str], None]
 
 
 @guarded
@@ -154,22 +151,6 @@ def step_series(text: str) -> tuple[float, ...]:
     if count and not (count.isascii() and count.isdigit()):
         raise InputError(f"--dt must be a series such as 1/60..1/10000:6, got {text!r}")
     return geometric_steps(seconds(coarsest), seconds(finest), int(count) if count else STEPS)
-
-
-@contextmanager
-def progress_bar() -> Iterator[Progress]:
-    """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("", total=None)
-
-        def show(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what)
-
-        yield show
 
 
 def _scenes(names: list[str]) -> list[Scene]:
