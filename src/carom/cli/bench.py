@@ -77,6 +77,14 @@ def bench(
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
     timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
+    grow: Annotated[
+        bool,
+        typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
+    ] = False,
+    discs: Annotated[
+        list[int] | None,
+        typer.Option("--discs", min=1, help="With --grow, a number of discs; repeatable. 2 to 10,000 by default."),
+    ] = None,
 ) -> None:
     """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
 
@@ -86,6 +94,9 @@ def bench(
     Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
+    if grow:
+        _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
+        return
     from carom.bench.timing_journal import TimingJournal
     from carom.bench.work_precision import Plan, work_precision
     from carom.report.bench_figure import Diagram
@@ -151,6 +162,44 @@ def step_series(text: str) -> tuple[float, ...]:
     if count and not (count.isascii() and count.isdigit()):
         raise InputError(f"--dt must be a series such as 1/60..1/10000:6, got {text!r}")
     return geometric_steps(seconds(coarsest), seconds(finest), int(count) if count else STEPS)
+
+
+def _grow(
+    scenes: list[str],
+    engine: list[str] | None,
+    profile: list[str] | None,
+    discs: list[int] | None,
+    out: Path,
+    budget_s: float,
+    time_limit_s: float,
+) -> None:
+    from carom.bench.growth import growth
+    from carom.report.bench_tables import stamp_lines
+    from carom.report.bench_terminal import rich_table
+    from carom.report.growth import growth_tables, unrun_growth, write_growth
+    from carom.report.write import require_writable
+
+    if scenes:
+        raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
+    if profile and len(profile) > 1:
+        raise InputError(f"--grow runs one profile, got {len(profile)}")
+    require_writable(out)
+    with progress_bar() as progress:
+        found = growth(
+            engine,
+            profile=profile[0] if profile else "tuned",
+            sizes=discs,
+            budget_s=budget_s,
+            time_limit_s=time_limit_s,
+            progress=progress,
+            command=shlex.join(["carom", *sys.argv[1:]]),
+        )
+    page = write_growth(found, out)
+    printer = console()
+    for table in growth_tables(found):
+        printer.print(rich_table(table))
+    for line in (*unrun_growth(found), *stamp_lines(found.environment, found.command), f"page: {page}"):
+        printer.print(line, soft_wrap=True)
 
 
 def _scenes(names: list[str]) -> list[Scene]:

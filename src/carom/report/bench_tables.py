@@ -12,6 +12,7 @@ from carom.bench.work_precision import Bench, Curve, Point, SceneBench
 from carom.comparator.verdict import THRESHOLDS
 from carom.report import wording
 from carom.report.bench_figure import is_floor
+from carom.runner.environment import Environment
 
 __all__ = [
     "TableOf",
@@ -24,6 +25,7 @@ __all__ = [
     "order_table",
     "order_words",
     "stamp",
+    "stamp_lines",
     "unrun_lines",
 ]
 
@@ -263,12 +265,16 @@ def noise_sentence(noise: Noise | None) -> str:
 
 def stamp(bench: Bench) -> tuple[str, ...]:
     """Return the lines at the foot: machine, versions, and the command that makes it again."""
-    here = bench.environment
+    return stamp_lines(bench.environment, bench.command)
+
+
+def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
+    """Return machine, versions, and a command, a line each."""
     versions = ", ".join(f"{name} {version}" for name, version in here.versions.items())
     return (
         f"{here.date}; {here.processor}, {wording.count(here.cores, 'core')}; {here.system}",
         f"Carom {here.carom}, {here.python}, {versions}",
-        bench.command,
+        command,
     )
 
 

@@ -17,7 +17,7 @@ from carom.report.extra import require_report_extra
 from carom.report.jsonl import strict
 from carom.report.write import replace_all
 
-__all__ = ["BenchPaths", "bench_json", "write_bench"]
+__all__ = ["BenchPaths", "alone", "bench_json", "render_page", "value_of", "write_bench"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
@@ -47,7 +47,7 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
     for scene in bench.scenes:
         for kind in axes if scene.noise is not None else [kind for kind in axes if kind is Diagram.ERROR_DT]:
             base = folder / f"{_file_name(scene)}-{kind.value}"
-            files[base.with_name(f"{base.name}.svg")] = _alone(diagram_svg(scene, kind, label))
+            files[base.with_name(f"{base.name}.svg")] = alone(diagram_svg(scene, kind, label))
             files[base.with_name(f"{base.name}.png")] = diagram_png(scene, kind, label, foot)
     diagrams = tuple(files)
     paths = BenchPaths(folder / "index.html", folder / "bench.json", diagrams)
@@ -62,7 +62,7 @@ def bench_json(bench: Bench) -> str:
     """Return every number of a bench as one JSON object."""
     scenes = [
         {
-            **{f.name: _value(getattr(s, f.name)) for f in dataclasses.fields(s) if f.name != "scene"},
+            **{f.name: value_of(getattr(s, f.name)) for f in dataclasses.fields(s) if f.name != "scene"},
             "scene": s.scene.name,
         }
         for s in bench.scenes
@@ -70,21 +70,22 @@ def bench_json(bench: Bench) -> str:
     content = {
         "format": FORMAT,
         "command": bench.command,
-        "environment": _value(bench.environment),
-        "plan": _value(bench.plan),
+        "environment": value_of(bench.environment),
+        "plan": value_of(bench.plan),
         "elapsed_s": bench.elapsed_s,
         "scenes": scenes,
     }
     return json.dumps(strict(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 
-def _value(value: object) -> object:
+def value_of(value: object) -> object:
+    """Return a result as plain lists and mappings."""
     if isinstance(value, Enum):
         return value.name.lower()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _value(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {field.name: value_of(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, (list, tuple)):
-        return [_value(item) for item in value]
+        return [value_of(item) for item in value]
     return dict(value) if isinstance(value, Mapping) else value
 
 
@@ -92,23 +93,15 @@ def _file_name(scene: SceneBench) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
 
 
-def _alone(svg: str) -> str:
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own."""
     return svg.replace("<svg ", _SVG_HEAD, 1) + "\n"
 
 
 def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("carom.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     error, target = bench.plan.error, bench.plan.target
     label = error.label
-    parts = []
+    parts: list[dict[str, object]] = []
     for scene in bench.scenes:
         timed = scene.noise is not None
         shown = [kind for kind in axes if timed or kind is Diagram.ERROR_DT]
@@ -129,6 +122,18 @@ def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
                 "rounds": scene.rounds,
             }
         )
-    return environment.get_template("bench.html.j2").render(
-        title="Carom bench", scenes=parts, stamp=stamp(bench), seed=bench.plan.seed
+    return render_page("Carom bench", parts, stamp(bench), bench.plan.seed)
+
+
+def render_page(title: str, parts: Sequence[Mapping[str, object]], foot: Sequence[str], seed: int) -> str:
+    """Return a page of a bench; every name is escaped."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
+    return environment.get_template("bench.html.j2").render(title=title, scenes=parts, stamp=foot, seed=seed)
