@@ -10,8 +10,8 @@ import gc
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import ExitStack
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,9 +92,10 @@ class VisitTask:
         adapter = load_adapter(self.config.engine)
         settings = dict(profile_settings(adapter, self.config.profile, self.config.dt_s))
         steps = self.scene.step_count(self.config.dt_s)
-        runs = [_run(adapter, self.scene, settings, steps) for _ in range(self.repeats)]
         some = min(steps, EMPTY_STEPS)
-        empty = [_run(adapter, empty_world(self.scene), settings, some) for _ in range(min(self.repeats, 5))]
+        with _no_collection():
+            runs = [_run(adapter, self.scene, settings, steps) for _ in range(self.repeats)]
+            empty = [_run(adapter, empty_world(self.scene), settings, some) for _ in range(min(self.repeats, 5))]
         call_s = statistics.median(run[1] for run in runs)
         paid_s = 0.0 if math.isnan(call_s) else call_s
         return Visit(
@@ -111,25 +112,31 @@ def empty_world(scene: Scene) -> Scene:
     return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
 
 
-def _run(adapter: Adapter, scene: Scene, settings: dict[str, float | int | bool | str], steps: int) -> list[float]:
-    """Return seconds to prepare, to call for no step, and to take all steps."""
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Collect garbage now, and none meanwhile: somebody else's garbage is no part of a step."""
     collecting = gc.isenabled()
     gc.collect()
-    gc.disable()  # a collection of somebody else's garbage is no part of a step
+    gc.disable()
     try:
-        started = time.perf_counter()
-        world = adapter.prepare(scene, settings)
-        prepare_s = time.perf_counter() - started
-        try:
-            call_s = _call(world)
-            started = time.perf_counter()
-            world.advance(steps)
-            return [prepare_s, call_s, time.perf_counter() - started]
-        finally:
-            world.close()
+        yield
     finally:
         if collecting:
             gc.enable()
+
+
+def _run(adapter: Adapter, scene: Scene, settings: dict[str, float | int | bool | str], steps: int) -> list[float]:
+    """Return seconds to prepare, to call for no step, and to take all steps."""
+    started = time.perf_counter()
+    world = adapter.prepare(scene, settings)
+    prepare_s = time.perf_counter() - started
+    try:
+        call_s = _call(world)
+        started = time.perf_counter()
+        world.advance(steps)
+        return [prepare_s, call_s, time.perf_counter() - started]
+    finally:
+        world.close()
 
 
 def _call(world: World) -> float:
