@@ -2,6 +2,10 @@ from __future__ import annotations
 
 import json
 import math
+import signal
+import subprocess
+import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -268,3 +272,23 @@ def test_duckdb_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypa
 def test_every_error_has_its_words() -> None:
     """Each kind of error says in words what it is, for an axis and in full."""
     assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
+
+
+def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
+    """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
+    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
+    path.write_text(SCENE)
+    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "--dt", "1/60..1/100000:400"]
+    with subprocess.Popen(
+        [*command, "--out", str(out), "--budget", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        deadline = time.monotonic() + 60
+        journal = out / "journal.jsonl"
+        while time.monotonic() < deadline and not (journal.exists() and read_journal(journal)):
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "--resume goes on from there" in errors
+    assert "Traceback" not in errors
+    assert read_journal(out / "journal.jsonl")
