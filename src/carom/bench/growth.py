@@ -21,7 +21,17 @@ from carom.runner.plan import unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["OWN_SIZES", "SIZES", "Growth", "GrowthCurve", "GrowthPoint", "GrowthTask", "gas_scene", "growth"]
+__all__ = [
+    "OWN_SIZES",
+    "SIZES",
+    "Growth",
+    "GrowthCurve",
+    "GrowthPoint",
+    "GrowthTask",
+    "gas_scene",
+    "growth",
+    "same_method",
+]
 
 #: Numbers of discs; engines go to the last of the first row, Carom's own methods to the last of the second.
 SIZES = (2, 10, 30, 100, 300, 1_000, 3_000, 10_000)
@@ -284,6 +294,16 @@ def _run(task: GrowthTask, time_limit_s: float) -> GrowthPoint:
     return GrowthPoint(task.discs, answer.prepare_s, answer.advance_s, float(memory), float(answer.peak_bytes))
 
 
+def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
+    """Return the points from the last one that cost less than the one before it.
+
+    More discs are more work, so there the method has changed (PIC goes over to its compiled kernel), and a power law
+    through both methods would be one of neither.
+    """
+    falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
+    return list(points[falls[-1] if falls else 0 :])
+
+
 def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[int, float]) -> GrowthCurve:
     held = tuple(
         GrowthPoint(
@@ -297,7 +317,7 @@ def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[i
         )
         for point in points
     )
-    fitted = [point for point in held if not point.reason and point.discs >= FIT_FROM]
+    fitted = same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]

@@ -67,7 +67,8 @@ def growth_tables(growth: Growth) -> tuple[TableOf, ...]:
                 "peak of the process",
             ),
             tuple(_exponents(curve) for curve in growth.curves),
-            "Least squares on logarithmic axes; 95 % interval.",
+            "Least squares on logarithmic axes; 95 % interval. Where run time falls as discs are added, the method has "
+            "changed, and only what follows is fitted.",
             left=6,
         ),
     )

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from carom import Disc, Scene
 from carom.bench.convergence import Convergence
 from carom.bench.error_kind import ErrorKind
-from carom.bench.growth import growth
+from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
 from carom.bench.timing import CellTiming, Config, time_scene
 from carom.bench.timing_journal import TimingJournal
@@ -169,6 +169,14 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
     with pytest.raises(InputError, match="a number of discs must be 1 or more, got 0"):
         growth(["pit"], sizes=(0,))
+
+
+def test_a_power_law_is_fitted_through_one_method_alone() -> None:
+    """Where more discs take less time, another method took over: only what follows belongs together."""
+    times = [1.0, 3.0, 0.1, 0.4, 1.2]
+    points = [GrowthPoint(10 ** (k + 2), 0.0, seconds, 1.0, 1.0) for k, seconds in enumerate(times)]
+    assert same_method(points) == points[2:]
+    assert same_method(points[2:]) == points[2:]
 
 
 def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
