@@ -72,7 +72,10 @@ def replace_all(contents: Mapping[Path, str | bytes]) -> None:
         for path, text in contents.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             whole.append((part, path))
-            part.write_bytes(text.encode() if isinstance(text, str) else text)
+            if isinstance(text, str):
+                part.write_text(text, encoding="utf-8", newline="\n")
+            else:
+                part.write_bytes(text)
         for part, path in whole:
             part.replace(path)
     finally:
