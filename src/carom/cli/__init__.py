@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import certify, engines, run, scenes, stress
+from carom.cli import advise, bench, certify, engines, run, scenes, stress
 
 __all__ = ["app", "main"]
 
@@ -21,6 +21,8 @@ app = typer.Typer(
 )
 
 app.command()(run.run)
+app.command()(bench.bench)
+app.command()(advise.advise)
 app.command()(certify.certify)
 app.command()(stress.stress)
 app.command()(scenes.scenes)

@@ -12,7 +12,7 @@ from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
 from carom.runner import Results, Row
 
-__all__ = ["FORMAT", "jsonl"]
+__all__ = ["FORMAT", "jsonl", "strict"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
@@ -34,7 +34,7 @@ def jsonl(results: Results) -> str:
     """Return one line of strict JSON a row, each with all it takes to be understood on its own."""
     stamp = {**dataclasses.asdict(results.environment), "command": results.command}
     lines = [
-        json.dumps(_strict({**_fields(row), "environment": stamp}), ensure_ascii=False, allow_nan=False)
+        json.dumps(strict({**_fields(row), "environment": stamp}), ensure_ascii=False, allow_nan=False)
         for row in results.rows
     ]
     return "".join(f"{line}\n" for line in lines)
@@ -107,11 +107,11 @@ def _outcome(score: Score) -> dict[str, object] | None:
     }
 
 
-def _strict(value: object) -> object:
+def strict(value: object) -> object:
     """Return the value with null for what JSON has no number for, and plain numbers for NumPy's."""
     if isinstance(value, Mapping):
-        return {str(key): _strict(item) for key, item in value.items()}
+        return {str(key): strict(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_strict(item) for item in value]
+        return [strict(item) for item in value]
     plain = value.item() if hasattr(value, "item") else value
     return None if isinstance(plain, float) and not math.isfinite(plain) else plain

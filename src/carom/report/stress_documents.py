@@ -17,7 +17,7 @@ from carom.report.extra import require_report_extra
 from carom.report.markdown import _table as markdown_table
 from carom.report.markdown import _text as markdown_text
 from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, columns, groups, reasons, summary
-from carom.report.write import _replace_all as replace_all
+from carom.report.write import replace_all
 
 if TYPE_CHECKING:
     from carom.stress.results import Line, StressResults

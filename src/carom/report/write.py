@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from carom.report.markdown import markdown
 from carom.report.view import build_view
 from carom.runner import Results
 
-__all__ = ["ReportPaths", "require_writable", "write_report"]
+__all__ = ["ReportPaths", "replace_all", "require_writable", "write_report"]
 
 
 class ReportPaths(NamedTuple):
@@ -45,7 +46,7 @@ def write_report(results: Results, folder: Path) -> ReportPaths:
     paths = ReportPaths(*(folder / name for name in ("index.html", "report.md", "results.jsonl", "junit.xml")))
     texts = (html(view), markdown(view), jsonl(results), junit(results))
     folder.mkdir(parents=True, exist_ok=True)
-    _replace_all(dict(zip(paths, texts, strict=True)))
+    replace_all(dict(zip(paths, texts, strict=True)))
     return paths
 
 
@@ -64,14 +65,17 @@ def require_writable(folder: Path) -> None:
         raise InputError(f"the report can't be written into {folder}: no permission to write in {existing}")
 
 
-def _replace_all(contents: dict[Path, str]) -> None:
+def replace_all(contents: Mapping[Path, str | bytes]) -> None:
     """Write each text beside its place first; only when all are on the disc are they renamed."""
     whole: list[tuple[Path, Path]] = []
     try:
         for path, text in contents.items():
             part = path.with_name(f".{path.name}.{os.getpid()}.part")
             whole.append((part, path))
-            part.write_text(text, encoding="utf-8", newline="\n")
+            if isinstance(text, str):
+                part.write_text(text, encoding="utf-8", newline="\n")
+            else:
+                part.write_bytes(text)
         for part, path in whole:
             part.replace(path)
     finally:

@@ -28,10 +28,12 @@ __all__ = [
     "DEFAULT_PROFILES",
     "DEFAULT_TIME_LIMIT_S",
     "MOST_IMPACTS",
-    "chosen",
+    "chosen_engines",
     "cross_check",
     "default_dts",
     "distinct_profiles",
+    "distinct_settings",
+    "reference_trace",
     "run",
 ]
 
@@ -138,9 +140,9 @@ def cross_check(
         time_limit_s=time_limit_s, certify_s=certify_s, **{f"dts[{k}]": dt for k, dt in enumerate(dts or ())}
     )
     plain, answers = _sort_out(scenes)
-    infos = chosen(engine_names)
+    infos = chosen_engines(engine_names)
     cells = list(_cells(plain, infos, dts, profiles))
-    solved = {scene.name: _reference(scene) for scene in plain}
+    solved = {scene.name: reference_trace(scene) for scene in plain}
     held_against: dict[str, Reference] = {}
     pic = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
     for name, trace in pic.items():
@@ -250,7 +252,7 @@ def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], di
     return plain, answers
 
 
-def chosen(names: Sequence[str] | None) -> list[EngineInfo]:
+def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
     """Return what is known of the engines of these names, or of all.
 
     Raises:
@@ -279,7 +281,7 @@ def _cells(
         steps = tuple(dts) if dts else default_dts(scene)
         for info in infos:
             for refinement, dt_s in enumerate(sorted(set(steps), reverse=True)):
-                for profile in _distinct(info, profiles, dt_s):
+                for profile in distinct_profiles(info, profiles, dt_s):
                     if dts or refinement == 0 or not _is_located(info, profile):
                         yield Cell(scene, info.name, profile, dt_s, refinement)
 
@@ -288,14 +290,14 @@ def _is_located(info: EngineInfo, profile: str) -> bool:
     return bool(info.profiles) and load_adapter(info.name).profiles[profile].located
 
 
-def _distinct(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
+def distinct_profiles(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
     """Return the profiles to run of an engine, without those that would only run the same settings again."""
     if not info.profiles:  # the adapter can't be loaded: one row says why
         return [profiles[-1]]
-    return distinct_profiles(load_adapter(info.name), profiles, dt_s)
+    return distinct_settings(load_adapter(info.name), profiles, dt_s)
 
 
-def distinct_profiles(adapter: Adapter, profiles: Sequence[str], dt_s: float) -> list[str]:
+def distinct_settings(adapter: Adapter, profiles: Sequence[str], dt_s: float) -> list[str]:
     """Return which profiles of an adapter to run: of those with the same settings at a step only the last."""
     by_settings: dict[object, str] = {}
     for profile in profiles:
@@ -311,7 +313,7 @@ def distinct_profiles(adapter: Adapter, profiles: Sequence[str], dt_s: float) ->
     return sorted(by_settings.values(), key=list(profiles).index)
 
 
-def _reference(scene: Scene) -> Trace | str:
+def reference_trace(scene: Scene) -> Trace | str:
     """Return the PIC trace that everything is held against, or why there is none, for every row to say."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)

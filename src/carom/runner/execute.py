@@ -20,7 +20,7 @@ from carom.runner.process import Crashed, TimedOut, Worker
 from carom.runner.results import Cell, Row, Status
 from carom.trace import Trace
 
-__all__ = ["MOST_DISCS_DRAWN", "Executor", "drawn"]
+__all__ = ["MOST_DISCS_DRAWN", "Executor", "drawn", "refusal"]
 
 #: Timed runs of a cell; the median of three throws one disturbed run away.
 TIMING_RUNS = 3
@@ -52,7 +52,7 @@ class Executor:
 
     def observe(self, cell: Cell, *, samples: bool) -> Row:
         """Run one cell and return its row, not scored yet; whatever goes wrong is the row's status and reason."""
-        refused = _refusal(cell)
+        refused = refusal(cell)
         if refused is not None:
             return refused
         answer = self._ask(cell, Request(cell.engine, cell.scene, cell.profile, cell.dt_s, samples=samples))
@@ -84,7 +84,7 @@ class Executor:
             return replace(row, reason=f"not timed: {answer.status.value}: {answer.reason}")
         return replace(row, timing=_as(Timing, answer))
 
-    def _ask(self, cell: Cell, request: Request) -> Trace | Timing | Row:
+    def _ask(self, cell: Cell, request: Request) -> object:
         try:
             answer = self._worker(cell.engine).ask(request, self._time_limit_s)
         except Crashed as error:
@@ -113,7 +113,7 @@ def _as(kind: type[Kind], answer: object) -> Kind:
     return answer
 
 
-def _refusal(cell: Cell) -> Row | None:
+def refusal(cell: Cell) -> Row | None:
     """Return the row of a cell that can't be run, decided without starting the engine."""
     try:
         adapter = load_adapter(cell.engine)

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.errors import AdapterError, InputError
 from carom.registry import load_adapter, unavailable_reason
-from carom.runner.cross_check import DEFAULT_PROFILES, MOST_IMPACTS, chosen, default_dts, distinct_profiles
+from carom.runner.cross_check import DEFAULT_PROFILES, MOST_IMPACTS, chosen_engines, default_dts, distinct_settings
 from carom.runner.execute import MOST_DISCS_DRAWN
 from carom.runner.phases import phase_values, shifted_scenes
 from carom.runner.plan import unsupported_reason
@@ -47,7 +47,7 @@ def explain(
     Raises:
         UnknownNameError: There is no such engine.
     """
-    infos = chosen(engine_names)
+    infos = chosen_engines(engine_names)
     wanted = profiles or DEFAULT_PROFILES
     for entry in scenes:
         scene = entry.scene if isinstance(entry, CatalogueScene) else entry
@@ -149,6 +149,6 @@ def _cell(scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps:
     unsupported = unsupported_reason(scene, adapter.capabilities, steps[0])
     if unsupported:
         return f"skipped: {unsupported}"
-    if profile not in distinct_profiles(adapter, wanted, steps[0]):
+    if profile not in distinct_settings(adapter, wanted, steps[0]):
         return "skipped: another profile has the very same settings"
     return f"run at {', '.join(f'{dt_s:.6g}' for dt_s in steps)} s"

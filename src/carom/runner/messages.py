@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 from carom.scene import Scene
 
-__all__ = ["Failure", "Request"]
+__all__ = ["Failure", "Request", "Task"]
+
+
+@runtime_checkable
+class Task(Protocol):
+    """Something else to do in a worker process: it travels there, is carried out, and its result travels back."""
+
+    def carry_out(self) -> object:
+        """Do it, in the worker process; what is raised becomes a `Failure`."""
 
 
 @dataclass(frozen=True)

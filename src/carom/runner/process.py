@@ -10,8 +10,11 @@ import subprocess
 import sys
 import tempfile
 import threading
+from collections.abc import Iterator, Sequence
 from types import TracebackType
-from typing import Generic, Self, TypeVar
+from typing import Any, Generic, NoReturn, Self, TypeVar
+
+from carom.runner.messages import Task
 
 __all__ = ["Crashed", "TimedOut", "Worker"]
 
@@ -37,7 +40,7 @@ class Worker(Generic[Answer]):
         self._module = module
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
-        self._answers: queue.SimpleQueue[Answer | None] = queue.SimpleQueue()
+        self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._folder = tempfile.TemporaryDirectory(prefix="carom-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the worker
 
@@ -48,22 +51,53 @@ class Worker(Generic[Answer]):
             Crashed: The process ended; the message says how, and what it last printed.
             TimedOut: No answer came within `time_limit_s`.
         """
+        if not self._send(request):
+            self._crashed()
+        answer: Answer = self._receive(time_limit_s)
+        return answer
+
+    def ask_each(self, tasks: Sequence[Task], time_limit_s: float) -> Iterator[object]:
+        """Send several tasks in one message and yield the answer to each, in their order, as soon as it is there.
+
+        Raises:
+            Crashed: The process ended in the task whose answer is the next one; those behind it were not begun.
+            TimedOut: No answer came within `time_limit_s` of the one before.
+        """
+        if not self._send(list(tasks)):
+            self._crashed()
+        answered = 0
+        try:
+            for _ in tasks:
+                answer = self._receive(time_limit_s)
+                answered += 1
+                yield answer
+        finally:
+            if answered < len(tasks):  # whoever asked went away: what is still to come must not answer the next
+                self._kill()
+
+    def _send(self, message: object) -> bool:
+        """Send a message to the process, which is started where there is none; False where it has ended."""
         if self._closed:
             raise Crashed("the cross-check was ended")
         process = self._process or self._start()
         assert process.stdin is not None  # noqa: S101 - it was opened with a pipe
         try:
-            pickle.dump(request, process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
+            pickle.dump(message, process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
             process.stdin.flush()
-            answer = self._answers.get(timeout=time_limit_s)
         except BrokenPipeError:
-            answer = None
+            return False
+        return True
+
+    def _receive(self, time_limit_s: float) -> Any:
+        try:
+            answer = self._answers.get(timeout=time_limit_s)
         except queue.Empty:
             self._kill()
             raise TimedOut(f"no answer within {time_limit_s:g} s") from None
-        if answer is None:
-            raise Crashed(self._obituary())
-        return answer
+        return self._crashed() if answer is None else answer
+
+    def _crashed(self) -> NoReturn:
+        raise Crashed(self._obituary())
 
     def printed(self) -> str:
         """Return what the process has printed since it was started; the place where it prints next is left alone."""
@@ -145,12 +179,12 @@ def _close_pipes(process: subprocess.Popen[bytes]) -> None:
                 continue
 
 
-def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[Answer | None]) -> None:
+def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[object]) -> None:
     """Pass on answers until the process ends; None says that it has."""
     assert process.stdout is not None  # noqa: S101 - it was opened with a pipe
     while True:
         try:
-            answer: Answer = pickle.load(process.stdout)  # noqa: S301 - written by our own child process
+            answer: object = pickle.load(process.stdout)  # noqa: S301 - written by our own child process
         except Exception:  # noqa: BLE001 - whatever a dying process left half written, it is no answer
             answers.put(None)
             return

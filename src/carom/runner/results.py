@@ -39,6 +39,7 @@ class Cell:
         profile: Name of the profile.
         dt_s: Step, seconds.
         refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
+        phase: Where in a step the scene's start falls, 0 to 1: the scene begins so large a part of a step earlier.
     """
 
     scene: Scene
@@ -46,6 +47,7 @@ class Cell:
     profile: str
     dt_s: float
     refinement: int = 0
+    phase: float = 0.0
 
 
 @dataclass(frozen=True)

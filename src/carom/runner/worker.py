@@ -17,9 +17,8 @@ from typing import Any, BinaryIO
 
 from carom.errors import CaromError
 from carom.registry import load_adapter
-from carom.runner.drive import Timing, observe_run, time_run
-from carom.runner.messages import Failure, Request
-from carom.trace import Trace
+from carom.runner.drive import observe_run, time_run
+from carom.runner.messages import Failure, Request, Task
 
 __all__ = ["answer", "main", "serve"]
 
@@ -27,9 +26,11 @@ __all__ = ["answer", "main", "serve"]
 PARENT_CHECK_S = 0.5
 
 
-def answer(request: Request) -> Trace | Timing | Failure:
+def answer(request: Request | Task) -> object:
     """Carry out one request; whatever the engine raises is the answer, too."""
     try:
+        if isinstance(request, Task):
+            return request.carry_out()
         adapter = load_adapter(request.engine)
         if request.timing_runs:
             return time_run(adapter, request.scene, request.profile, request.dt_s, runs=request.timing_runs)
@@ -58,12 +59,14 @@ def serve(answer_to: Callable[[Any], object]) -> None:
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
     while True:
         try:
-            request = pickle.load(requests)  # noqa: S301 - written by our own parent process
+            message = pickle.load(requests)  # noqa: S301 - written by our own parent process
         except EOFError:
             return
-        pickle.dump(answer_to(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
-        answers.flush()
-        sys.stdout.flush()
+        for request in message if isinstance(message, list) else [message]:
+            # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
+            pickle.dump(answer_to(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.flush()
+            sys.stdout.flush()
 
 
 def main() -> None:

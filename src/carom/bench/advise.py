@@ -1,0 +1,390 @@
+"""The adviser: the largest step at which PIT, and each engine measured, meets a demand; and the hardest impact.
+
+For two discs PIT's answer is a closed form (`carom.bench.sampling_limit`). For everything else steps are tried: each at
+starts spread over a step, and at the unlucky ones that look just before the hardest impacts.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from carom.bench.sampling_limit import PairLimit, Window, pair_limit
+from carom.errors import InputError
+from carom.runner.cell_score import Measures, cell_key
+from carom.runner.cross_check import chosen_engines, distinct_profiles, reference_trace
+from carom.runner.phase import phases as evenly_spread
+from carom.runner.results import Cell, Status
+from carom.runner.sweep import Pool, sweep
+from carom.scene import Scene
+from carom.trace import Trace
+
+__all__ = ["RESOLUTION", "Advice", "Answer", "Cause", "Demand", "HardImpact", "Trial", "advise", "hardest_impacts"]
+
+#: A search ends when the step that passes and the one that fails are so close, relative.
+RESOLUTION = 1.02
+
+#: A search begins this far above what the hardest impact allows on its own, and goes this far below it.
+ABOVE, BELOW = 4.0, 64.0
+
+#: An answer must hold at these parts of it, too: a larger step that passes by luck is no answer.
+ALSO = (0.75, 0.5)
+
+#: The unlucky starts of so many of the hardest impacts are tried.
+AIMED = 3
+
+#: An aimed start looks so large a part of a step before the impact: late by all but this part.
+JUST_BEFORE = 1e-3
+
+#: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
+GRAZE = math.cos(math.pi / 6)
+
+Progress = Callable[[int, int, str], None]
+
+
+class Cause(Enum):
+    """Why an impact is hard to find; the value is the phrase shown."""
+
+    GRAZE = "a graze"
+    FAST = "a fast small disc"
+    TURN = "the line of centres turns fast"
+    WALL = "a wall, which nothing passes unseen"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What is asked for.
+
+    Attributes:
+        direction_error_rad: No disc's direction after any impact may be wrong by more.
+        miss_probability: Share of starts at which an impact may be missed or invented.
+    """
+
+    direction_error_rad: float
+    miss_probability: float = 0.0
+
+
+@dataclass(frozen=True)
+class HardImpact:
+    """What one impact of the reference allows a method that looks once a step.
+
+    Attributes:
+        time_s: When it is.
+        first: The disc.
+        second: The other disc, or a wall.
+        limit: What it allows.
+        cause: Why it allows no more.
+    """
+
+    time_s: float
+    first: int
+    second: int
+    limit: PairLimit
+    cause: Cause
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One step, run at all its starts.
+
+    Attributes:
+        dt_s: The step.
+        meets: Whether the demand was met.
+        lost_share: Share of evenly spread starts at which an impact was missed or invented.
+        lost_anywhere: Whether any start, aimed ones among them, missed or invented one.
+        direction_error_rad: Largest direction error at any start.
+        starts: How many starts were run.
+        reason: Why a start gave no numbers, empty where all did.
+    """
+
+    dt_s: float
+    meets: bool
+    lost_share: float
+    lost_anywhere: bool
+    direction_error_rad: float
+    starts: int
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The largest step at which a method was found to meet the demand.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        passes: The largest step that meets it; None where none does.
+        fails: The next larger one that was tried and does not; None where every step meets it.
+        closed_form_s: The step by closed form; None where there is none.
+        trials: How many steps were run.
+        reason: Why there is no answer, empty where there is one.
+    """
+
+    engine: str
+    profile: str
+    passes: Trial | None
+    fails: Trial | None
+    closed_form_s: float | None
+    trials: int
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Advice:
+    """What the adviser says.
+
+    Attributes:
+        scene: The scene.
+        demand: What was asked for.
+        impacts: Impacts of the reference.
+        hardest: Its hardest impacts, the hardest first.
+        closed_form_s: PIT's largest step by closed form; None but for two discs without a wall.
+        answers: One entry an engine's profile.
+        phases: Starts that each step was tried at, aimed ones not counted.
+        elapsed_s: Wall-clock seconds.
+    """
+
+    scene: Scene
+    demand: Demand
+    impacts: int
+    hardest: tuple[HardImpact, ...]
+    closed_form_s: float | None
+    answers: tuple[Answer, ...]
+    phases: int
+    elapsed_s: float
+
+
+def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
+    """Return what each impact of a reference allows on its own, the hardest first."""
+    found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
+    return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
+
+
+def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
+    impact, scene = reference.impacts[number], reference.scene
+    first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
+    if second < 0:
+        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), Cause.WALL)
+    before = [_vector(impact[f"velocity_{which}_before"]) for which in ("first", "second")]
+    relative = (before[1][0] - before[0][0], before[1][1] - before[0][1])
+    one, other = scene.discs[first], scene.discs[second]
+    window = Window.of(one.radius_m + other.radius_m, _vector(impact["normal"]), relative)
+    limit = pair_limit(
+        window,
+        (before[0], before[1]),
+        (1.0 / one.mass_kg, 1.0 / other.mass_kg),
+        scene.restitution,
+        demand.direction_error_rad,
+        demand.miss_probability,
+    )
+    return HardImpact(at, first, second, limit, _cause(window, limit))
+
+
+def _cause(window: Window, limit: PairLimit) -> Cause:
+    if window.share >= GRAZE:
+        return Cause.GRAZE
+    return Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
+
+
+def _vector(row: np.ndarray) -> tuple[float, float]:
+    return float(row[0]), float(row[1])
+
+
+def advise(
+    scene: Scene,
+    demand: Demand,
+    pool: Pool,
+    engine_names: Sequence[str] | None = None,
+    *,
+    profiles: Sequence[str] = ("default", "tuned"),
+    phases: int = 8,
+    budget_s: float = 90.0,
+    progress: Progress | None = None,
+) -> Advice:
+    """Return the largest step at which PIT and each engine meets a demand on a scene.
+
+    Args:
+        scene: The scene.
+        demand: What is asked for.
+        pool: Where steps are tried; it stays open.
+        engine_names: Names of adapters; all by default.
+        profiles: Names of profiles.
+        phases: How many starts, evenly spread over a step, each step is tried at.
+        budget_s: Seconds after which no further step is tried; what was found until then is the answer.
+        progress: Called with (done, all, what).
+
+    Raises:
+        InputError: A number of the demand is out of range, or the scene has no reference.
+        UnknownNameError: There is no such engine.
+    """
+    started = time.perf_counter()
+    _require_demand(demand)
+    reference = reference_trace(scene)
+    if not isinstance(reference, Trace):
+        raise InputError(f"there is nothing to hold a step against: {reference}")
+    if not len(reference.impacts):
+        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
+    hardest = hardest_impacts(reference, demand)
+    closed_form = hardest[0].limit.dt_s if len(scene.discs) == 2 and not scene.walls else None
+    guess = min(hardest[0].limit.dt_s, scene.duration_s / 4)
+    searches = {}
+    for info in chosen_engines(engine_names):
+        for profile in distinct_profiles(info, profiles, guess):
+            if not (info.name == "pic" and profile == "tuned" and engine_names is None):
+                searches[info.name, profile] = _Search(scene, info.name, profile, closed_form, guess)
+    tried = 0
+    while open_searches := [search for search in searches.values() if search.wanted is not None]:
+        if time.perf_counter() - started > budget_s:
+            for search in open_searches:
+                search.give_up(f"the {budget_s:.0f} s for trying steps were used up; raise --budget")
+            break
+        starts = {
+            key: _starts(search.wanted, phases, hardest)
+            for key, search in searches.items()
+            if search.wanted is not None
+        }
+        cells = {
+            key: [Cell(scene, *key, float(searches[key].wanted or 0), 0, phase) for phase in own]
+            for key, own in starts.items()
+        }
+        results = sweep([cell for own in cells.values() for cell in own], pool)
+        for key, own in cells.items():
+            found = [results[cell_key(cell)] for cell in own]
+            reason = next((f"{r.status.value}: {r.reason}" for r in found if r.status is not Status.RAN), "")
+            measured = [result.measures for result in found if result.measures is not None]
+            searches[key].take(_trial(own[0].dt_s, measured, phases, demand, reason))
+        tried += len(open_searches)
+        if progress is not None:
+            closed = sum(search.wanted is None for search in searches.values())
+            progress(closed, len(searches), f"{tried} steps tried")
+    return Advice(
+        scene,
+        demand,
+        len(reference.impacts),
+        hardest[:AIMED],
+        closed_form,
+        tuple(search.answer() for search in searches.values()),
+        phases,
+        time.perf_counter() - started,
+    )
+
+
+def _require_demand(demand: Demand) -> None:
+    if not 0 < demand.direction_error_rad < math.pi:
+        degrees = math.degrees(demand.direction_error_rad)
+        raise InputError(f"the direction error must be above 0 and below 180 degrees, got {degrees:g} degrees")
+    if not 0 <= demand.miss_probability < 1:
+        raise InputError(f"the miss probability must be 0 or more and below 1, got {demand.miss_probability:g}")
+
+
+def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[float]:
+    """Return phases spread evenly, then those at which a look falls just before each of the hardest impacts."""
+    found = list(evenly_spread(phases))
+    for impact in hardest[:AIMED]:
+        aimed = (JUST_BEFORE - impact.time_s / dt_s) % 1.0
+        if aimed not in found:
+            found.append(aimed)
+    return found
+
+
+def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> Trial:
+    if reason:
+        return Trial(dt_s, False, math.nan, False, math.nan, len(measured), reason)
+    lost = [measures.missed + measures.spurious > 0 or measures.outcome != "completed" for measures in measured]
+    direction = max((m.direction_error_rad for m in measured if not math.isnan(m.direction_error_rad)), default=0.0)
+    share = sum(lost[:phases]) / phases
+    few_enough = share <= demand.miss_probability if demand.miss_probability > 0 else not any(lost)
+    return Trial(
+        dt_s, few_enough and direction <= demand.direction_error_rad, share, any(lost), direction, len(measured)
+    )
+
+
+class _Search:
+    """The search of one method: it says which step it wants tried next, and takes what came of it."""
+
+    def __init__(self, scene: Scene, engine: str, profile: str, closed_form: float | None, guess: float) -> None:
+        self._engine, self._profile = engine, profile
+        self._closed_form = closed_form if engine == "pit" else None
+        self._passes: Trial | None = None
+        self._fails: Trial | None = None
+        self._trials = 0
+        self._reason = ""
+        self._steps = self._search(scene, guess)
+        self.wanted: float | None = next(self._steps)
+
+    def take(self, trial: Trial) -> None:
+        """Take what came of the step that was wanted."""
+        self._trials += 1
+        if trial.reason:
+            self.give_up(trial.reason)
+            return
+        try:
+            self.wanted = self._steps.send(trial)
+        except StopIteration:
+            self.wanted = None
+
+    def give_up(self, reason: str) -> None:
+        """End the search where it stands."""
+        self._reason, self.wanted = reason, None
+
+    def answer(self) -> Answer:
+        """Return what was found."""
+        return Answer(
+            self._engine, self._profile, self._passes, self._fails, self._closed_form, self._trials, self._reason
+        )
+
+    def _search(self, scene: Scene, guess: float) -> Generator[float, Trial, None]:
+        if self._closed_form is not None and math.isfinite(self._closed_form):
+            yield from self._confirm(self._closed_form)
+            return
+        step, finest = min(ABOVE * guess, scene.duration_s / 2), guess / BELOW
+        while True:
+            yield from self._down(step, finest)
+            if self._passes is None:
+                lowest = self._fails
+                self._reason = "not met" + (f" down to a step of {lowest.dt_s:.3g} s" if lowest else "")
+                return
+            yield from self._bisect()
+            found = self._passes
+            for part in ALSO:
+                trial = yield part * found.dt_s
+                if not trial.meets:
+                    self._passes, self._fails, step = None, trial, part * found.dt_s / 2
+                    break
+            else:
+                return
+
+    def _down(self, step: float, finest: float) -> Generator[float, Trial, None]:
+        while self._passes is None and step >= finest:
+            trial = yield step
+            if trial.meets:
+                self._passes = trial
+            else:
+                self._fails = trial
+            step /= 2
+
+    def _bisect(self) -> Generator[float, Trial, None]:
+        while self._passes is not None and self._fails is not None:
+            low, high = self._passes.dt_s, self._fails.dt_s
+            if high <= low * RESOLUTION:
+                return
+            trial = yield math.sqrt(low * high)
+            if trial.meets:
+                self._passes = trial
+            else:
+                self._fails = trial
+
+    def _confirm(self, step: float) -> Generator[float, Trial, None]:
+        """Run the closed form's step, and one a search's resolution above it."""
+        # The step itself is the limit, which rounding may put on either side.
+        trial = yield step * (1.0 - 1e-9)
+        self._passes = trial if trial.meets else None
+        above = yield step * RESOLUTION
+        self._fails = None if above.meets else above
+        if self._passes is None or self._fails is None:
+            self._reason = "running it does not confirm the closed form"

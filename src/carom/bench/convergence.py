@@ -1,0 +1,122 @@
+"""The order of convergence: the slope of error against step on logarithmic axes, with its confidence interval."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from carom.comparator.verdict import THRESHOLDS
+
+__all__ = ["CONFIDENCE", "Convergence", "Order", "fit_order", "fit_power", "student_quantile"]
+
+CONFIDENCE = 0.95
+
+#: Sampling alone has order 1. An order that is surely below half of that needs more than four times the steps to halve
+#: an error, and more than a thousand times the steps to win a factor of 32: nobody will get there by a smaller step.
+LEAST_ORDER = 0.5
+
+
+class Convergence(Enum):
+    """What an order says; the value is the phrase shown."""
+
+    EXACT = "exact at every step"
+    CONVERGES = "converges"
+    DOES_NOT_CONVERGE = "does not converge"
+    UNDECIDED = "not decided by these steps"
+    TOO_FEW = "too few steps to tell"
+
+
+@dataclass(frozen=True)
+class Order:
+    """A fitted power law ``y = factor * x ** exponent``, and what its exponent says.
+
+    Attributes:
+        verdict: What the exponent's interval says.
+        exponent: The slope on logarithmic axes; NaN where there are too few points.
+        low: Lower end of its confidence interval.
+        high: Upper end.
+        factor: Value at ``x = 1``.
+        points: How many points were fitted: those that are above rounding.
+    """
+
+    verdict: Convergence
+    exponent: float
+    low: float
+    high: float
+    factor: float
+    points: int
+
+
+def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> Order:
+    """Fit the order of convergence of errors (without unit) to steps; errors at rounding have left the power law."""
+    kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
+    above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
+    if kept and not above:
+        return Order(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
+    exponent, low, high, factor = fit_power([x for x, _ in above], [y for _, y in above])
+    if math.isnan(low):
+        verdict = Convergence.TOO_FEW
+    elif low >= LEAST_ORDER:
+        verdict = Convergence.CONVERGES
+    elif high < LEAST_ORDER:
+        verdict = Convergence.DOES_NOT_CONVERGE
+    else:
+        verdict = Convergence.UNDECIDED
+    return Order(verdict, exponent, low, high, factor, len(above))
+
+
+def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:
+    """Return exponent, ends of its confidence interval, and factor of a power law through positive points.
+
+    Least squares on the logarithms. The interval takes the deviations from the line as independent and normal; it
+    needs three points, and is NaN where there are fewer, as is the exponent below two.
+    """
+    if len(set(x)) < 2:
+        return math.nan, math.nan, math.nan, math.nan
+    log_x, log_y = np.log(np.asarray(x, dtype=np.float64)), np.log(np.asarray(y, dtype=np.float64))
+    centred = log_x - log_x.mean()
+    squares = float(centred @ centred)
+    exponent = float(centred @ log_y) / squares
+    offset = float(log_y.mean() - exponent * log_x.mean())
+    freedom = len(log_x) - 2
+    if freedom < 1:
+        return exponent, math.nan, math.nan, math.exp(offset)
+    residual = log_y - offset - exponent * log_x
+    half = student_quantile(0.5 + CONFIDENCE / 2, freedom) * math.sqrt(float(residual @ residual) / freedom / squares)
+    return exponent, exponent - half, exponent + half, math.exp(offset)
+
+
+def student_quantile(probability: float, freedom: int) -> float:
+    """Return the quantile of Student's t for a probability of 1/2 to 1 (exclusive) and whole degrees of freedom."""
+    low, high = 0.0, 1.0
+    while _student_cdf(high, freedom) < probability:
+        high *= 2.0
+    while high - low > 1e-13 * high:
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        low, high = (middle, high) if _student_cdf(middle, freedom) < probability else (low, middle)
+    return high
+
+
+def _student_cdf(t: float, freedom: int) -> float:
+    """Return the distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
+    angle = math.atan2(t, math.sqrt(freedom))
+    sine, cosine = math.sin(angle), math.cos(angle)
+    if freedom % 2:
+        term, total = cosine, 0.0
+        for k in range(1, freedom - 1, 2):
+            total += term
+            term *= cosine * cosine * (k + 1) / (k + 2)
+        both = (angle + sine * total) * 2.0 / math.pi
+    else:
+        term, total = 1.0, 0.0
+        for k in range(0, freedom - 1, 2):
+            total += term
+            term *= cosine * cosine * (k + 1) / (k + 2)
+        both = sine * total
+    return 0.5 + 0.5 * both

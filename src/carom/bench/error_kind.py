@@ -1,0 +1,58 @@
+"""The error of a work-precision diagram: one number without unit, and only where every impact was found."""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from carom.runner.cell_score import Measures
+
+__all__ = ["ErrorKind", "error_of"]
+
+
+class ErrorKind(StrEnum):
+    """Which error; the value is its name on the command line."""
+
+    IMPACT = "impact"
+    TIME = "time"
+    VELOCITY = "velocity"
+    DIRECTION = "direction"
+    POSITION = "position"
+
+    @property
+    def label(self) -> str:
+        """What it is, in a few words for an axis."""
+        what = "direction error, rad" if self is ErrorKind.DIRECTION else f"{self.value} error"
+        return f"{what}, worst {'disc at the end' if self is ErrorKind.POSITION else 'impact'}"
+
+    @property
+    def meaning(self) -> str:
+        """What it is, in full."""
+        return _MEANINGS[self]
+
+
+_MEANINGS = {
+    ErrorKind.IMPACT: "error of the worst impact: time over the duration or velocity over the speed, the larger",
+    ErrorKind.TIME: "time error of the worst impact, over the scene's duration",
+    ErrorKind.VELOCITY: "velocity error of the worst impact, over the scene's greatest speed",
+    ErrorKind.DIRECTION: "direction error of the worst impact, radians",
+    ErrorKind.POSITION: "error of the worst final place, over the largest radius",
+}
+
+
+def error_of(measures: Measures, kind: ErrorKind) -> float:
+    """Return the error of a run; NaN where no impact was matched. Missed impacts are not in it: they are counted."""
+    time = abs(measures.time_error_s) / measures.duration_s
+    match kind:
+        case ErrorKind.TIME:
+            return time
+        case ErrorKind.VELOCITY:
+            return measures.velocity_error
+        case ErrorKind.DIRECTION:
+            return measures.direction_error_rad
+        case ErrorKind.POSITION:
+            return measures.final_position_error
+        case ErrorKind.IMPACT:
+            return math.nan if math.isnan(time) else max(time, measures.velocity_error)

@@ -1,0 +1,327 @@
+"""Cost as work grows: run time and memory against the number of discs, on one gas, with the fitted exponents."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from carom.bench.convergence import fit_power
+from carom.bench.gas import hard_disc_gas
+from carom.errors import AdapterError, InputError
+from carom.registry import EngineInfo, load_adapter
+from carom.runner.cross_check import chosen_engines
+from carom.runner.drive import profile_settings
+from carom.runner.environment import Environment, environment
+from carom.runner.messages import Failure
+from carom.runner.plan import unsupported_reason
+from carom.runner.process import Crashed, TimedOut, Worker
+from carom.scene import Disc, Scene, Wall
+
+__all__ = [
+    "OWN_SIZES",
+    "SIZES",
+    "Growth",
+    "GrowthCurve",
+    "GrowthPoint",
+    "GrowthTask",
+    "gas_scene",
+    "growth",
+    "same_method",
+]
+
+#: Numbers of discs; engines go to the last of the first row, Carom's own methods to the last of the second.
+SIZES = (2, 10, 30, 100, 300, 1_000, 3_000, 10_000)
+OWN_SIZES = (*SIZES, 30_000, 100_000)
+
+#: A gas as thin as this has room for every disc to move, and as dense that most meet another within a second.
+PACKING = 0.3
+DT_S = 1 / 240
+STEPS = 30
+
+#: Below so many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
+FIT_FROM = 100
+
+#: A run that is shorter than this is repeated, and the median taken.
+SHORT_S = 0.5
+REPEATS = 3
+
+#: A warm-up has no more discs than this, which is enough to make PIC start its compiled kernel.
+WARM = 1_000
+
+#: Compiling the kernel for the first time takes a minute on a busy machine, seconds, and is no part of the budget.
+COMPILE_LIMIT_S = 240.0
+
+#: Starting a process and building the scene in it take about so long, beside the run itself.
+START_S = 2.0
+
+Progress = Callable[[int, int, str], None]
+
+
+@dataclass(frozen=True)
+class Grown:
+    """What one run took: seconds to prepare and for all steps, bytes before there was a world, and at most."""
+
+    prepare_s: float
+    advance_s: float
+    before_bytes: int
+    peak_bytes: int
+
+
+@dataclass(frozen=True)
+class GrowthTask:
+    """Run a gas of so many discs in a worker process of its own, whose memory nothing else has touched."""
+
+    discs: int
+    engine: str
+    profile: str
+
+    def carry_out(self) -> Grown:
+        """Return what it took."""
+        scene = gas_scene(self.discs)
+        adapter = load_adapter(self.engine)
+        reason = unsupported_reason(scene, adapter.capabilities, DT_S)
+        if reason:
+            raise AdapterError(reason)
+        settings = profile_settings(adapter, self.profile, DT_S)
+        # What importing an engine and compiling a kernel take is no part of a world.
+        warm = adapter.prepare(scene if self.discs <= WARM else gas_scene(WARM), settings)
+        warm.advance(1)
+        warm.close()
+        del warm
+        before = _resident_bytes("VmRSS")
+        prepared: list[float] = []
+        advanced: list[float] = []
+        while not advanced or (sum(advanced) + sum(prepared) < SHORT_S and len(advanced) < REPEATS):
+            started = time.perf_counter()
+            world = adapter.prepare(scene, settings)
+            prepared.append(time.perf_counter() - started)
+            try:
+                started = time.perf_counter()
+                world.advance(STEPS)
+                advanced.append(time.perf_counter() - started)
+            finally:
+                world.close()
+        return Grown(statistics.median(prepared), statistics.median(advanced), before, _resident_bytes("VmHWM"))
+
+
+def gas_scene(discs: int) -> Scene:
+    """Return a gas of so many equal discs in a square box, as a scene that lasts as long as it is timed."""
+    gas = hard_disc_gas(discs, PACKING)
+    rows = zip(gas.position_m.tolist(), gas.velocity_m_s.tolist(), gas.radius_m.tolist(), strict=True)
+    return Scene(
+        name=f"gas of {discs}",
+        discs=[Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=r) for p, v, r in rows],
+        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.walls],
+        duration_s=STEPS * DT_S,
+    )
+
+
+def _resident_bytes(field: str) -> int:
+    """Return a line of this process's status, bytes: VmRSS is what is resident now, VmHWM the most that ever was."""
+    try:
+        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+            if line.startswith(f"{field}:"):
+                return int(line.split()[1]) * 1024
+    except OSError:
+        pass  # not Linux: there is no such file
+    return 0
+
+
+@dataclass(frozen=True)
+class GrowthPoint:
+    """One number of discs.
+
+    Attributes:
+        discs: How many.
+        prepare_s: Seconds to build the world; NaN where it was not run.
+        advance_s: Seconds for all steps; NaN where it was not run.
+        memory_bytes: What the process grew by at most, over what it held before there was a world; NaN likewise.
+        peak_bytes: The most that the process ever held; NaN likewise.
+        ratio: `advance_s` over PIT's with as many discs; NaN where either was not run.
+        reason: Why it was not run, empty where it was.
+    """
+
+    discs: int
+    prepare_s: float
+    advance_s: float
+    memory_bytes: float
+    peak_bytes: float
+    ratio: float = math.nan
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class GrowthCurve:
+    """All numbers of discs of one engine's profile.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        points: From few discs to many.
+        time_exponent: Of run time against the number of discs, with its interval: (exponent, low, high).
+        memory_exponent: Likewise of memory.
+    """
+
+    engine: str
+    profile: str
+    points: tuple[GrowthPoint, ...]
+    time_exponent: tuple[float, float, float]
+    memory_exponent: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Growth:
+    """A finished growth bench.
+
+    Attributes:
+        curves: One entry an engine.
+        engines: What was known of each.
+        environment: Machine and versions.
+        budget_s: Seconds that it was allowed.
+        command: The command that makes this again.
+        elapsed_s: Seconds that it took.
+    """
+
+    curves: tuple[GrowthCurve, ...]
+    engines: tuple[EngineInfo, ...]
+    environment: Environment
+    budget_s: float
+    command: str
+    elapsed_s: float
+
+
+def growth(
+    engine_names: Sequence[str] | None = None,
+    *,
+    profile: str = "tuned",
+    sizes: Sequence[int] | None = None,
+    budget_s: float = 120.0,
+    time_limit_s: float = 60.0,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Growth:
+    """Run a gas of more and more discs, one process a run and one run at a time, until the budget is used up.
+
+    Args:
+        engine_names: Names of adapters; all by default.
+        profile: Name of the profile.
+        sizes: Numbers of discs; by default `SIZES`, and `OWN_SIZES` for Carom's own methods.
+        budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
+        time_limit_s: A run that takes longer is ended.
+        progress: Called with (done, all, what).
+        command: The command line to print.
+
+    Raises:
+        InputError: A number of discs is below 1, or the budget is no positive number.
+        UnknownNameError: There is no such engine.
+    """
+    for size in sizes or ():
+        if size < 1:
+            raise InputError(f"a number of discs must be 1 or more, got {size}")
+    if not budget_s > 0 or not time_limit_s > 0:
+        raise InputError(f"budget and time limit must be positive, got {budget_s:g} and {time_limit_s:g}")
+    infos = chosen_engines(engine_names)
+    wanted = [
+        (size, info)
+        for size in sorted(set(sizes or OWN_SIZES))
+        for info in infos
+        if sizes or size <= SIZES[-1] or info.engine == "Carom"
+    ]
+    if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
+        _run(GrowthTask(WARM, "pic", profile), COMPILE_LIMIT_S)  # its kernel is kept on the disc from then on
+    started = time.perf_counter()
+    points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
+    spent = dict.fromkeys(points, 0.0)
+    for done, (size, info) in enumerate(wanted):
+        if progress is not None:
+            progress(done, len(wanted), f"{size} discs on {info.name}")
+        own = points[info.name]
+        before = time.perf_counter()
+        # No engine lives at the cost of another: each has its share of the budget.
+        left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
+        reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
+        own.append(_absent(size, reason) if reason else _run(GrowthTask(size, info.name, profile), time_limit_s))
+        spent[info.name] += time.perf_counter() - before
+    pit = {point.discs: point.advance_s for point in points.get("pit", ())}
+    curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
+    versions = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
+    elapsed_s = time.perf_counter() - started
+    return Growth(curves, tuple(infos), environment(versions), budget_s, command, elapsed_s)
+
+
+def _absent(discs: int, reason: str) -> GrowthPoint:
+    return GrowthPoint(discs, math.nan, math.nan, math.nan, math.nan, reason=reason)
+
+
+def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
+    """Return why a run is left out, judged by the ones before it; empty where it may be tried."""
+    if left_s <= 0:
+        return "its share of the budget was used up; raise --budget"
+    if own and own[-1].reason:  # what fewer discs could not do, more can't
+        first = next(point for point in own if point.reason)
+        return f"as for {first.discs} discs"
+    ran = [point for point in own if not point.reason]
+    if len(ran) < 2:
+        return ""
+    last, before = ran[-1], ran[-2]
+    spent, earlier = (point.advance_s + point.prepare_s for point in (last, before))
+    # Cost that grew less than in proportion was fixed cost; it will grow at least in proportion from here.
+    exponent = max(1.0, math.log(spent / earlier) / math.log(last.discs / before.discs))
+    expected_s = spent * (size / last.discs) ** exponent
+    if expected_s + START_S <= allowed_s:
+        return ""
+    left = f"{max(allowed_s, 0):.0f} s are left"
+    return f"about {expected_s:.0f} s, judged by {last.discs} discs, and {left}; raise --budget or --time-limit"
+
+
+def _run(task: GrowthTask, time_limit_s: float) -> GrowthPoint:
+    worker: Worker[object] = Worker()
+    with worker:
+        try:
+            answer = worker.ask(task, time_limit_s)
+        except Crashed as error:
+            return _absent(task.discs, f"crashed: {error}")
+        except TimedOut as error:
+            return _absent(task.discs, f"timed out: {error}")
+    if isinstance(answer, Failure):
+        return _absent(task.discs, answer.message)
+    if not isinstance(answer, Grown):
+        raise AdapterError(f"a worker answered with {type(answer).__name__} where a timing was asked for")
+    memory = max(0, answer.peak_bytes - answer.before_bytes)
+    return GrowthPoint(task.discs, answer.prepare_s, answer.advance_s, float(memory), float(answer.peak_bytes))
+
+
+def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
+    """Return the points from the last one that cost less than the one before it.
+
+    More discs are more work, so there the method has changed (PIC goes over to its compiled kernel), and a power law
+    through both methods would be one of neither.
+    """
+    falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]
+    return list(points[falls[-1] if falls else 0 :])
+
+
+def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[int, float]) -> GrowthCurve:
+    held = tuple(
+        GrowthPoint(
+            point.discs,
+            point.prepare_s,
+            point.advance_s,
+            point.memory_bytes,
+            point.peak_bytes,
+            point.advance_s / pit.get(point.discs, math.nan),
+            point.reason,
+        )
+        for point in points
+    )
+    fitted = same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
+    sizes = [float(point.discs) for point in fitted]
+    time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
+    with_memory = [point for point in fitted if point.memory_bytes > 0]
+    memory_exponent = fit_power([float(p.discs) for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
+    return GrowthCurve(engine, profile, held, time_exponent, memory_exponent)

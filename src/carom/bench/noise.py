@@ -1,0 +1,78 @@
+"""How quiet a machine is: the same fixed work, timed again and again between the measurements."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["Noise", "NoiseProbe", "Spread", "spread"]
+
+#: How long one piece of fixed work is to take on a quiet machine, seconds: long against the clock's own grain, short
+#: against what it is put between.
+PROBE_S = 1e-3
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median and quartiles of several measurements."""
+
+    median: float
+    low: float
+    high: float
+
+
+def spread(values: list[float]) -> Spread:
+    """Return median and quartiles; one value is all three."""
+    low, median, high = (float(q) for q in np.percentile(values, (25, 50, 75)))
+    return Spread(median, low, high)
+
+
+@dataclass(frozen=True)
+class Noise:
+    """What a machine made of fixed work.
+
+    Attributes:
+        work_s: Seconds that it took, the median.
+        interquartile: The middle half of all probes lies within so large a part of the median.
+        worst: The slowest, over the median.
+        probes: How many there were.
+    """
+
+    work_s: float
+    interquartile: float
+    worst: float
+    probes: int
+
+
+class NoiseProbe:
+    """Fixed work in plain Python, as much of it as takes about a millisecond when first tried."""
+
+    def __init__(self) -> None:
+        self._loops = 1000
+        trials = []
+        for _ in range(9):
+            self._loops = max(1, round(self._loops * PROBE_S / self._work()))
+            trials.append(self._loops)
+        self._loops = round(statistics.median(trials[3:]))  # the first few only find the size
+        self._times: list[float] = []
+
+    def take(self) -> None:
+        """Do the work once and keep how long it took."""
+        self._times.append(self._work())
+
+    def noise(self) -> Noise:
+        """Return what was found; at least one probe must have been taken."""
+        found = spread(self._times)
+        return Noise(
+            found.median, (found.high - found.low) / found.median, max(self._times) / found.median, len(self._times)
+        )
+
+    def _work(self) -> float:
+        started = time.perf_counter()
+        total = 0
+        for k in range(self._loops):
+            total += k & 7
+        return time.perf_counter() - started

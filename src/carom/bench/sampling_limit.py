@@ -1,0 +1,171 @@
+"""The largest step at which looking once a step meets a demand, for one impact of two bodies, in closed form.
+
+A method that looks at t = k dt finds the impact of two discs at the first look in [enter, closest approach): touching
+or overlapping, and approaching still. So whatever the phase it finds it if dt is at most the length of that window;
+and it finds it late by less than dt. How late makes how wrong a direction is geometry: while the discs slide into one
+another their line of centres turns, and the velocity of each after the impact moves on a circle. With u the relative
+velocity, k a disc's share (1 + e) mu / m of the push, and n the unit line of centres,
+``k (u . n) n = (k / 2) (u + |u| w)``, where w is the unit vector whose angle is twice that of n less that of u.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["PairLimit", "Window", "direction_limit", "largest_step", "miss_share", "pair_limit"]
+
+Vector = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Window:
+    """Two discs as they touch, on the way into one another.
+
+    Attributes:
+        reach_m: Distance of the centres at contact.
+        speed_m_s: Relative speed.
+        miss_m: Impact parameter: distance of the first centre from the line on which the second moves, with a sign.
+        normal: Unit vector from first to second at contact.
+        relative_m_s: Velocity of the second less that of the first.
+    """
+
+    reach_m: float
+    speed_m_s: float
+    miss_m: float
+    normal: Vector
+    relative_m_s: Vector
+
+    @property
+    def length_s(self) -> float:
+        """Seconds from contact to the closest approach, were there no impact."""
+        # As a product of two sums: for a graze the difference of the squares would be rounding.
+        inside = (self.reach_m - abs(self.miss_m)) * (self.reach_m + abs(self.miss_m))
+        return math.sqrt(max(inside, 0.0)) / self.speed_m_s
+
+    @property
+    def share(self) -> float:
+        """The impact parameter over the contact distance: 0 is head-on, 1 a graze."""
+        return abs(self.miss_m) / self.reach_m
+
+    @classmethod
+    def of(cls, reach_m: float, normal: Vector, relative_m_s: Vector) -> Window:
+        """Return the window of two discs that touch along a normal."""
+        (nx, ny), (ux, uy) = normal, relative_m_s
+        speed = math.hypot(ux, uy)
+        return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
+
+
+def miss_share(window_s: float, dt_s: float) -> float:
+    """Return the probability that no look falls into a window, the phase being anything between 0 and a step."""
+    return max(0.0, 1.0 - window_s / dt_s)
+
+
+def largest_step(window_s: float, miss_probability: float) -> float:
+    """Return the largest step that misses a window with no more than this probability, infinite for 1."""
+    return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
+
+
+def direction_limit(window: Window, velocity_before: Vector, sign: float, push: float, angle_rad: float) -> float:
+    """Return how late the impact may be found before a disc's direction after it is wrong by more than an angle.
+
+    Args:
+        window: The two discs at contact.
+        velocity_before: Velocity of the disc before, metres a second.
+        sign: 1 for the first disc, which takes ``+push (u . n) n``; -1 for the second.
+        push: ``(1 + e) mu / m`` of this disc, 0 where it can't be moved.
+        angle_rad: The angle, above 0 and below pi.
+
+    Returns:
+        Seconds of lateness, infinite where the direction never gets so wrong within the window.
+    """
+    (ux, uy), speed = window.relative_m_s, window.speed_m_s
+    radius = 0.5 * push * speed
+    centre = (velocity_before[0] + sign * 0.5 * push * ux, velocity_before[1] + sign * 0.5 * push * uy)
+    course = math.atan2(uy, ux)
+    start = 2.0 * math.atan2(window.normal[1], window.normal[0]) - course
+    turn = _turn(window)
+    if radius == 0.0 or turn == 0.0:
+        return math.inf
+
+    def after(swept: float) -> Vector:
+        place = start + swept
+        return (centre[0] + sign * radius * math.cos(place), centre[1] + sign * radius * math.sin(place))
+
+    reference = after(0.0)
+    # A disc that is left at rest has no direction; the push and the course cancel to rounding there.
+    if math.hypot(*reference) <= 8 * 2.0**-53 * (math.hypot(*velocity_before) + push * speed):
+        return math.inf
+    heading = math.atan2(reference[1], reference[0])
+    crossings = []
+    for side in (heading - angle_rad, heading + angle_rad):
+        for place in _circle_meets_ray(centre, radius, side):
+            swept = (math.atan2(sign * place[1], sign * place[0]) - start) % math.tau
+            crossings.append(swept if turn > 0 else math.tau - swept)
+    within = [swept for swept in crossings if 0.0 < swept < abs(turn)]
+    return _lateness(window, math.copysign(min(within), turn)) if within else math.inf
+
+
+def _turn(window: Window) -> float:
+    """Return by how much w turns from contact to closest approach, radians, with its sign; head-on it does not."""
+    share = min(1.0, window.share)
+    return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
+
+
+def _lateness(window: Window, swept: float) -> float:
+    """Return after how many seconds w has turned by so much."""
+    along = window.length_s * window.speed_m_s
+    aside = abs(window.miss_m)
+    # The line of centres turns by half of it; the distance still to go to the closest approach is aside * tan(...).
+    angle_left = math.atan2(along, aside) - 0.5 * abs(swept)
+    return (along - aside * math.tan(angle_left)) / window.speed_m_s
+
+
+def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vector]:
+    """Return where a ray from the origin meets a circle, as vectors from the circle's centre."""
+    dx, dy = math.cos(heading), math.sin(heading)
+    half = centre[0] * dx + centre[1] * dy
+    aside = centre[0] * dy - centre[1] * dx
+    inside = (radius - abs(aside)) * (radius + abs(aside))
+    if inside < 0.0:
+        return []
+    root = math.sqrt(inside)
+    return [(along * dx - centre[0], along * dy - centre[1]) for along in (half - root, half + root) if along > 0.0]
+
+
+@dataclass(frozen=True)
+class PairLimit:
+    """What one impact allows a method that looks once a step.
+
+    Attributes:
+        window: The two discs at contact; None for a wall, through which nothing passes unseen.
+        miss_dt_s: Largest step that finds it with the probability asked for.
+        direction_dt_s: Largest step at which no disc's direction is wrong by more than the angle asked for.
+    """
+
+    window: Window | None
+    miss_dt_s: float
+    direction_dt_s: float
+
+    @property
+    def dt_s(self) -> float:
+        """The largest step that meets both."""
+        return min(self.miss_dt_s, self.direction_dt_s)
+
+
+def pair_limit(
+    window: Window,
+    velocities_before: tuple[Vector, Vector],
+    inverse_masses: tuple[float, float],
+    restitution: float,
+    angle_rad: float,
+    miss_probability: float,
+) -> PairLimit:
+    """Return what an impact of two discs allows."""
+    total = sum(inverse_masses)
+    pushes = [(1.0 + restitution) * inverse / total for inverse in inverse_masses]
+    direction = min(
+        direction_limit(window, before, sign, push, angle_rad)
+        for before, push, sign in zip(velocities_before, pushes, (1.0, -1.0), strict=True)
+    )
+    return PairLimit(window, largest_step(window.length_s, miss_probability), direction)

@@ -1,0 +1,92 @@
+"""`carom advise`: the largest step that is good enough for a scene."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import typer
+
+from carom.cli.common import console, guarded, scenes_named
+from carom.cli.progress import progress_bar
+from carom.errors import InputError
+
+__all__ = ["advise"]
+
+
+@guarded
+def advise(
+    scene: Annotated[str, typer.Argument(help="A scene file (.toml, .json), or one scene of the catalogue by name.")],
+    direction_error: Annotated[
+        str,
+        typer.Option("--direction-error", help="No direction may be wrong by more: 1deg, or in radians 0.02rad."),
+    ] = "1deg",
+    miss_probability: Annotated[
+        float,
+        typer.Option("--miss-probability", help="Share of starts at which an impact may be missed, 0 to below 1."),
+    ] = 0.0,
+    engine: Annotated[
+        list[str] | None, typer.Option("--engine", "-e", help="Engine to try, repeatable. All by default.")
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+    ] = None,
+    phases: Annotated[
+        int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each step is tried at.")
+    ] = 8,
+    jobs: Annotated[
+        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
+    ] = None,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+    ] = 60.0,
+    budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+) -> None:
+    """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
+
+    For two discs PIT's answer is a closed form; for all else steps are tried. Each answer stands beside a step that
+    was run and passes and one that was run and fails.
+
+    Examples: `carom advise my-scene.toml`, `carom advise paper/missed --direction-error 5deg --miss-probability 0.1`.
+    """
+    from carom.bench.advise import Demand
+    from carom.bench.advise import advise as find
+    from carom.report.advice import advice_sentences, advice_table
+    from carom.report.bench_terminal import rich_table
+    from carom.runner.local import LocalPool
+    from carom.scene import Scene
+
+    found = scenes_named([scene])
+    if len(found) != 1:
+        raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
+    for name, value in (("--budget", budget), ("--time-limit", time_limit)):
+        if not value > 0:
+            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+    plain = found[0] if isinstance(found[0], Scene) else found[0].scene
+    with LocalPool(jobs, time_limit) as pool, progress_bar() as progress:
+        advice = find(
+            plain,
+            Demand(angle(direction_error), miss_probability),
+            pool,
+            engine,
+            profiles=tuple(profile or ("default", "tuned")),
+            phases=phases,
+            budget_s=budget,
+            progress=progress,
+        )
+    printer = console()
+    printer.print(rich_table(advice_table(advice)))
+    for sentence in advice_sentences(advice):
+        printer.print(sentence, soft_wrap=True)
+
+
+def angle(text: str) -> float:
+    """Read an angle such as ``1deg`` or ``0.02rad``, in radians."""
+    for unit, scale in (("deg", math.pi / 180.0), ("rad", 1.0)):
+        if text.endswith(unit):
+            try:
+                return float(text.removesuffix(unit)) * scale
+            except ValueError:
+                break
+    raise InputError(f"--direction-error must be an angle such as 1deg or 0.02rad, got {text!r}")

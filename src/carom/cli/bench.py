@@ -1,0 +1,230 @@
+"""`carom bench`: run time against error, from one command, resumable, here or on a cluster."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.bench.error_kind import ErrorKind
+from carom.cli.common import EXIT_INTERRUPTED, console, guarded, scenes_named, seconds
+from carom.cli.progress import progress_bar
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.bench.work_precision import Plan
+    from carom.report.bench_figure import Diagram
+    from carom.runner.sweep import Pool
+    from carom.scene import Scene
+
+__all__ = ["bench"]
+
+
+@guarded
+def bench(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern."),
+    ] = None,
+    engine: Annotated[
+        list[str] | None, typer.Option("--engine", "-e", help="Engine, repeatable. All by default.")
+    ] = None,
+    dt: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--dt",
+            help="Step in seconds, such as 1/240, or a geometric series 1/60..1/10000:6 (of six steps); repeatable. "
+            "By default six steps from each scene's own frame to one 167 times finer.",
+        ),
+    ] = None,
+    profile: Annotated[
+        list[str] | None,
+        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
+    ] = Path("carom-bench"),
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the journals in --out: run only what is missing.")
+    ] = False,
+    error: Annotated[ErrorKind, typer.Option("--error", help="Which error stands on the axis.")] = ErrorKind.IMPACT,
+    target: Annotated[
+        float, typer.Option("--target", help="The error to which the cheapest way is looked for.")
+    ] = 1e-3,
+    axes: Annotated[
+        list[str] | None,
+        typer.Option("--axes", help="Diagrams: error-time, error-dt, time-dt; repeatable. All by default."),
+    ] = None,
+    phases: Annotated[
+        int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each run is scored at.")
+    ] = 4,
+    rounds: Annotated[int, typer.Option("--rounds", min=3, help="Rounds of the timing pass.")] = 7,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random order within the rounds.")] = 1,
+    budget: Annotated[
+        float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
+    ] = 80.0,
+    time_limit: Annotated[
+        float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+    ] = 60.0,
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", min=1, help="Cells scored at a time. As many as there are cores by default."),
+    ] = None,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
+    ] = "",
+    timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
+    grow: Annotated[
+        bool,
+        typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
+    ] = False,
+    discs: Annotated[
+        list[int] | None,
+        typer.Option("--discs", min=1, help="With --grow, a number of discs; repeatable. 2 to 10,000 by default."),
+    ] = None,
+) -> None:
+    """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
+
+    Errors come from a scoring pass; run times from a pass of their own in which nothing is observed and nothing else
+    runs. A line of a journal is written for every finished cell: a bench that was ended goes on with --resume.
+
+    Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
+    `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
+    """
+    if grow:
+        _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
+        return
+    from carom.bench.timing_journal import TimingJournal
+    from carom.bench.work_precision import Plan, work_precision
+    from carom.report.bench_figure import Diagram
+    from carom.report.bench_terminal import bench_lines
+    from carom.report.bench_write import write_bench
+    from carom.report.write import require_writable
+    from carom.runner.journal import Journal
+
+    found = _scenes(scenes or [])
+    plan = Plan(
+        engines=tuple(engine) if engine else None,
+        dts=tuple(step for text in dt for step in step_series(text)) if dt else None,
+        profiles=tuple(profile or ("default", "tuned")),
+        phases=phases,
+        error=error,
+        target=target,
+        rounds=rounds,
+        seed=seed,
+        budget_s=budget,
+        time_limit_s=time_limit,
+        timing=timing,
+    )
+    shown = _axes(axes, tuple(Diagram))
+    require_writable(out)
+    pool = _pool(plan, scheduler, jobs)
+    scored = out / "journal.jsonl"
+    try:
+        with (
+            Journal(scored, resume=resume) as journal,
+            TimingJournal(out / "timings.jsonl", resume=resume) as timings,
+            progress_bar() as progress,
+        ):
+            result = work_precision(
+                found,
+                plan,
+                pool,
+                journal=journal,
+                timings=timings,
+                progress=progress,
+                command=shlex.join(["carom", *sys.argv[1:]]),
+            )
+    except KeyboardInterrupt:
+        typer.echo(f"carom: interrupted; what is finished is in {scored}, and --resume goes on from there", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
+    paths = write_bench(result, out, shown)
+    printer = console()
+    for item in bench_lines(result):
+        if isinstance(item, str):
+            printer.print(item, soft_wrap=True)
+        else:
+            printer.print(item)
+    printer.print(f"page: {paths.html}", soft_wrap=True)
+
+
+def step_series(text: str) -> tuple[float, ...]:
+    """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``."""
+    from carom.bench.work_precision import STEPS, geometric_steps
+
+    if ".." not in text:
+        return (seconds(text),)
+    ends, _, count = text.partition(":")
+    coarsest, _, finest = ends.partition("..")
+    if count and not (count.isascii() and count.isdigit()):
+        raise InputError(f"--dt must be a series such as 1/60..1/10000:6, got {text!r}")
+    return geometric_steps(seconds(coarsest), seconds(finest), int(count) if count else STEPS)
+
+
+def _grow(
+    scenes: list[str],
+    engine: list[str] | None,
+    profile: list[str] | None,
+    discs: list[int] | None,
+    out: Path,
+    budget_s: float,
+    time_limit_s: float,
+) -> None:
+    from carom.bench.growth import growth
+    from carom.report.bench_tables import stamp_lines
+    from carom.report.bench_terminal import rich_table
+    from carom.report.growth import growth_tables, unrun_growth, write_growth
+    from carom.report.write import require_writable
+
+    if scenes:
+        raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
+    if profile and len(profile) > 1:
+        raise InputError(f"--grow runs one profile, got {len(profile)}")
+    require_writable(out)
+    with progress_bar() as progress:
+        found = growth(
+            engine,
+            profile=profile[0] if profile else "tuned",
+            sizes=discs,
+            budget_s=budget_s,
+            time_limit_s=time_limit_s,
+            progress=progress,
+            command=shlex.join(["carom", *sys.argv[1:]]),
+        )
+    page = write_growth(found, out)
+    printer = console()
+    for table in growth_tables(found):
+        printer.print(rich_table(table))
+    for line in (*unrun_growth(found), *stamp_lines(found.environment, found.command), f"page: {page}"):
+        printer.print(line, soft_wrap=True)
+
+
+def _scenes(names: list[str]) -> list[Scene]:
+    from carom.scene import Scene
+
+    if not names:
+        raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
+    return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]
+
+
+def _axes(asked: list[str] | None, there_are: tuple[Diagram, ...]) -> tuple[Diagram, ...]:
+    if not asked:
+        return there_are
+    by_name = {str(kind): kind for kind in there_are}
+    for name in asked:
+        if name not in by_name:
+            raise InputError(f"--axes must be one of {', '.join(by_name)}, got {name!r}")
+    return tuple(by_name[name] for name in dict.fromkeys(asked))
+
+
+def _pool(plan: Plan, scheduler: str, jobs: int | None) -> Pool:
+    if scheduler:
+        from carom.runner.cluster import ClusterPool
+
+        return ClusterPool(scheduler, plan.time_limit_s)
+    from carom.runner.local import LocalPool
+
+    return LocalPool(jobs, plan.time_limit_s)

@@ -1,0 +1,102 @@
+"""What the adviser says, in sentences and a table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from carom.bench.advise import RESOLUTION, Advice, Answer, Cause, HardImpact, Trial
+from carom.report import wording
+from carom.report.bench_tables import TableOf
+
+__all__ = ["advice_sentences", "advice_table"]
+
+
+def advice_sentences(advice: Advice) -> Iterator[str]:
+    """Return the answer, then which impact is the hardest and why."""
+    degrees = wording.number(math.degrees(advice.demand.direction_error_rad), 3)
+    lost = advice.demand.miss_probability
+    missing = "no impact missed" if lost == 0 else f"an impact missed at no more than {wording.percent(lost)} of starts"
+    demand = f"directions right to {degrees}° and {missing} on {advice.scene.name}"
+    if advice.closed_form_s is not None:
+        yield (
+            f"PIT needs {_rate(advice.closed_form_s)} for {demand}: by closed form, at any start."
+            if math.isfinite(advice.closed_form_s)
+            else f"Any frame rate at which PIT looks before the scene ends gives {demand}."
+        )
+    for answer in advice.answers:
+        if answer.passes is not None and not (answer.engine == "pit" and advice.closed_form_s is not None):
+            yield f"{answer.engine} ({answer.profile}) needs {_rate(answer.passes.dt_s)} for {demand}."
+    yield _hardest(advice.hardest[0], advice.impacts)
+
+
+def _rate(dt_s: float) -> str:
+    return f"at least {wording.number(1.0 / dt_s, 4)} steps a second (a step of at most {wording.number(dt_s, 4)} s)"
+
+
+def _hardest(impact: HardImpact, impacts: int) -> str:
+    other = f"disc {impact.second}" if impact.second >= 0 else f"wall {-1 - impact.second}"
+    where = f"disc {impact.first} and {other} at {wording.number(impact.time_s, 4)} s"
+    which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
+    window = impact.limit.window
+    if window is None:
+        return f"{which} is that of {where}: {impact.cause.value}."
+    size = f"{wording.number(window.speed_m_s)} m/s and {wording.number(window.reach_m)} m from centre to centre"
+    why = {
+        Cause.GRAZE: f"a graze, at {wording.number(window.share, 4)} of the contact distance off centre",
+        Cause.FAST: f"fast for their size, {size}",
+        Cause.TURN: f"their line of centres turns fast, at {size}",
+        Cause.WALL: impact.cause.value,
+    }[impact.cause]
+    late = impact.limit.direction_dt_s
+    direction = (
+        "and however late they are found, the directions stay right to what was asked"
+        if math.isinf(late)
+        else f"and found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
+    )
+    return (
+        f"{which} is that of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, "
+        f"{direction}."
+    )
+
+
+def advice_table(advice: Advice) -> TableOf:
+    """Return for every method the step that passes and the one that fails."""
+    return TableOf(
+        f"{advice.scene.name}: the largest step that meets the demand",
+        ("engine", "profile", "passes at", "there: lost, direction", "fails at", "there: lost, direction", "remark"),
+        tuple(_row(answer) for answer in advice.answers),
+        f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that look "
+        f"just before the hardest impacts; the two steps are no more than {wording.percent(RESOLUTION - 1.0)} apart. "
+        "Lost: share of the even starts with an impact missed or invented (+: only at an aimed one). Found by trying: "
+        "between the steps tried there is no proof.",
+        left=7,
+    )
+
+
+def _row(answer: Answer) -> tuple[str, ...]:
+    remark = answer.reason
+    if not remark and answer.closed_form_s is not None:
+        remark = f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
+    if not remark and answer.fails is None:
+        remark = "no step that was tried fails"
+    return (
+        answer.engine,
+        answer.profile,
+        _step(answer.passes),
+        _found(answer.passes),
+        _step(answer.fails),
+        _found(answer.fails),
+        remark,
+    )
+
+
+def _step(trial: Trial | None) -> str:
+    return wording.ABSENT if trial is None else f"{wording.number(trial.dt_s, 4)} s"
+
+
+def _found(trial: Trial | None) -> str:
+    if trial is None:
+        return wording.ABSENT
+    lost = wording.percent(trial.lost_share) + ("+" if trial.lost_anywhere and not trial.lost_share else "")
+    return f"{lost}, {wording.number(math.degrees(trial.direction_error_rad), 3)}°"

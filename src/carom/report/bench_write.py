@@ -1,0 +1,139 @@
+"""Writing a bench: the page, the diagrams as SVG and PNG, and every number as JSON."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import re
+from collections.abc import Mapping, Sequence
+from enum import Enum
+from pathlib import Path
+from typing import NamedTuple
+
+from carom.bench.work_precision import Bench, SceneBench
+from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
+from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
+from carom.report.extra import require_report_extra
+from carom.report.jsonl import strict
+from carom.report.write import replace_all
+
+__all__ = ["BenchPaths", "alone", "bench_json", "render_page", "value_of", "write_bench"]
+
+#: Raised when a field changes its meaning or goes; a new field does not raise it.
+FORMAT = 1
+
+#: A drawing on its own needs what one inside a page does not.
+_SVG_HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
+
+
+class BenchPaths(NamedTuple):
+    """The files of a bench; `diagrams` are those in the order of scenes and axes, SVG and PNG."""
+
+    html: Path
+    json: Path
+    diagrams: tuple[Path, ...]
+
+
+def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> BenchPaths:
+    """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, in place of older ones.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        OSError: The folder can't be written to.
+    """
+    require_report_extra()
+    files: dict[Path, str | bytes] = {}
+    label, foot = bench.plan.error.label, stamp(bench)
+    for scene in bench.scenes:
+        for kind in axes if scene.noise is not None else [kind for kind in axes if kind is Diagram.ERROR_DT]:
+            base = folder / f"{_file_name(scene)}-{kind.value}"
+            files[base.with_name(f"{base.name}.svg")] = alone(diagram_svg(scene, kind, label))
+            files[base.with_name(f"{base.name}.png")] = diagram_png(scene, kind, label, foot)
+    diagrams = tuple(files)
+    paths = BenchPaths(folder / "index.html", folder / "bench.json", diagrams)
+    files[paths.html] = _html(bench, axes)
+    files[paths.json] = bench_json(bench)
+    folder.mkdir(parents=True, exist_ok=True)
+    replace_all(files)
+    return paths
+
+
+def bench_json(bench: Bench) -> str:
+    """Return every number of a bench as one JSON object."""
+    scenes = [
+        {
+            **{f.name: value_of(getattr(s, f.name)) for f in dataclasses.fields(s) if f.name != "scene"},
+            "scene": s.scene.name,
+        }
+        for s in bench.scenes
+    ]
+    content = {
+        "format": FORMAT,
+        "command": bench.command,
+        "environment": value_of(bench.environment),
+        "plan": value_of(bench.plan),
+        "elapsed_s": bench.elapsed_s,
+        "scenes": scenes,
+    }
+    return json.dumps(strict(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
+
+
+def value_of(value: object) -> object:
+    """Return a result as plain lists and mappings."""
+    if isinstance(value, Enum):
+        return value.name.lower()
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: value_of(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, (list, tuple)):
+        return [value_of(item) for item in value]
+    return dict(value) if isinstance(value, Mapping) else value
+
+
+def _file_name(scene: SceneBench) -> str:
+    return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
+
+
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own."""
+    return svg.replace("<svg ", _SVG_HEAD, 1) + "\n"
+
+
+def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
+    error, target = bench.plan.error, bench.plan.target
+    label = error.label
+    parts: list[dict[str, object]] = []
+    for scene in bench.scenes:
+        timed = scene.noise is not None
+        shown = [kind for kind in axes if timed or kind is Diagram.ERROR_DT]
+        diagrams = [(kind.heading, diagram_svg(scene, kind, label)) for kind in shown]
+        if timed and Diagram.ERROR_TIME in shown:
+            title = "Error against run time, preparation included"
+            diagrams.insert(1, (title, diagram_svg(scene, Diagram.ERROR_TIME, label, whole=True)))
+        parts.append(
+            {
+                "name": scene.scene.name,
+                "description": scene.scene.description,
+                "sentence": cheapest_sentence(scene, target) if timed else "Not timed.",
+                "diagrams": diagrams,
+                "tables": all_tables(scene, error.meaning, target),
+                "unrun": list(unrun_lines(scene)),
+                "noise": noise_sentence(scene.noise),
+                "timed_at": scene.timed_at,
+                "rounds": scene.rounds,
+            }
+        )
+    return render_page("Carom bench", parts, stamp(bench), bench.plan.seed)
+
+
+def render_page(title: str, parts: Sequence[Mapping[str, object]], foot: Sequence[str], seed: int) -> str:
+    """Return a page of a bench; every name is escaped."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("bench.html.j2").render(title=title, scenes=parts, stamp=foot, seed=seed)

@@ -1,0 +1,7 @@
+"""The hostile adapters of the runner's tests, for the bench's, too."""
+
+from __future__ import annotations
+
+from tests.unit.runner.conftest import hostile
+
+__all__ = ["hostile"]

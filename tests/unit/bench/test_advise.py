@@ -1,0 +1,156 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
+from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impacts
+from carom.bench.sampling_limit import Window, miss_share, pair_limit
+from carom.errors import InputError
+from carom.runner.local import LocalPool
+from carom.runner.phase import begun_earlier
+
+DEGREE = math.radians(1)
+angles = st.floats(0, math.tau)
+
+
+def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
+    """Two discs, the second off centre by `miss`."""
+    return Scene(
+        name="pair",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(speed, 0), radius_m=radius, mass_kg=mass),
+            Disc(position_m=(4 * radius, miss), radius_m=radius),
+        ],
+        duration_s=6 * radius / speed,
+    )
+
+
+def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
+    """Impacts that PIT finds, and its worst direction error, where a look falls `lateness` after the contact."""
+    at = float(solve_pic(scene).impacts["time_s"][0])
+    found = solve_pit(begun_earlier(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
+    expected = solve_pic(scene).impacts[0]
+    worst = 0.0
+    for impact in found[:1]:
+        for name in ("velocity_first_after", "velocity_second_after"):
+            (a, b), (c, d) = impact[name], expected[name]
+            worst = max(worst, abs(math.atan2(a * d - b * c, a * c + b * d)))
+    return len(found), worst
+
+
+@given(
+    normal=angles,
+    course=st.floats(-1.5, 1.5),
+    speed=st.floats(0.1, 10),
+    frame=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    masses=st.tuples(st.floats(0.1, 10), st.floats(0.1, 10)),
+    restitution=st.floats(0, 1),
+    demanded=st.sampled_from([0.5, 1, 5, 30]),
+)
+def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
+    normal: float,
+    course: float,
+    speed: float,
+    frame: tuple[float, float],
+    masses: tuple[float, float],
+    restitution: float,
+    demanded: float,
+) -> None:
+    """Up to the closed form's lateness no direction is wrong by more than asked; just after it, one is."""
+    toward = normal + math.pi + course
+    n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
+    before = (frame, (frame[0] + u[0], frame[1] + u[1]))
+    window, angle = Window.of(1.0, n, u), math.radians(demanded)
+    limit = pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
+
+    def error(late: float) -> float:
+        c = (n[0] + u[0] * late, n[1] + u[1] * late)
+        turned = (c[0] / math.hypot(*c), c[1] / math.hypot(*c))
+        found, right = (
+            resolve_impact(before[0], masses[0], before[1], masses[1], direction, restitution=restitution)
+            for direction in (turned, n)
+        )
+        return max(
+            abs(math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]))
+            for a, b in zip(found, right, strict=True)
+        )
+
+    end = min(limit, window.length_s)
+    assert all(error(end * k / 100) <= angle + 1e-6 for k in range(100))
+    if limit < window.length_s * (1 - 1e-6):
+        assert error(limit + 1e-7 * window.length_s) >= angle - 1e-5
+
+
+@pytest.mark.parametrize("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
+def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
+    """PIT's closed form, run: at its step every start meets the demand, and a step 0.1 % larger has one that fails."""
+    limit = hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
+    for share in (0.001, 0.25, 0.5, 0.75, 0.999):
+        found, worst = direction_errors(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
+        assert found == 1
+        assert worst <= DEGREE
+    found, worst = direction_errors(scene, limit.dt_s * 1.001, limit.dt_s * 1.0005)
+    assert found == 0 or worst > DEGREE
+
+
+def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
+    """A graze's window is sqrt(R^2 - b^2) / v; at twice that step, half of all starts miss, as PIT run shows."""
+    scene = pair(0.999)
+    window_s = math.sqrt(1 - 0.999**2)
+    hard = hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
+    assert hard.cause is Cause.GRAZE
+    assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
+    dt_s = 2 * window_s
+    assert miss_share(window_s, dt_s) == pytest.approx(0.5)
+    found = [direction_errors(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
+    assert sum(found) == 10
+
+
+def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
+    """Near head-on, what ends the window is speed and size; a wall's window has no end."""
+    fast = hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
+    assert fast.cause is Cause.FAST
+    assert fast.limit.dt_s == pytest.approx(0.02 / 100)
+    walled = Scene(
+        name="walled",
+        discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)],
+        walls=[Wall(point_m=(2, 0), normal=(-1, 0))],
+        duration_s=3.0,
+    )
+    assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
+
+
+def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails() -> None:
+    """Search and closed form agree: tuned pymunk does what PIT does, whose closed form is confirmed by running it."""
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    with LocalPool(2) as pool:
+        advice = advise(pair(0.4), Demand(DEGREE), pool, ["pit", "pymunk"], profiles=["tuned"], phases=2, budget_s=300)
+    pit, pymunk = advice.answers
+    assert advice.closed_form_s is not None
+    assert pit.reason == ""
+    for answer in (pit, pymunk):
+        assert answer.passes is not None
+        assert answer.fails is not None
+        assert answer.passes.direction_error_rad <= DEGREE < answer.fails.direction_error_rad
+        assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
+    assert pymunk.passes is not None
+    assert pymunk.passes.dt_s == pytest.approx(advice.closed_form_s, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("demand", "words"),
+    [
+        (Demand(0.0), "direction error must be above 0"),
+        (Demand(math.pi), "below 180 degrees, got 180"),
+        (Demand(DEGREE, 1.0), "miss probability must be 0 or more and below 1, got 1"),
+        (Demand(DEGREE, -0.1), "got -0.1"),
+    ],
+)
+def test_a_demand_that_is_none_is_refused(demand: Demand, words: str) -> None:
+    """A demand out of range is refused by name and value before anything runs."""
+    with LocalPool(1) as pool, pytest.raises(InputError, match=words):
+        advise(pair(), demand, pool)
