@@ -8,7 +8,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from carom.bench.convergence import fit_power
 from carom.bench.gas import hard_disc_gas
