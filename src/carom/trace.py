@@ -120,6 +120,7 @@ class Trace:
         samples: States for drawing, where asked for.
         profile: Name of the profile, empty where a solver was called directly.
         settings: The settings really used, read back from the engine where it can be read.
+        float_bits: Width of the floats that the method declares to compute in.
         counts: Work counts: steps, pair tests, predictions and so on.
         notes: What the method itself warned of.
     """
@@ -138,6 +139,7 @@ class Trace:
     samples: Samples | None = None
     profile: str = ""
     settings: Mapping[str, Setting] = field(default_factory=dict)
+    float_bits: int = 64
     counts: Mapping[str, int] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

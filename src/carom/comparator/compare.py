@@ -70,7 +70,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         total=measured.largest,
         sampling=None if sampled is None else sampled.largest,
         solver=None if against_pit is None else against_pit.largest,
-        equals_pit=against_pit is not None and _is_rounding(against_pit, scales),
+        equals_pit=against_pit is not None and _is_rounding(against_pit, observed, scales),
         edits=evidence.order.edits,
         beyond_horizon=len(reference.impacts) - believed,
         horizon_s=until_s if math.isfinite(until_s) else None,
@@ -84,12 +84,12 @@ def _against_pit(sampling: Trace, observed: Trace, scales: Scales, until_s: floa
     return measure(sampling, observed, scales, reach_of(sampling, until_s))
 
 
-def _is_rounding(measured: Measured, scales: Scales) -> bool:
+def _is_rounding(measured: Measured, observed: Trace, scales: Scales) -> bool:
     """Whether two traces have the same impacts, and agree in all else to rounding."""
-    alignment = measured.alignment
+    alignment, rounding = measured.alignment, THRESHOLDS.rounding_of(observed.float_bits)
     if alignment.missed or alignment.spurious or alignment.undecided:
         return False
     return all(
-        abs(error.time_s) <= THRESHOLDS.rounding * scales.time_s and error.velocity <= THRESHOLDS.rounding
+        abs(error.time_s) <= rounding * scales.time_s and error.velocity <= rounding
         for error in measured.errors
     )

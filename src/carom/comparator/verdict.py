@@ -21,14 +21,21 @@ class Thresholds:
 
     Attributes:
         rounding: Times over the scene's duration, velocities over its speed. The known answers are reproduced to this.
+        rounding_32: The same for what a method that computes in 32-bit floats may differ from PIT by: a hundred of its
+            units in the last place. To be exact, or to conform, it must keep to `rounding` like everybody else.
         direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
         energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
             rounding; a millionth is neither.
     """
 
     rounding: float = 1e-12
+    rounding_32: float = 1e-5
     direction_rad: float = math.radians(1.0)
     energy: float = 1e-6
+
+    def rounding_of(self, float_bits: int) -> float:
+        """Return what counts as rounding where a method of this width of floats is held against PIT."""
+        return self.rounding if float_bits >= 64 else self.rounding_32
 
 
 THRESHOLDS = Thresholds()
@@ -181,6 +188,8 @@ def grade(evidence: Evidence) -> Grade:
     common = {error.reference for error in sampling.errors}
     time_s, velocity = _worst(tuple(error for error in errors if error.reference in common))
     pit_time_s, pit_velocity = _worst(sampling.errors)
+    rounding = THRESHOLDS.rounding_of(observed.float_bits)
+    rounding_s = rounding * scales.time_s
     no_worse = (
         # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
         time_s <= max(pit_time_s, observed.dt_s) + rounding_s

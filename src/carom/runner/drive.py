@@ -134,6 +134,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         samples=_samples(positions, stride * dt_s) if samples else None,
         profile=profile,
         settings=used,
+        float_bits=adapter.capabilities.float_bits,
         counts=counts,
         notes=notes,
     )
