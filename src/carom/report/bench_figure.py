@@ -183,7 +183,8 @@ def _order(curve: Curve) -> str:
     order = curve.order
     if math.isnan(order.low):
         return ""
-    return f"\norder {wording.number(order.exponent)} ({wording.number(order.low)} to {wording.number(order.high)})"
+    # Two decimals: what an interval so narrow around 0 would say in three digits more is nothing.
+    return f"\norder {order.exponent:.2f} ({order.low:.2f} to {order.high:.2f})"
 
 
 def _front(axes: Axes, bench: SceneBench, kind: Diagram, floor: float, whole: bool) -> None:
