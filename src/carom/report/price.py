@@ -136,7 +136,8 @@ def price_lines(found: Sequence[Price]) -> Iterator[str]:
         if entry.equal == entry.scenes:
             line = f"{name}: it equals PIT to rounding in all of {scenes}, so all of its error is the price of sampling"
         elif math.isnan(entry.share):
-            line = f"{name}: it has no velocity error to take apart"
+            yield f"{name}: its velocities are right to rounding, so it pays no price of sampling; {missed}."
+            continue
         else:
             line = (
                 f"{name}: {wording.percent(entry.share)} of its velocity error is the price of sampling, mean of scenes"

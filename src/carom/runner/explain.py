@@ -68,7 +68,7 @@ def explain(
             yield f"  phases: {kept} of {phases} at {steps[0]:.6g} s; {why}"
         for info in infos:
             for profile in wanted:
-                yield f"  {info.name} {profile}: {_cell(scene, info.name, profile, wanted, steps)}"
+                yield f"  {info.name} {profile}: {_cell(scene, info.name, profile, wanted, steps, asked=bool(dts))}"
 
 
 def _bodies(scene: Scene) -> str:
@@ -136,7 +136,9 @@ def _samples(scene: Scene, *, drawn: bool) -> str:
     return "kept at the coarsest step, the only one that is drawn"
 
 
-def _cell(scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps: Sequence[float]) -> str:
+def _cell(
+    scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps: Sequence[float], *, asked: bool
+) -> str:
     try:
         adapter = load_adapter(engine)
     except AdapterError as error:
@@ -151,4 +153,6 @@ def _cell(scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps:
         return f"skipped: {unsupported}"
     if profile not in distinct_settings(adapter, wanted, steps[0]):
         return "skipped: another profile has the very same settings"
+    if adapter.profiles[profile].located and not asked:
+        return f"run at {steps[0]:.6g} s only, as its error hardly hangs on the step; finer ones with --dt"
     return f"run at {', '.join(f'{dt_s:.6g}' for dt_s in steps)} s"
