@@ -90,6 +90,5 @@ def _is_rounding(measured: Measured, observed: Trace, scales: Scales) -> bool:
     if alignment.missed or alignment.spurious or alignment.undecided:
         return False
     return all(
-        abs(error.time_s) <= rounding * scales.time_s and error.velocity <= rounding
-        for error in measured.errors
+        abs(error.time_s) <= rounding * scales.time_s and error.velocity <= rounding for error in measured.errors
     )

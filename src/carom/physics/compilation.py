@@ -64,12 +64,12 @@ def compiled_unit(
     digest = hashlib.sha256(repr(sorted(unit.symbol for unit in linked)).encode())
     done: dict[str, Any] = dict(external)
     for callee in _callees_first(function, set(done)):
-        digest.update(_identity(callee))
+        inline = callee in getattr(sys.modules[callee.__module__], "INLINE", ())
+        digest.update(_identity(callee) + bytes([inline]))
         if callee is not function:
             shared = _compiled_before if external.keys().isdisjoint(_called(callee)) else {}
             if callee not in shared:
                 # Nobody but other compiled code calls it: no need for the way in from Python or C.
-                inline = callee in getattr(sys.modules[callee.__module__], "INLINE", ())
                 inner = njit(**options, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=inline)
                 shared[callee] = inner(_copy(callee, done, callee.__name__))
             done[callee.__name__] = shared[callee]

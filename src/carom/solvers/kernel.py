@@ -68,7 +68,7 @@ from carom.solvers.tournament import earliest, least_other, lesser, next_at, set
 if TYPE_CHECKING:
     from carom.solvers.layout import Column
 
-__all__ = ["EPOCH_IMPACTS", "STANDSTILL_IMPACTS", "run"]
+__all__ = ["EPOCH_IMPACTS", "INLINE", "STANDSTILL_IMPACTS", "run"]
 
 #: Impacts a disc after which time is counted from a new epoch. Times of this many free flights hold to within
 #: 2^-53 of that time, in which a disc moves less than its own position is rounded by; a new one costs a prediction
@@ -310,3 +310,7 @@ def run(
                 predict_anew(body, link, walls, heads, near_wall, times, tree, winner, law, size, changed)
         if tally[AT_INSTANT] > standstill:
             return STANDSTILL
+
+
+#: What costs less than a call.
+INLINE = (settle, predict_anew, impact_of, is_stale)

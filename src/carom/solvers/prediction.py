@@ -262,4 +262,4 @@ def next_exit(
 
 
 #: What costs less than a call.
-INLINE = (pair_bounds,)
+INLINE = (pair_bounds, has_just_met, store)
