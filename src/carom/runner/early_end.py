@@ -59,20 +59,21 @@ class FreeFlight:
             self._look_from_s, self._pause_s = 0.0, self._dt_s
         if self._quiet_steps < _QUIET_STEPS or time_s < self._look_from_s:
             return False
-        earliest_s = time_s + self._earliest(now)
+        earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
         # No pair comes near another before that; and where one is near now, ask ever less often.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
-    def _earliest(self, now: Observation) -> float:
+    def _earliest(self, now: Observation, left_s: float) -> float:
+        """Return after how many seconds something may happen; a wall within what is left of the scene says enough."""
         p, v, a, b = now.position_m, now.velocity_m_s, self._first, self._second
         if np.any(np.hypot(*(p[b] - p[a]).T) <= self._radius[a] + self._radius[b]):
             return 0.0  # what overlaps may still be pushed apart
         r = _MARGIN_RADII * self._radius
         # With such a margin no rounding matters, so plain quotients do for the walls; and they are asked first.
         nearest = min((self._reaches(wall, p, v, r) for wall in self._scene.walls), default=math.inf)
-        if nearest <= self._scene.duration_s or not len(a):
+        if nearest <= left_s or not len(a):
             return nearest
         return min(nearest, float(np.min(time_of_impact(p[a], v[a], r[a], p[b], v[b], r[b]))))
 
