@@ -22,6 +22,7 @@ from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from carom.adapter import World
+    from carom.solvers.ballistic.run import BallisticRun
 
 __all__ = ["PicAdapter", "adapter"]
 
@@ -29,7 +30,7 @@ __all__ = ["PicAdapter", "adapter"]
 class PicWorld:
     """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""
 
-    def __init__(self, run: EventDrivenRun | FramewiseRun, settings: Mapping[str, Setting]) -> None:
+    def __init__(self, run: EventDrivenRun | FramewiseRun | BallisticRun, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
         self._run = run
         self._dt_s = float(settings["dt_s"])
@@ -66,7 +67,9 @@ class PicAdapter:
 
     name = "pic"
     engine = Engine("Carom")
-    capabilities = Capabilities(restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, continuous_detection=True)
+    capabilities = Capabilities(
+        gravity=True, restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, continuous_detection=True
+    )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "The source paper's Algorithm 2: frame by frame, every pair solved for anew, all impacts of a frame.",
@@ -87,6 +90,10 @@ class PicAdapter:
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            from carom.solvers.ballistic.run import BallisticRun
+
+            return PicWorld(BallisticRun(scene), settings)
         run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
         return PicWorld(run, settings)
 

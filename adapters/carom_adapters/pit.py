@@ -20,8 +20,17 @@ from carom.solvers.pit import FrameSampledRun
 
 if TYPE_CHECKING:
     from carom.adapter import World
+    from carom.solvers.ballistic.frames import BallisticFrames
 
 __all__ = ["PitAdapter", "adapter"]
+
+
+def _run_of(scene: Scene) -> FrameSampledRun | BallisticFrames:
+    if scene.gravity_m_s2 == (0.0, 0.0):
+        return FrameSampledRun(scene)
+    from carom.solvers.ballistic.frames import BallisticFrames
+
+    return BallisticFrames(scene)
 
 
 class PitWorld:
@@ -29,7 +38,7 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = FrameSampledRun(scene)
+        self._run = _run_of(scene)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
@@ -57,7 +66,7 @@ class PitAdapter:
 
     name = "pit"
     engine = Engine("Carom")
-    capabilities = Capabilities(restitution=(0.0, 1.0), contact_times=ContactTimes.STEP)
+    capabilities = Capabilities(gravity=True, restitution=(0.0, 1.0), contact_times=ContactTimes.STEP)
     profiles: Mapping[str, Profile] = {
         "default": Profile("The source paper's Algorithm 1.", lambda dt_s: {"dt_s": dt_s}),
         "tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s}),

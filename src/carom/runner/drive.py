@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
-from carom.runner.impacts import ImpactCollector
+from carom.runner.impacts import ImpactCollector, gravity_of
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
@@ -63,7 +63,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
 def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
-    The final state is that at the scene's duration: the last whole step's, moved along its straight path by what is
+    The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
     missing to, or beyond, the duration.
 
     Raises:
@@ -97,13 +97,14 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     finally:
         world.close()
     impacts, effective = collector.finish()
+    gravity = gravity_of(scene)
     missing = scene.duration_s - steps * dt_s if outcome is Outcome.COMPLETED else 0.0
     return Trace(
         method=adapter.name,
         scene=scene,
         impacts=impacts,
-        final_position_m=state.position_m + state.velocity_m_s * missing,
-        final_velocity_m_s=state.velocity_m_s,
+        final_position_m=state.position_m + state.velocity_m_s * missing + gravity * (missing * missing / 2),
+        final_velocity_m_s=state.velocity_m_s + gravity * missing,
         end_time_s=taken * dt_s + missing,
         outcome=outcome,
         dt_s=dt_s,

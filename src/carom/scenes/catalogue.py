@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.errors import UnknownNameError
 from carom.scenes.classics import classics
+from carom.scenes.gravity import gravity
 from carom.scenes.known_answer import Tag
 from carom.scenes.paper import paper
 
@@ -27,7 +28,7 @@ _TAG_PREFIX = "tag:"
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return every scene of the catalogue by its full name, in the order in which reports list them."""
-    return MappingProxyType({entry.name: entry for entry in (*paper(), *classics())})
+    return MappingProxyType({entry.name: entry for entry in (*paper(), *classics(), *gravity())})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:

@@ -70,15 +70,19 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
     Frame k stands at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
 
     Args:
-        scene: The scene; no gravity.
+        scene: The scene.
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The scene has gravity, or the frame rate is not a positive number.
+        InputError: The frame rate is not a positive number.
     """
     rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
     if not 0 < rate < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.solve import solve_pit_ballistic
+
+        return solve_pit_ballistic(scene, rate)
     run = FrameSampledRun(scene)
     frames = scene.step_count(1.0 / rate)
     for frame in range(1, frames + 1):
