@@ -6,11 +6,9 @@ import heapq
 import math
 from typing import TYPE_CHECKING
 
-from carom.errors import InputError
-from carom.scene import Need
 from carom.solvers.ballistic.bodies import FallingBodies
 from carom.solvers.ballistic.clock import START, Instant
-from carom.solvers.impact_log import ImpactLog
+from carom.solvers.impact_log import STANDSTILL_IMPACTS_PER_SQUARED_BODIES, ImpactLog
 from carom.trace import Outcome, wall_body
 
 if TYPE_CHECKING:
@@ -32,17 +30,9 @@ class BallisticRun:
     """A PIC run under gravity that can be taken forward in as many pieces as one likes.
 
     It ends before its time where a disc comes to rest: see `carom.trace.Outcome.AT_REST` and `notes`.
-
-    Raises:
-        InputError: The scene has immovable discs.
     """
 
     def __init__(self, scene: Scene) -> None:
-        if Need.IMMOVABLE in scene.needs:
-            raise InputError(
-                f"gravity_m_s2 is {scene.gravity_m_s2}: PIC under gravity does not support immovable discs yet "
-                "(mass_kg = inf); take them out, or set gravity_m_s2 to [0, 0]"
-            )
         self.bodies = FallingBodies(scene)
         self.log = ImpactLog(scene)
         self.time_s = 0.0
@@ -51,8 +41,11 @@ class BallisticRun:
         self.notes: tuple[str, ...] = ()
         self._now = START
         self._ended: Outcome | None = None
+        self._unresolved = 0
+        self._standstill = STANDSTILL_IMPACTS_PER_SQUARED_BODIES * (len(scene.discs) + len(scene.walls)) ** 2
         self._version = [0] * len(self.bodies)
-        self._events: list[tuple[Instant, int, int, int, int]] = []
+        #: Instant, bodies, their versions, and whether they meet then, or may meet then at the earliest.
+        self._events: list[tuple[Instant, int, int, int, int, bool]] = []
         for i in range(len(self.bodies)):
             self._predict(i, range(i + 1, len(self.bodies)))
 
@@ -62,9 +55,13 @@ class BallisticRun:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
         end = (time_s, 0.0)
         while self._ended is None and self._events and (event := self._events[0])[0] <= end:
-            instant, i, j, version_i, version_j = event
+            instant, i, j, version_i, version_j, certain = event
             if self._version[i] != version_i or (j >= 0 and self._version[j] != version_j):
                 heapq.heappop(self._events)
+                continue
+            if not certain:
+                heapq.heappop(self._events)
+                self._expect(self.bodies.next_pair_impact(i, j), i, j)
                 continue
             if max_impacts is not None and self.impacts >= max_impacts:
                 self.time_s = max(self.time_s, self._now[0])
@@ -105,22 +102,40 @@ class BallisticRun:
             if i == j:
                 continue
             a, b = (i, j) if i < j else (j, i)
-            self._expect(bodies.next_pair_impact(a, b), a, b)
+            earliest = bodies.earliest_on_fixed(a, b)
+            if earliest is None:
+                self._expect(bodies.next_pair_impact(a, b), a, b)
+            else:
+                self._expect(earliest, a, b, certain=False)
         for k in range(len(bodies.walls)):
             self._expect(bodies.next_wall_impact(i, k), i, wall_body(k))
 
-    def _expect(self, instant: Instant, i: int, j: int) -> None:
+    def _expect(self, instant: Instant, i: int, j: int, *, certain: bool = True) -> None:
         if instant[0] < math.inf:
-            event = (instant, i, j, self._version[i], self._version[j] if j >= 0 else 0)
+            event = (instant, i, j, self._version[i], self._version[j] if j >= 0 else 0, certain)
             heapq.heappush(self._events, event)
 
     def _meet_disc(self, i: int, j: int) -> None:
         bodies = self.bodies
         for one, other in ((i, j), (j, i)):
             bodies.bring_to(one, self._now)
-            bodies.last_partner[one] = other
+            if bodies.inverse_mass[other] == 0.0 and self._rests_on_fixed(one, other):
+                return
+        bodies.last_partner[i], bodies.last_partner[j] = j, i
         record = bodies.collide_pair(i, j)
-        self._carried_out(record._replace(time_s=self._now[0]), bodies.resolution_s(record), (i, j))
+        resolution_s = bodies.resolution_s(record)
+        for one, other in ((i, j), (j, i)):
+            if bodies.inverse_mass[other] == 0.0:
+                bodies.leave_fixed(one, other, record)
+        self._carried_out(record._replace(time_s=self._now[0]), resolution_s, (i, j))
+
+    def _rests_on_fixed(self, i: int, fixed: int) -> bool:
+        """End the run, and say so, where disc `i` rests on an immovable one: by the criteria of `_is_at_rest`."""
+        approach, pull, resolution_m = self.bodies.contact_with_fixed(i, fixed)
+        if not pull < 0.0 or (approach > 0.0 and approach * approach > -2.0 * pull * resolution_m):
+            return False
+        self._end_at_rest(f"disc {i}", f"disc {fixed}", approach > 0.0 and 0.0 < self.bodies.restitution < 1.0)
+        return True
 
     def _meet_wall(self, i: int, k: int) -> None:
         bodies = self.bodies
@@ -154,18 +169,23 @@ class BallisticRun:
 
     def _rest(self, i: int, k: int, approach: float) -> None:
         bodies = self.bodies
-        note = f"disc {i} rests on wall {k} at {self._now[0]:.17g} s"
-        if approach > 0.0 and bodies.wall_restitution < 1.0:
-            note = f"disc {i} comes to rest on wall {k} at {self._now[0]:.17g} s, after infinitely many impacts"
-        self.notes = (note,)
         bodies.lay_down(i, k)
+        self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
+
+    def _end_at_rest(self, body: str, other: str, infinitely_many: bool) -> None:
+        what, why = ("comes to rest", ", after infinitely many impacts") if infinitely_many else ("rests", "")
+        self.notes = (f"{body} {what} on {other} at {self._now[0]:.17g} s{why}",)
         self._ended = Outcome.AT_REST
 
     def _carried_out(self, record: ImpactRecord, resolution_s: float, changed: tuple[int, ...]) -> None:
+        known = len(self.log.ambiguous)
         self.log.add(record, resolution_s)
         self.impacts += 1
-        if self.log.at_standstill:
+        # Bodies that are pressed together by others collide without end, and soon faster than arithmetic can tell.
+        self._unresolved = self._unresolved + 1 if len(self.log.ambiguous) > known else 0
+        if self.log.at_standstill or self._unresolved > self._standstill:
             self._ended = Outcome.STANDSTILL
+            self.notes = (f"impact after impact comes sooner than the arithmetic can tell, at {self._now[0]:.17g} s",)
             return
         movable = [body for body in changed if self.bodies.inverse_mass[body] > 0.0]
         for body in movable:
