@@ -2,7 +2,7 @@
 
 Seen from the immovable disc, the other moves on a parabola, and the squared distance less that of contact is a quartic
 in t. Its roots are found in integers, exactly: every float is a fraction whose denominator is a power of two. Sturm's
-theorem counts the roots in an interval; halving isolates the earliest at which the quartic turns negative, and halves on
+theorem counts the roots in an interval; halving isolates the earliest at which the quartic turns negative, and goes on
 until floats can't tell the ends apart. A root at which it only touches zero is a graze of zero depth, and no impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -138,7 +139,7 @@ def _at(p: Polynomial, t: int, scale: int) -> int:
 def _changes(values: Sequence[int]) -> int:
     """Return the number of changes of sign, zeros left out."""
     signs = [value > 0 for value in values if value]
-    return sum(a != b for a, b in zip(signs, signs[1:], strict=False))
+    return sum(a != b for a, b in pairwise(signs))
 
 
 def _sturm_chain(p: Polynomial) -> list[Polynomial]:
