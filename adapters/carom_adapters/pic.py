@@ -48,7 +48,8 @@ class PicWorld:
         else:
             outcome = run.advance_to((self._steps + steps) * self._dt_s)
         self._steps += steps
-        if outcome is not Outcome.COMPLETED:
+        # A disc at rest is no failure: the state stays as it was then, and the harness scores nothing after it.
+        if outcome not in {Outcome.COMPLETED, Outcome.AT_REST}:
             self._warning = outcome.value
 
     def observe(self) -> Observation:

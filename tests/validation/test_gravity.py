@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
+from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.scenes import CatalogueScene, Tag, catalogue
 from carom.solvers.ballistic.run import BallisticRun
@@ -425,6 +426,48 @@ def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
     trace = solve_pit(ball(0.0, 0.5, duration_s=1.0))
     assert trace.outcome is Outcome.COMPLETED
     assert trace.counts["frames"] == 60
+
+
+# The integrator's error, and the collision's -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("velocity_first", [True, False])
+@pytest.mark.parametrize("refinement", [1, 4, 16])
+def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first: bool) -> None:
+    """Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high; no velocity is off.
+
+    The comparator shows it as the final position error of a scene without impact, in radii of the disc.
+    """
+    scene = catalogue()["gravity/free-fall"].scene
+    steps = round(scene.duration_s * scene.frame_rate_hz) * refinement
+    dt = scene.duration_s / steps
+    pull = np.array(scene.gravity_m_s2)
+    position, velocity = np.array(scene.discs[0].position_m), np.array(scene.discs[0].velocity_m_s)
+    for _ in range(steps):
+        old, velocity = velocity, velocity + pull * dt
+        position = position + (velocity if velocity_first else old) * dt
+    reference = solve_pic(scene)
+    euler = replace(
+        reference, method="Euler", dt_s=dt, final_position_m=position[None], final_velocity_m_s=velocity[None]
+    )
+    score = compare(reference, euler, sampling=solve_pit(scene, frame_rate_hz=1 / dt))
+    expected = np.hypot(*pull) * dt * scene.duration_s / 2
+    assert score.final_position_error * scene.discs[0].radius_m == pytest.approx(expected, rel=1e-11)
+    sign = 1 if velocity_first else -1
+    assert (position - reference.final_position_m[0]) @ pull == pytest.approx(sign * expected * np.hypot(*pull))
+    assert score.final_velocity_error <= 4 * steps * 2.0**-53  # a rounding a step, of speeds below 4 times the start's
+
+
+def test_a_pair_that_falls_shows_the_collision_alone() -> None:
+    """Whatever one step does to a falling disc it does to both, so PIT's impact is that of the pair without gravity."""
+    entry = catalogue()["gravity/falling-pair"]
+    falling, floating = entry.scene, entry.scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)})
+    for rate in (30.0, 60.0, 250.0):
+        with_gravity, without = (solve_pit(scene, frame_rate_hz=rate).impacts for scene in (falling, floating))
+        assert with_gravity["time_s"].tolist() == without["time_s"].tolist()
+        gained = np.array(falling.gravity_m_s2) * with_gravity["time_s"][0]
+        for name in ("velocity_first_after", "velocity_second_after"):
+            assert with_gravity[name][0] == pytest.approx(without[name][0] + gained, abs=1e-13)
 
 
 # The door -------------------------------------------------------------------------------------------------------------

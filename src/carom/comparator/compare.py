@@ -11,7 +11,7 @@ from carom.comparator.measure import measure, scales_of
 from carom.comparator.score import Finding, Score, Verdict
 from carom.comparator.verdict import findings, grade
 from carom.errors import InputError
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["compare"]
 
@@ -70,7 +70,9 @@ def _believed(reference: Trace, horizon_s: float | None) -> Trace:
         return reference
     count = int(np.searchsorted(reference.impacts["time_s"], horizon_s, side="right"))
     ambiguous = tuple(k for k in reference.ambiguous if k < count)
-    return replace(reference, impacts=reference.impacts[:count], ambiguous=ambiguous)
+    # A reference that ends where a disc comes to rest is whole up to there, and asks of nobody to end too.
+    outcome = Outcome.COMPLETED if reference.outcome is Outcome.AT_REST else reference.outcome
+    return replace(reference, impacts=reference.impacts[:count], ambiguous=ambiguous, outcome=outcome)
 
 
 def _beyond(believed: Trace, reference: Trace, horizon_s: float | None) -> Finding:

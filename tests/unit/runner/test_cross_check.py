@@ -132,14 +132,13 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     """Where PIC ends because a ball has come to rest, nobody is held to what would follow, and the score says so."""
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(
-        name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2
-    )
-    results = carom.cross_check([scene], ["pit"], timing=False)
+    scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
+    results = carom.cross_check([scene], ["pic", "pit"], timing=False)
     rest_s = 0.5 * (1 + 2 * 0.25 / (1 - 0.25))  # t0 + 2 v0 / g (e + e^2 + ...), with t0 = v0 / g = 1/2
     for row in results.rows:
         assert row.score is not None
         assert row.score.horizon_s == pytest.approx(rest_s, rel=1e-12)
+        assert (row.score.grade is Grade.EXACT) == (row.cell.engine == "pic")
 
 
 def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
