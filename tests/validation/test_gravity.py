@@ -154,6 +154,17 @@ def test_a_wedge_ends_in_rest_or_standstill() -> None:
         assert trace.outcome in {Outcome.AT_REST, Outcome.STANDSTILL}
 
 
+def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:
+    """A heavy disc that falls on a light one on the floor, inelastic: impacts without end, and a named outcome."""
+    discs = [Disc(position_m=(0, y), radius_m=0.25, mass_kg=mass) for y, mass in ((0.5, 1.0), (1.25, 100.0))]
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    laws = {"restitution": 0.5, "wall_restitution": 0.5, "gravity_m_s2": (0, -G)}
+    trace = solve_pic(Scene(name="stack", discs=discs, walls=[floor], duration_s=20, **laws), max_impacts=20_000)
+    assert trace.outcome is Outcome.STANDSTILL
+    assert "sooner than the arithmetic can tell" in trace.notes[0]
+    assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
+
+
 # An immovable disc ----------------------------------------------------------------------------------------------------
 
 

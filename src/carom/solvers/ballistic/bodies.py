@@ -46,6 +46,8 @@ class FallingBodies(Bodies):
         """Position and velocity of disc `i` at an instant, on its present parabola."""
         if self.inverse_mass[i] == 0.0:
             return self.x[i], self.y[i], 0.0, 0.0
+        if instant == self.instant[i]:
+            return self.x[i], self.y[i], self.vx[i], self.vy[i]
         dt = between(self.instant[i], instant)
         gx, gy = self.gravity
         return (
