@@ -23,6 +23,7 @@ from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from carom.adapter import World
+    from carom.solvers.ballistic.run import BallisticRun
 
 __all__ = ["PicAdapter", "adapter"]
 
@@ -30,7 +31,7 @@ __all__ = ["PicAdapter", "adapter"]
 class PicWorld:
     """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""
 
-    def __init__(self, run: EventDrivenRun | FramewiseRun, settings: Mapping[str, Setting]) -> None:
+    def __init__(self, run: EventDrivenRun | FramewiseRun | BallisticRun, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
         self._run = run
         self._dt_s = float(settings["dt_s"])
@@ -48,7 +49,8 @@ class PicWorld:
         else:
             outcome = run.advance_to((self._steps + steps) * self._dt_s)
         self._steps += steps
-        if outcome is not Outcome.COMPLETED:
+        # A disc at rest is no failure: the state stays as it was then, and the harness scores nothing after it.
+        if outcome not in {Outcome.COMPLETED, Outcome.AT_REST}:
             self._warning = outcome.value
 
     def observe(self) -> Observation:
@@ -68,7 +70,11 @@ class PicAdapter:
     name = "pic"
     engine = Engine("Carom")
     capabilities = Capabilities(
-        restitution=(0.0, 1.0), contact_times=ContactTimes.SOLVED, stamp=Stamp.INSTANT, continuous_detection=True
+        gravity=True,
+        restitution=(0.0, 1.0),
+        contact_times=ContactTimes.SOLVED,
+        stamp=Stamp.INSTANT,
+        continuous_detection=True,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
@@ -90,6 +96,10 @@ class PicAdapter:
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            from carom.solvers.ballistic.run import BallisticRun
+
+            return PicWorld(BallisticRun(scene), settings)
         run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
         return PicWorld(run, settings)
 

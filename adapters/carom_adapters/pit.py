@@ -61,7 +61,7 @@ class PitAdapter:
 
     name = "pit"
     engine = Engine("Carom")
-    capabilities = Capabilities(restitution=(0.0, 1.0), contact_times=ContactTimes.STEP)
+    capabilities = Capabilities(gravity=True, restitution=(0.0, 1.0), contact_times=ContactTimes.STEP)
     profiles: Mapping[str, Profile] = {
         "default": Profile("The source paper's Algorithm 1.", lambda dt_s: {"dt_s": dt_s}),
         "tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s}),

@@ -80,6 +80,7 @@ class Outcome(Enum):
     COMPLETED = "ran to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
+    AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"

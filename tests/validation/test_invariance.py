@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 ROUNDING = 1e-12
 
-UNIQUE = [entry for entry in catalogue().values() if Tag.CONVENTION not in entry.tags]
+#: Gravity singles out a direction and an acceleration: its own symmetries are in test_gravity.
+UNIQUE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.GRAVITY}]
 #: A scene at rest in its own frame only: walls and immovable discs single that frame out.
 FREE = [entry for entry in UNIQUE if not entry.tags & {Tag.WALLS, Tag.IMMOVABLE}]
 STABLE = [entry for entry in UNIQUE if Tag.UNSTABLE not in entry.tags]

@@ -51,7 +51,7 @@ def test_the_frame_rate_is_nothing_to_algorithm_2(entry: CatalogueScene, frame_r
 @each_entry
 def test_elastic_scenes_keep_their_energy(entry: CatalogueScene) -> None:
     """Where every restitution is 1, PIC ends with the kinetic energy that the scene began with."""
-    if Tag.INELASTIC in entry.tags:
+    if entry.tags & {Tag.INELASTIC, Tag.GRAVITY}:  # a fall turns height into speed: see test_gravity
         return
     scene = entry.scene
     start = 0.5 * sum(

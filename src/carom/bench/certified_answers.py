@@ -29,7 +29,7 @@ MOST_IMPACTS = 60
 def answer_scenes() -> Iterator[Scene]:
     """Yield the scenes: those of the catalogue with more than one impact, and a denser gas."""
     for entry in catalogue().values():
-        if {Tag.CHAIN, Tag.CONVENTION, Tag.UNSTABLE} & entry.tags:
+        if {Tag.CHAIN, Tag.CONVENTION, Tag.UNSTABLE} & entry.tags and Tag.GRAVITY not in entry.tags:
             yield entry.scene
     yield gas_scene(16, 0.4, duration_s=100.0).model_copy(update={"name": "bench/gas-16"})
 

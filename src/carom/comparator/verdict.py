@@ -174,7 +174,12 @@ def grade(evidence: Evidence) -> Grade:
     alignment, errors, sampling, scales = measured.alignment, measured.errors, evidence.sampling, evidence.scales
     if evidence.convention is not None:
         return Grade.UNGRADED
-    if alignment.missed or alignment.spurious or evidence.order.inverted or observed.outcome is not reference.outcome:
+    if (
+        alignment.missed
+        or alignment.spurious
+        or evidence.order.inverted
+        or observed.outcome is not _asked_of(reference)
+    ):
         return Grade.WRONG
     if alignment.undecided:
         return Grade.UNGRADED
@@ -197,6 +202,11 @@ def grade(evidence: Evidence) -> Grade:
         and abs(measured.energy_error) <= max(abs(sampling.energy_error) + rounding, THRESHOLDS.energy)
     )
     return Grade.SAMPLED if no_worse else Grade.INACCURATE
+
+
+def _asked_of(reference: Trace) -> Outcome:
+    """Return how a run must end: a reference is whole up to where a disc comes to rest, and nobody else must end."""
+    return Outcome.COMPLETED if reference.outcome is Outcome.AT_REST else reference.outcome
 
 
 def _worst(errors: tuple[ImpactError, ...]) -> tuple[float, float]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 from carom.comparator import Horizon, horizon_of
 from carom.errors import InputError, MissingExtraError
-from carom.scene import Scene
+from carom.scene import Need, Scene
 from carom.solvers.certified import certify
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["CERTIFY_SECONDS", "Reference", "certified_reference", "will_certify"]
 
@@ -53,6 +53,9 @@ def certified_reference(trace: Trace, asked: bool | None, time_budget_s: float =
         MissingExtraError: It was asked for, and python-flint is not installed.
     """
     scene = trace.scene
+    if Need.GRAVITY in scene.needs:
+        why = "not certified: a certified run does not support gravity yet" if will_certify(scene, asked) else None
+        return Reference(trace, why, trace.end_time_s if trace.outcome is Outcome.AT_REST else None)
     if not will_certify(scene, asked):
         return Reference(trace)
     if asked is None and len(scene.discs) > MOST_DISCS:

@@ -225,7 +225,9 @@ def cross_check(
 
 def _horizon_s(reference: Reference) -> float | None:
     """Return until when a reference may be believed: as certified, or as estimated where it is not; None for all."""
-    return reference.horizon_s if isinstance(reference.certified, Horizon) else estimate_horizon(reference.trace)
+    if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
+        return reference.horizon_s
+    return estimate_horizon(reference.trace)
 
 
 def _require_positive(**values: float) -> None:

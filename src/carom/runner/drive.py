@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.runner.early_end import FreeFlight
-from carom.runner.impacts import ImpactCollector
+from carom.runner.impacts import ImpactCollector, gravity_of
 from carom.runner.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
@@ -82,7 +82,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     positions = [start.position_m]
     stride = -(-steps // MOST_SAMPLES)
     outcome, taken, state = Outcome.COMPLETED, 0, start
-    flight = FreeFlight(scene, dt_s)
+    flight, gravity = FreeFlight(scene, dt_s), gravity_of(scene)
     notes: tuple[str, ...] = ()
     world = adapter.prepare(scene, settings)
     try:
@@ -107,13 +107,12 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
             taken = step
             if samples and step % stride == 0:
                 positions.append(state.position_m)
-            if flight.begins(step * dt_s, state):
+            if not gravity.any() and flight.begins(step * dt_s, state):
                 break
         counts = _counts(world, taken, steps) | ({"pieces": cutter.pieces, "probes": cutter.probes} if cutter else {})
     finally:
         world.close()
     impacts, effective = collector.finish()
-    falls = np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
     missing = scene.duration_s - taken * dt_s if outcome is Outcome.COMPLETED else 0.0
     if samples and outcome is Outcome.COMPLETED:
         positions += [
@@ -124,8 +123,8 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         method=adapter.name,
         scene=scene,
         impacts=impacts,
-        final_position_m=state.position_m + (state.velocity_m_s + falls * (missing / 2)) * missing,
-        final_velocity_m_s=state.velocity_m_s + falls * missing,
+        final_position_m=state.position_m + state.velocity_m_s * missing + gravity * (missing * missing / 2),
+        final_velocity_m_s=state.velocity_m_s + gravity * missing,
         end_time_s=taken * dt_s + missing,
         outcome=outcome,
         dt_s=dt_s,

@@ -17,13 +17,18 @@ from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array
 
-__all__ = ["ImpactCollector"]
+__all__ = ["ImpactCollector", "gravity_of"]
 
 _AT_REST: Vector = (0.0, 0.0)
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
 _UNKNOWN: _State = (math.nan, (math.nan, math.nan), (math.nan, math.nan))
+
+
+def gravity_of(scene: Scene) -> NDArray[np.float64]:
+    """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
+    return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
 
 
 @dataclass
@@ -56,7 +61,7 @@ class ImpactCollector:
     def __init__(self, scene: Scene, start: Observation) -> None:
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         self._walls = len(scene.walls)
-        self._gravity = scene.gravity_m_s2 != (0.0, 0.0)
+        self._gravity = gravity_of(scene)
         self._last = start
         self._last_s = 0.0
         self._open: dict[tuple[int, int], _OpenContact] = {}
@@ -185,9 +190,9 @@ class ImpactCollector:
             contact.after_first,
             contact.after_second,
         )
+        effective = _effective_time(pair, contact, self._gravity) if contact.alone else math.nan
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
-        bent = self._gravity and not all(body >= 0 and self._inverse_mass[body] > 0.0 for body in pair)
-        effective = _effective_time(pair, contact) if contact.alone and not bent else math.nan
+        bent = bool(self._gravity.any()) and not all(body >= 0 and self._inverse_mass[body] > 0.0 for body in pair)
         state = _state(pair, contact.start_s, contact.start) if contact.alone and not bent else _UNKNOWN
         self._done.append((contact.number, record, effective, state))
 
@@ -197,21 +202,24 @@ def _state(pair: tuple[int, int], time_s: float, state: Observation) -> _State:
     return (time_s, _row(state.position_m, first), _AT_REST if second < 0 else _row(state.position_m, second))
 
 
-def _effective_time(pair: tuple[int, int], contact: _OpenContact) -> float:
-    """Instant at which the free-flight lines before and after the contact come nearest, by least squares.
+def _effective_time(pair: tuple[int, int], contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
+    """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
     d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
-    linear function of t with slope u0 - u1, is least.
+    linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
+    difference is linear still.
     """
     d0, u0 = _relative(pair, contact.start)
     d1, u1 = _relative(pair, contact.end)
-    slope = u0 - u1
+    lasted = contact.end_s - contact.start_s
+    pull = gravity[pair[1]] - gravity[pair[0]] if pair[1] >= 0 else -gravity[pair[0]]
+    slope = u0 - u1 + pull * lasted
     squared = float(slope @ slope)
     if squared == 0.0:
         return math.nan
     # Measured from the contact's start, so that a late contact is as exact as an early one.
-    offset = d0 - (d1 - u1 * (contact.end_s - contact.start_s))
+    offset = d0 - (d1 - u1 * lasted + pull * (lasted * lasted / 2))
     return contact.start_s - float(offset @ slope) / squared
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.errors import UnknownNameError
 from carom.scenes.classics import classics
+from carom.scenes.gravity import gravity
 from carom.scenes.issues import issues
 from carom.scenes.known_answer import Tag
 from carom.scenes.paper import paper
@@ -28,7 +29,7 @@ _TAG_PREFIX = "tag:"
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
-    return MappingProxyType({entry.name: entry for entry in (*paper(), *classics())})
+    return MappingProxyType({entry.name: entry for entry in (*paper(), *classics(), *gravity())})
 
 
 @cache

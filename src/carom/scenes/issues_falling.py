@@ -87,7 +87,7 @@ def _avian_594(name: str, shows: str) -> Staged:
 
 def issues_falling() -> list[Complaint]:
     """Return the complaints that need gravity."""
-    tags = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN})
+    tags = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
     ours = "The thread gives no other sizes; the rest are ours."
     return [
         Complaint(
@@ -118,7 +118,7 @@ def issues_falling() -> list[Complaint]:
             "issues/rapier-974",
             "A ball of restitution .8 is dropped from 2 m.",
             _rapier_974,
-            frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC}),
+            frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
             about="Rapier",
             thread="https://github.com/dimforge/rapier/issues/974",
             reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square "

@@ -38,6 +38,7 @@ class Tag(StrEnum):
     FAST = "fast"  # a disc that passes more than its own diameter between two frames
     MASS_RATIO = "mass-ratio"  # of 100 or more
     NO_IMPACT = "no-impact"
+    GRAVITY = "gravity"
     CONVENTION = "convention"  # simultaneous contact: physics gives no unique answer
     CONSERVED = "conserved"  # only conserved quantities are known, not each impact
 

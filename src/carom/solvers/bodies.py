@@ -33,7 +33,8 @@ def require_supported(scene: Scene, solver: str) -> None:
     """
     if Need.GRAVITY in scene.needs:
         raise InputError(
-            f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; set it to [0, 0]"
+            f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; "
+            "solve_pic and solve_pit do, or set it to [0, 0]"
         )
 
 

@@ -115,7 +115,7 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
     ) -> None:
         if not isinstance(start, DiscArrays):
-            require_supported(start, "PIC")
+            require_supported(start, "the compiled event-driven kernel")
             start = DiscArrays.from_scene(start)
         elif resume is None:
             require_apart(start)

@@ -38,7 +38,7 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene; discs and walls of any number, no gravity.
+        scene: The scene; discs and walls of any number. With gravity, some hundred discs, see `docs/gravity.md`.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none".
@@ -51,13 +51,19 @@ def solve_pic(
         The trace. Its final state is that at the end, or at the last impact where the run ended before.
 
     Raises:
-        InputError: The scene has gravity, or an option is outside its range.
+        InputError: An option is outside its range, or not there under gravity.
     """
     if max_impacts is not None and max_impacts < 0:
         raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
     end_s = scene.duration_s if until_s is None else until_s
     if not end_s >= 0:
         raise InputError(f"until_s must be 0 or more, got {until_s}")
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.solve import solve_pic_ballistic
+
+        return solve_pic_ballistic(
+            scene, end_s, max_impacts, record, window_s, sample_times_s, contact_duration_s, progress
+        )
     plain_request = record == "all" and not sample_times_s and contact_duration_s == 0 and progress is None
     if len(scene.discs) == 2 and not scene.walls and plain_request and window_s == (-math.inf, math.inf):
         return solve_two_discs(scene, end_s, max_impacts)

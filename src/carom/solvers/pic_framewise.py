@@ -106,15 +106,19 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
 
     Args:
-        scene: The scene; no gravity.
+        scene: The scene.
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The scene has gravity, or the frame rate is not a positive number.
+        InputError: The frame rate is not a positive number.
     """
     rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
     if not 0 < rate < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.solve import solve_framewise_ballistic
+
+        return solve_framewise_ballistic(scene, rate)
     run = FramewiseRun(scene)
     frames = scene.step_count(1.0 / rate)
     outcome = Outcome.COMPLETED

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["FrameSampledRun", "ManyDiscsRun", "PitRun", "SkippingRun", "pit_run", "solve_pit"]
+__all__ = ["FrameSampledRun", "ManyDiscsRun", "SkippingRun", "pit_run", "solve_pit"]
 
 #: Pairs of bodies from which on arrays are faster than plain floats. Measured with `carom.bench.pit`:
 #: the two meet between 32 and 64 discs in a box.
@@ -95,19 +95,24 @@ class FrameSampledRun:
         return self.bodies.velocities()
 
 
-PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
+if TYPE_CHECKING:
+    from carom.solvers.ballistic.frames import BallisticFrames
+
+    PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun | BallisticFrames
 
 
 def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
     """Return a PIT run at the start of a scene.
 
     Args:
-        scene: The scene; no gravity.
-        skipping: Whether to leave out looks that can find nothing; the result is the same to the bit.
-
-    Raises:
-        InputError: The scene has gravity.
+        scene: The scene.
+        skipping: Whether to leave out looks that can find nothing; the result is the same to the bit. Under gravity
+            none is left out.
     """
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.frames import BallisticFrames
+
+        return BallisticFrames(scene)
     if not skipping:
         return FrameSampledRun(scene)
     n = len(scene.discs)
@@ -120,16 +125,20 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
     Frame k stands at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
 
     Args:
-        scene: The scene; no gravity.
+        scene: The scene.
         frame_rate_hz: Frames a second; the scene's own by default.
         skipping: Whether to leave out looks that can find nothing; only the work counts differ.
 
     Raises:
-        InputError: The scene has gravity, or the frame rate is not a positive number.
+        InputError: The frame rate is not a positive number.
     """
     rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
     if not 0 < rate < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.solve import solve_pit_ballistic
+
+        return solve_pit_ballistic(scene, rate)
     run = pit_run(scene, skipping=skipping)
     frames = scene.step_count(1.0 / rate)
     # In parts: a long run of millions of frames would otherwise begin with a list of them.

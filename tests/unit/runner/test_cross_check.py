@@ -118,12 +118,27 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
         assert words in reason
 
 
-def test_a_scene_with_gravity_is_unsupported_everywhere_for_now() -> None:
-    """Until a solver supports gravity, every row of such a scene says so, and nothing crashes."""
-    falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81), duration_s=1)
-    results = carom.cross_check([falling], ["pic", "pit"], timing=False)
-    assert {row.status for row in results.rows} == {Status.UNSUPPORTED}
-    assert all("gravity" in row.reason for row in results.rows)
+def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
+    """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
+    falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
+    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False)
+    for row in results.rows:
+        assert row.trace is not None
+        assert row.trace.final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
+        assert row.trace.final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
+
+
+def test_what_comes_after_rest_is_not_scored() -> None:
+    """Where PIC ends because a ball has come to rest, nobody is held to what would follow, and the score says so."""
+    ball = Disc(position_m=(0, 2), radius_m=1)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
+    results = carom.cross_check([scene], ["pic", "pit"], timing=False)
+    rest_s = 0.5 * (1 + 2 * 0.25 / (1 - 0.25))  # t0 + 2 v0 / g (e + e^2 + ...), with t0 = v0 / g = 1/2
+    for row in results.rows:
+        assert row.score is not None
+        assert row.score.horizon_s == pytest.approx(rest_s, rel=1e-12)
+        assert (row.score.grade is Grade.EXACT) == (row.cell.engine == "pic")
 
 
 def test_run_raises_what_a_table_would_show(scene: Scene) -> None:

@@ -13,7 +13,7 @@ from carom.adapter import Observation
 from carom.registry import load_adapter
 from carom.runner.drive import observe_run
 from carom.runner.early_end import FreeFlight
-from carom.scenes import catalogue
+from carom.scenes import find_scenes
 
 DT = 1 / 60
 
@@ -75,10 +75,13 @@ def test_discs_that_overlap_are_followed() -> None:
     assert not any(flight.begins(k * DT, state) for k in range(1, 10))
 
 
-@pytest.mark.parametrize("name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique"])
+@pytest.mark.parametrize(
+    "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
+)
 def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Impacts are the same; the final state and the samples are those of the whole run, to its own rounding."""
-    scene = catalogue()[name].scene
+    (entry,) = find_scenes([name])
+    scene = entry.scene
     short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
     monkeypatch.setattr(FreeFlight, "begins", lambda *_: False)
     whole = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)

@@ -34,7 +34,7 @@ def test_a_shell_pattern_finds_all_that_match() -> None:
 
 def test_a_tag_finds_the_scenes_that_bear_it() -> None:
     """`tag:` finds by tag."""
-    assert names("tag:no-impact") == ["classics/miss", "classics/touching-apart"]
+    assert names("tag:no-impact") == ["classics/miss", "classics/touching-apart", "gravity/free-fall"]
 
 
 def test_a_scene_found_twice_is_returned_once() -> None:
@@ -96,6 +96,7 @@ def test_tags_say_what_the_scene_is(entry: CatalogueScene) -> None:
     assert (Tag.WALLS in tags) == (Need.WALLS in scene.needs)
     assert (Tag.IMMOVABLE in tags) == (Need.IMMOVABLE in scene.needs)
     assert (Tag.INELASTIC in tags) == (Need.RESTITUTION in scene.needs)
+    assert (Tag.GRAVITY in tags) == (Need.GRAVITY in scene.needs)
     assert (Tag.TWO_BODIES in tags) == (len(scene.discs) + len(scene.walls) == 2)
     assert (Tag.CHAIN in tags) == (known.count is None or known.count > 1)
     assert (Tag.NO_IMPACT in tags) == (known.count == 0)

@@ -82,6 +82,7 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
     position = np.array([complex(*disc.position_m) for disc in scene.discs])
     velocity = np.array([complex(*disc.velocity_m_s) for disc in scene.discs])
     radius = [disc.radius_m for disc in scene.discs]
+    fall = np.array([0j if disc.immovable else complex(*scene.gravity_m_s2) for disc in scene.discs])
     now = 0.0
     for impact in (*known.impacts, None):
         until = (scene.duration_s if impact is None else impact.time_s) - now
@@ -92,9 +93,13 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
                 assert least_gap(*apart, until) >= -rounding
             for wall in scene.walls:
                 normal = complex(*wall.normal)
-                ends = (position[i], position[i] + velocity[i] * until)
-                assert min(dot(end - complex(*wall.point_m), normal) for end in ends) - radius[i] >= -rounding
-        position, now = position + velocity * until, now + until
+                pull = dot(fall[i], normal)
+                turning = 0.0 if pull == 0.0 else -dot(velocity[i], normal) / pull
+                for t in (0.0, until, min(max(turning, 0.0), until)):
+                    there = position[i] + velocity[i] * t + fall[i] * t**2 / 2
+                    assert dot(there - complex(*wall.point_m), normal) - radius[i] >= -rounding
+        position, velocity = position + velocity * until + fall * until**2 / 2, velocity + fall * until
+        now += until
         if impact is None:
             break
         i, j = impact.first, impact.second

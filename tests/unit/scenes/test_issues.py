@@ -7,7 +7,6 @@ from tests.unit.scenes import test_catalogue as suite
 
 from carom import load_scene, save_scene, solve_pic
 from carom.errors import UnknownNameError
-from carom.scene import Need
 from carom.scenes import Complaint, all_scenes, catalogue, deviation, find_scenes
 
 COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Complaint)]
@@ -34,13 +33,8 @@ def test_tags_of_complaints_say_what_the_scene_is(entry: Complaint) -> None:
 
 @each_complaint
 def test_pic_reproduces_the_known_answer_of_a_complaint(entry: Complaint) -> None:
-    """PIC meets the known answer, or the scene has gravity and PIC says that it has not come to that yet."""
-    scene = entry.scene
-    if Need.GRAVITY in scene.needs:
-        with pytest.raises(ValueError, match="gravity_m_s2"):
-            solve_pic(scene)
-        pytest.skip("gravity is not there yet")
-    assert deviation(solve_pic(scene), entry.known, scene) <= 1e-12
+    """PIC meets the known answer, also of the scenes that fall."""
+    assert deviation(solve_pic(entry.scene), entry.known, entry.scene) <= 1e-12
 
 
 @each_complaint

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import EventDrivenRun, solve_pic
-from carom.solvers.pic_framewise import solve_pic_framewise
-from carom.solvers.pit import solve_pit
+from carom.solvers.pic_framewise import FramewiseRun, solve_pic_framewise
+from carom.solvers.pit import FrameSampledRun
 from carom.trace import Outcome, kinetic_energy
 
 from .strategies import line, scenes
@@ -195,14 +195,14 @@ def test_a_negative_limit_is_refused() -> None:
         solve_pic(line(0.0, velocities=(1.0,)), max_impacts=-1)
 
 
-@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise, solve_pit])
+@pytest.mark.parametrize("solve", [EventDrivenRun, FramewiseRun, FrameSampledRun])
 def test_gravity_is_refused_with_its_value_and_what_to_do(solve: Any) -> None:
-    """No solver pretends: a scene with gravity is refused by the field, its value, and the value that would do."""
+    """No run pretends: one without gravity refuses it by the field, its value, and what does it instead."""
     scene = Scene(name="g", duration_s=1, discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81))
     with pytest.raises(InputError) as caught:
         solve(scene)
     assert "gravity_m_s2 is (0.0, -9.81)" in str(caught.value)
-    assert "set it to [0, 0]" in str(caught.value)
+    assert "solve_pic and solve_pit do, or set it to [0, 0]" in str(caught.value)
 
 
 # Inelastic impacts ----------------------------------------------------------------------------------------------------

@@ -1,0 +1,207 @@
+"""The moving state of discs that fall: parabolas between impacts, and what a wall does to them."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.physics.fall_encounter import encounter_time
+from carom.physics.fall_time import descent_time, return_time
+from carom.physics.pair_time import pair_time
+from carom.physics.wall_time import wall_gap, wall_speed
+from carom.solvers.ballistic.clock import START, Instant, after, between
+from carom.solvers.bodies import Bodies
+from carom.trace import ImpactRecord, wall_body
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+
+__all__ = ["FallingBodies"]
+
+_NEVER: Instant = (math.inf, 0.0)
+
+
+class FallingBodies(Bodies):
+    """Positions and velocities under gravity; position and velocity of a disc are those of its own instant.
+
+    What a wall does is kept exactly: from one bounce to the next on the same wall, nothing else between, a disc comes
+    back with the speed along the normal that it left with. Computed anew from the rounded velocity, that speed would
+    never fall below the rounding of the velocity *along* the wall, and a bouncing ball on a slope would never come to
+    rest.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.gravity = scene.gravity_m_s2
+        self.pull = [wall_speed(*self.gravity, nx, ny) for _, _, nx, ny in self.walls]
+        self.instant = [START] * len(scene.discs)
+        # Speed along the normal after the last impact, where that was on a wall or an immovable disc.
+        self.leaving = [0.0] * len(scene.discs)
+
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        """Position and velocity of disc `i` at an instant, on its present parabola."""
+        if self.inverse_mass[i] == 0.0:
+            return self.x[i], self.y[i], 0.0, 0.0
+        if instant == self.instant[i]:
+            return self.x[i], self.y[i], self.vx[i], self.vy[i]
+        dt = between(self.instant[i], instant)
+        gx, gy = self.gravity
+        return (
+            self.x[i] + dt * (self.vx[i] + 0.5 * gx * dt),
+            self.y[i] + dt * (self.vy[i] + 0.5 * gy * dt),
+            self.vx[i] + gx * dt,
+            self.vy[i] + gy * dt,
+        )
+
+    def bring_to(self, i: int, instant: Instant) -> None:
+        """Bring disc `i` to an instant along its parabola."""
+        if self.inverse_mass[i] > 0.0:
+            self.x[i], self.y[i], self.vx[i], self.vy[i] = self.state_at(i, instant)
+            self.instant[i] = instant
+            self.time[i] = instant[0]
+
+    def move_to(self, i: int, time_s: float) -> None:
+        """Bring disc `i` to `time_s` along its parabola."""
+        self.bring_to(i, (time_s, 0.0))
+
+    def next_pair_impact(self, i: int, j: int) -> Instant:
+        """Instant of the next impact of two discs on their present paths; infinity for never.
+
+        Two movable ones fall alike, so their relative motion is straight, and it is that of scenes without gravity.
+        """
+        if self.inverse_mass[i] == 0.0 or self.inverse_mass[j] == 0.0:
+            return self._next_impact_on_fixed(*((j, i) if self.inverse_mass[i] == 0.0 else (i, j)))
+        if self._has_just_met(i, j) and self._has_just_met(j, i):
+            return _NEVER
+        start = max(self.instant[i], self.instant[j])
+        first, second = self.state_at(i, start), self.state_at(j, start)
+        wait = pair_time(*first, self.radius[i], *second, self.radius[j])
+        return after(start, wait) if wait < math.inf else _NEVER
+
+    def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
+        """Instant before which a movable and an immovable disc can't meet; None for two of a kind.
+
+        The quartic is dear, and mostly the disc has met somebody else before its turn comes. So the gap is first
+        divided by the greatest speed: at time t that is v + g t, and the gap ``v t + g t^2/2`` is covered at the
+        earliest root of it. What the gap and the root may be off by rounding is taken off.
+        """
+        if (self.inverse_mass[i] == 0.0) == (self.inverse_mass[j] == 0.0):
+            return None
+        i, fixed = (j, i) if self.inverse_mass[i] == 0.0 else (i, j)
+        if self.last_partner[i] == fixed:
+            return self.instant[i]
+        reach = self.radius[i] + self.radius[fixed]
+        size = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[fixed]), abs(self.y[fixed]))
+        gap = math.hypot(self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]) - reach - 5 * math.ulp(size + reach)
+        if not gap > 0.0:
+            return self.instant[i]
+        speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.gravity)
+        wait = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * pull * gap))
+        return after(self.instant[i], 0.99 * wait)
+
+    def _next_impact_on_fixed(self, i: int, fixed: int) -> Instant:
+        """Instant of the next impact of disc `i` on an immovable disc."""
+        if self.inverse_mass[i] == 0.0:
+            return _NEVER
+        wait = encounter_time(
+            self.x[i],
+            self.y[i],
+            self.vx[i],
+            self.vy[i],
+            self.radius[i],
+            self.x[fixed],
+            self.y[fixed],
+            self.radius[fixed],
+            *self.gravity,
+            self.leaving[i] if self.last_partner[i] == fixed else None,
+        )
+        return after(self.instant[i], wait) if wait < math.inf else _NEVER
+
+    def next_wall_impact(self, i: int, k: int) -> Instant:
+        """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
+        if self.inverse_mass[i] == 0.0:
+            return _NEVER
+        if self.last_partner[i] == wall_body(k):
+            wait = self.flight_s(i, k)
+        else:
+            qx, qy, nx, ny = self.walls[k]
+            gap = wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)
+            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], nx, ny), self.pull[k])
+        return after(self.instant[i], wait) if wait < math.inf else _NEVER
+
+    def flight_s(self, i: int, k: int) -> float:
+        """Seconds from one bounce of disc `i` on wall `k` to the next; infinity where nothing brings it back."""
+        return return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
+
+    def approach_speed(self, i: int, k: int) -> float:
+        """Speed at which disc `i`, brought to its impact on wall `k`, approaches it; 0 or below where it does not."""
+        if self.last_partner[i] == wall_body(k):
+            return self.leaving[i]
+        return -float(wall_speed(self.vx[i], self.vy[i], *self.walls[k][2:])[0])
+
+    def gap_resolution_m(self, i: int, k: int) -> float:
+        """How well the gap between disc `i` and wall `k` is known, metres; see `Bodies.resolution_s`."""
+        qx, qy, _, _ = self.walls[k]
+        return 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(qx), abs(qy)) + self.radius[i])
+
+    def contact_with_fixed(self, i: int, fixed: int) -> tuple[float, float, float]:
+        """Return how disc `i`, brought to its impact on an immovable disc, meets it.
+
+        Returns:
+            The speed of approach, the acceleration of the gap (below 0: pressed together; it holds what the curvature
+            of the immovable disc adds), and how well the gap is known, metres.
+        """
+        dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
+        distance = math.hypot(dx, dy)
+        opening = (dx * self.vx[i] + dy * self.vy[i]) / distance
+        across = (dx * self.vy[i] - dy * self.vx[i]) / distance
+        pull = (dx * self.gravity[0] + dy * self.gravity[1]) / distance + across * across / distance
+        size = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[fixed]), abs(self.y[fixed]))
+        return -opening, pull, 5 * math.ulp(size + self.radius[i] + self.radius[fixed])
+
+    def leave_fixed(self, i: int, fixed: int, record: ImpactRecord) -> None:
+        """Set disc `i`, which has just hit an immovable one, on its rim, and keep the speed at which it leaves."""
+        dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
+        distance = math.hypot(dx, dy)
+        excess = (distance - (self.radius[i] + self.radius[fixed])) / distance
+        self.x[i] -= excess * dx
+        self.y[i] -= excess * dy
+        before = record.velocity_first_before if record.first == i else record.velocity_second_before
+        self.leaving[i] = self.restitution * max(0.0, -(dx * before[0] + dy * before[1]) / distance)
+
+    def bounce(self, i: int, k: int, approach: float) -> ImpactRecord:
+        """Give disc `i`, brought to its impact on wall `k`, its velocity after it, and set it on the wall.
+
+        At the impact the gap is 0. What rounding makes of it is taken off, so that it can't add up over many bounces.
+        """
+        qx, qy, nx, ny = self.walls[k]
+        before = (self.vx[i], self.vy[i])
+        gap = float(wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)[0])
+        self.x[i] -= gap * nx
+        self.y[i] -= gap * ny
+        if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
+            self._leave(i, k, self.wall_restitution * approach)
+        self.last_partner[i] = wall_body(k)
+        rest = (0.0, 0.0)
+        after_impact = (self.vx[i], self.vy[i])
+        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, after_impact, rest)
+
+    def lay_down(self, i: int, k: int) -> None:
+        """Take from disc `i`, at rest on wall `k`, what is left of its speed along the normal."""
+        self._leave(i, k, 0.0)
+
+    def all_at(self, instant: Instant) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
+        states = np.array([self.state_at(i, instant) for i in range(len(self))])
+        return states[:, :2], states[:, 2:]
+
+    def _leave(self, i: int, k: int, speed: float) -> None:
+        nx, ny = self.walls[k][2:]
+        change = speed - float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        self.vx[i] += change * nx
+        self.vy[i] += change * ny
+        self.leaving[i] = speed

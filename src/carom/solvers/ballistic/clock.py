@@ -1,0 +1,25 @@
+"""Instants as pairs of floats: after 1e5 bounces a clock of one float is too coarse to tell where a disc is.
+
+A pair is normalised, ``high + low`` with ``high`` the nearest float, so two instants compare as tuples do.
+"""
+
+from __future__ import annotations
+
+from carom.physics.double_double import two_sum
+
+__all__ = ["START", "Instant", "after", "between"]
+
+Instant = tuple[float, float]
+
+START: Instant = (0.0, 0.0)
+
+
+def after(instant: Instant, wait_s: float) -> Instant:
+    """Return the instant a finite `wait_s` seconds after another."""
+    total, rest = two_sum(instant[0], wait_s)
+    return two_sum(total, instant[1] + rest)
+
+
+def between(earlier: Instant, later: Instant) -> float:
+    """Return the seconds from one instant to another."""
+    return (later[0] - earlier[0]) + (later[1] - earlier[1])

@@ -1,0 +1,523 @@
+"""Uniform gravity: closed forms, conserved quantities, symmetries, and every way in which motion can end."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
+from carom.errors import InputError
+from carom.scenes import CatalogueScene, Tag, catalogue
+from carom.solvers.ballistic.run import BallisticRun
+from carom.trace import impact_array
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.trace import Vector
+
+G = 9.81
+ROUNDING = 1e-12
+
+ENTRIES = [entry for entry in catalogue().values() if Tag.GRAVITY in entry.tags]
+each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
+each_pic = pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
+FEWER = settings(max_examples=settings().max_examples // 5)
+
+
+def ball(
+    height_m: float = 1.0,
+    restitution: float = 1.0,
+    *,
+    slope: float = 0.0,
+    drift_m_s: float = 0.0,
+    duration_s: float = 10.0,
+    radius_m: float = 0.125,
+) -> Scene:
+    """Return a ball at a height above a floor; `slope` is its angle, `drift_m_s` a speed along it."""
+    nx, ny = math.sin(slope), math.cos(slope)
+    far = height_m + radius_m
+    return Scene(
+        name="ball",
+        discs=[
+            Disc(position_m=(far * nx, far * ny), velocity_m_s=(drift_m_s * ny, -drift_m_s * nx), radius_m=radius_m)
+        ],
+        walls=[Wall(point_m=(0, 0), normal=(nx, ny))],
+        wall_restitution=restitution,
+        gravity_m_s2=(0, -G),
+        duration_s=duration_s,
+    )
+
+
+def rest_time(height_m: float, restitution: float, slope: float = 0.0) -> float:
+    """When a bouncing ball comes to rest: t0 + 2 v0/g (e + e^2 + ...), with v0 = g t0."""
+    fall = math.sqrt(2 * height_m / (G * math.cos(slope)))
+    return fall * (1 + 2 * restitution / (1 - restitution))
+
+
+# The bouncing ball ----------------------------------------------------------------------------------------------------
+
+
+def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> None:
+    """The n-th bounce is at (2 n + 1) sqrt(2 h/g) to 1e-13, and the energy is the first bounce's to 1e-12."""
+    impacts = solve_pic(ball(drift_m_s=0.3, duration_s=1e9), max_impacts=100_000).impacts
+    exact = (2 * np.arange(100_000) + 1) * math.sqrt(2 / G)
+    assert np.max(np.abs(impacts["time_s"] / exact - 1)) <= 1e-13
+    energy = np.sum(impacts["velocity_first_after"] ** 2, axis=1)
+    assert np.max(np.abs(energy / energy[0] - 1)) <= 1e-12
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.35, -1.2])
+@pytest.mark.parametrize("restitution", [0.3, 0.8, 0.97])
+def test_the_infinite_series_ends_at_its_limit_with_its_name(restitution: float, slope: float) -> None:
+    """A ball of restitution below 1 has infinitely many bounces before t*; the run ends there and says so."""
+    trace = solve_pic(ball(1.0, restitution, slope=slope, drift_m_s=0.7, duration_s=1e3))
+    assert trace.outcome is Outcome.AT_REST
+    assert trace.end_time_s == pytest.approx(rest_time(1.0, restitution, slope), rel=1e-13)
+    assert "comes to rest on wall 0" in trace.notes[0]
+    # What is left is sliding: no speed into the wall or out of it.
+    normal = np.array(trace.scene.walls[0].normal)
+    assert abs(trace.final_velocity_m_s[0] @ normal) <= 1e-15 * np.hypot(*trace.final_velocity_m_s[0]) + 1e-300
+    assert trace.ambiguous == ()
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.35])
+@pytest.mark.parametrize("restitution", [0.5, 0.9])
+def test_the_ladder_of_bounces_is_a_geometric_series(restitution: float, slope: float) -> None:
+    """Bounce n is at t0 + 2 v0/g (e + ... + e^n), and leaves at e^(n+1) v0, to the last one that a clock can tell."""
+    trace = solve_pic(ball(1.0, restitution, slope=slope, duration_s=1e3))
+    n = np.arange(len(trace.impacts))
+    fall = math.sqrt(2 / (G * math.cos(slope)))
+    exact = fall * (1 + 2 * restitution * (1 - restitution**n) / (1 - restitution))
+    assert len(n) >= 40
+    assert trace.impacts["time_s"] == pytest.approx(exact, rel=1e-14)
+    leaving = trace.impacts["velocity_first_after"] @ np.array(trace.scene.walls[0].normal)
+    speed = np.hypot(*trace.impacts["velocity_first_after"].T)
+    assert np.all(np.abs(leaving - G * math.cos(slope) * fall * restitution ** (n + 1)) <= 1e-14 * speed)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("height", [0.0, 1e-17])
+def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: float) -> None:
+    """Contact without speed is no impact: the run ends at once, with the same outcome for any restitution."""
+    scene = ball(height, restitution)
+    for solve in (solve_pic, solve_pic_framewise):
+        trace = solve(scene)
+        assert trace.outcome is Outcome.AT_REST
+        assert len(trace.impacts) == 0
+        assert trace.end_time_s <= math.sqrt(2 * 1e-16 / G)
+
+
+def test_a_ball_that_does_not_bounce_lies_where_it_fell() -> None:
+    """Restitution 0: one impact, and rest at the same instant."""
+    trace = solve_pic(ball(1.0, 0.0, slope=0.3))
+    assert len(trace.impacts) == 1
+    assert trace.outcome is Outcome.AT_REST
+    assert trace.end_time_s == trace.impacts["time_s"][0]
+
+
+def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
+    """A disc that touches a vertical wall slides down along it, to the end of the scene and without impact."""
+    scene = Scene(
+        name="slide",
+        discs=[Disc(position_m=(0.5, 0), radius_m=0.5)],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+        gravity_m_s2=(0, -8),
+        duration_s=2,
+    )
+    trace = solve_pic(scene)
+    assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 0)
+    assert trace.final_position_m.tolist() == [[0.5, -16.0]]
+
+
+def test_a_wedge_ends_in_rest_or_standstill() -> None:
+    """A ball that bounces ever lower between two slopes ends with a named outcome, not after bounces without end."""
+    for seed in range(6):
+        rng = np.random.default_rng(seed)
+        scene = Scene(
+            name="wedge",
+            discs=[Disc(position_m=(rng.uniform(-1, 1), 3), velocity_m_s=(rng.uniform(-2, 2), 0), radius_m=0.5)],
+            walls=[Wall(point_m=(0, 0), normal=(1, 1.3)), Wall(point_m=(0, 0), normal=(-1, 2))],
+            wall_restitution=0.8,
+            gravity_m_s2=(0, -G),
+            duration_s=1e3,
+        )
+        trace = solve_pic(scene, max_impacts=20_000)
+        assert trace.outcome in {Outcome.AT_REST, Outcome.STANDSTILL}
+
+
+def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:
+    """A heavy disc that falls on a light one on the floor, inelastic: impacts without end, and a named outcome."""
+    discs = [Disc(position_m=(0, y), radius_m=0.25, mass_kg=mass) for y, mass in ((0.5, 1.0), (1.25, 100.0))]
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    laws = {"restitution": 0.5, "wall_restitution": 0.5, "gravity_m_s2": (0, -G)}
+    trace = solve_pic(Scene(name="stack", discs=discs, walls=[floor], duration_s=20, **laws), max_impacts=20_000)
+    assert trace.outcome is Outcome.STANDSTILL
+    assert "sooner than the arithmetic can tell" in trace.notes[0]
+    assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
+
+
+# An immovable disc ----------------------------------------------------------------------------------------------------
+
+
+def on_top(height_m: float, restitution: float, aside_m: float = 0.0, duration_s: float = 10.0) -> Scene:
+    """Return a disc above an immovable one."""
+    post = Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf)
+    return Scene(
+        name="on top",
+        discs=[post, Disc(position_m=(aside_m, 0.75 + height_m), radius_m=0.25)],
+        restitution=restitution,
+        gravity_m_s2=(0, -G),
+        duration_s=duration_s,
+    )
+
+
+def test_a_ball_bounces_on_an_immovable_disc_as_on_a_floor() -> None:
+    """On the vertical axis the immovable disc is a floor: the same times, and rest at the same limit."""
+    elastic = solve_pic(on_top(1.0, 1.0))
+    assert elastic.impacts["time_s"] == pytest.approx((2 * np.arange(11) + 1) * math.sqrt(2 / G), rel=1e-14)
+    trace = solve_pic(on_top(1.0, 0.5))
+    assert trace.outcome is Outcome.AT_REST
+    assert trace.end_time_s == pytest.approx(rest_time(1.0, 0.5), rel=1e-7)  # ends where hops go below rounding
+    assert solve_pic(on_top(0.0, 1.0)).outcome is Outcome.AT_REST
+
+
+def test_an_oblique_bounce_off_an_immovable_disc_is_written_backwards_from_its_impact() -> None:
+    """The impact is chosen, the start follows by falling backwards: time and velocity come back."""
+    normal, velocity, time = complex(-0.6, -0.8), complex(1.3, -6.0), 0.7  # from the disc to the post; at the impact
+    pull = complex(0, -G)
+    start_velocity = velocity - pull * time
+    start = -0.75 * normal - start_velocity * time - pull * time**2 / 2
+    scene = Scene(
+        name="post",
+        discs=[
+            Disc(
+                position_m=(start.real, start.imag),
+                velocity_m_s=(start_velocity.real, start_velocity.imag),
+                radius_m=0.25,
+            ),
+            Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
+        ],
+        restitution=0.5,
+        gravity_m_s2=(0, -G),
+        duration_s=1,
+    )
+    impact = solve_pic(scene, max_impacts=1).impacts[0]
+    along = velocity.real * normal.real + velocity.imag * normal.imag
+    after = velocity - 1.5 * along * normal
+    assert impact["time_s"] == pytest.approx(time, rel=1e-14)
+    assert impact["velocity_first_after"] == pytest.approx([after.real, after.imag], rel=1e-13)
+
+
+# Many discs -----------------------------------------------------------------------------------------------------------
+
+
+def crowd(seed: int, gravity: Vector, *, restitution: float = 1.0) -> Scene:
+    """Return nine discs of random sizes and masses that head for each other, without walls."""
+    rng = np.random.default_rng(seed)
+    discs = []
+    for place in range(9):
+        x, y = 3 * (place % 3 - 1) + rng.uniform(-0.4, 0.4), 3 * (place // 3 - 1) + rng.uniform(-0.4, 0.4)
+        velocity = (rng.uniform(-0.5, 0.5) - x, rng.uniform(-0.5, 0.5) - y)
+        discs.append(
+            Disc(
+                position_m=(x, y),
+                velocity_m_s=velocity,
+                radius_m=rng.uniform(0.2, 0.9),
+                mass_kg=float(rng.choice([0.1, 1.0, 5.0])),
+            )
+        )
+    return Scene(
+        name="crowd", discs=discs, restitution=restitution, gravity_m_s2=gravity, duration_s=1.0, frame_rate_hz=60
+    )
+
+
+@FEWER
+@given(st.integers(0, 10**6), st.floats(-20, 20), st.floats(-20, 20), st.sampled_from([1.0, 0.5]))
+def test_who_falls_with_the_discs_sees_no_gravity(seed: int, gx: float, gy: float, restitution: float) -> None:
+    """Equivalence: without walls the impacts are those without gravity, plus g t and g t^2/2, to rounding."""
+    falling = solve_pic(crowd(seed, (gx, gy), restitution=restitution), max_impacts=6)
+    floating = solve_pic(crowd(seed, (0.0, 0.0), restitution=restitution), max_impacts=6)
+    for name in ("first", "second"):
+        assert falling.impacts[name].tolist() == floating.impacts[name].tolist()
+    # Six impacts let a rounding grow some thousandfold: each turns the path by the error over a gap of a radius.
+    time, pull = floating.impacts["time_s"], np.array([gx, gy])
+    assert falling.impacts["time_s"] == pytest.approx(time, abs=1e-11)
+    gained = floating.impacts["velocity_first_after"] + time[:, None] * pull
+    assert falling.impacts["velocity_first_after"] == pytest.approx(gained, abs=1e-10)
+    end = floating.end_time_s
+    drop = floating.final_position_m + pull * (end**2 / 2)
+    assert falling.final_position_m == pytest.approx(drop, abs=1e-10)
+
+
+def box_scene(seed: int, restitution: float = 1.0, wall_restitution: float = 1.0) -> Scene:
+    """Return nine discs in a box, one of them immovable."""
+    scene = crowd(seed, (0.7, -G))
+    walls = [Wall(point_m=(x, 0), normal=(-np.sign(x), 0)) for x in (-5, 5)]
+    walls += [Wall(point_m=(0, y), normal=(0, -np.sign(y))) for y in (-5, 5)]
+    middle = Disc(position_m=scene.discs[4].position_m, radius_m=0.5, mass_kg=math.inf)
+    return scene.model_copy(
+        update={
+            "discs": (*scene.discs[:4], middle, *scene.discs[5:]),
+            "walls": tuple(walls),
+            "restitution": restitution,
+            "wall_restitution": wall_restitution,
+            "duration_s": 4.0,
+        }
+    )
+
+
+def total_energy(scene: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> float:
+    """Return kinetic and potential energy of the movable discs."""
+    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    return float(mass @ (np.sum(velocity**2, axis=1) / 2 - position @ np.array(scene.gravity_m_s2)))
+
+
+def deepest(scene: Scene, position: NDArray[np.float64]) -> float:
+    """Return the deepest overlap, metres; negative where nothing touches."""
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    depths = [
+        radius[i] + radius[j] - math.dist(position[i], position[j])
+        for i in range(len(radius))
+        for j in range(i)
+        if not (scene.discs[i].immovable and scene.discs[j].immovable)
+    ]
+    for wall in scene.walls:
+        reach = radius - (position - wall.point_m) @ np.array(wall.normal)
+        depths += [depth for depth, disc in zip(reach, scene.discs, strict=True) if not disc.immovable]
+    return float(max(depths))
+
+
+@FEWER
+@given(st.integers(0, 10**6), st.sampled_from([(1.0, 1.0), (0.9, 0.5), (0.5, 1.0), (0.0, 0.3), (1.0, 0.0)]))
+def test_a_box_of_falling_discs_holds(seed: int, restitutions: tuple[float, float]) -> None:
+    """No overlap but rounding's at any time, no time backwards, energy kept or lost, and a named outcome."""
+    scene = box_scene(seed, *restitutions)
+    trace = solve_pic(scene, sample_times_s=[k / 8 for k in range(33)], max_impacts=1500)
+    assert trace.samples is not None
+    assert max(deepest(scene, position) for position in (*trace.samples.position_m, trace.final_position_m)) <= 1e-14
+    assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
+    starts = np.array([d.position_m for d in scene.discs]), np.array([d.velocity_m_s for d in scene.discs])
+    start, end = total_energy(scene, *starts), total_energy(scene, trace.final_position_m, trace.final_velocity_m_s)
+    if restitutions == (1.0, 1.0):
+        assert end == pytest.approx(start, rel=1e-12, abs=1e-11)
+        assert len(trace.impacts) >= 20
+    else:
+        assert end <= start + 1e-11
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_pieces_frames_and_looking_change_nothing(seed: int) -> None:
+    """A run taken forward in pieces, or frame by frame, has the impacts of the whole run to the bit."""
+    scene = box_scene(seed)
+    whole = solve_pic(scene, max_impacts=60)
+    run = BallisticRun(scene)
+    for k in range(1, 40):
+        run.advance_to(0.1 * k, 60)
+    run.advance_to(scene.duration_s, 60)
+    assert impact_array(run.log.records[:60]).tobytes() == whole.impacts.tobytes()
+    framewise = solve_pic_framewise(scene)
+    count = min(len(framewise.impacts), len(whole.impacts))
+    assert framewise.impacts[:count].tobytes() == whole.impacts[:count].tobytes()
+
+
+def test_an_elastic_run_turned_round_retraces_itself() -> None:
+    """With all velocities turned round at the end, the discs go back to where they started: gravity knows no past."""
+    scene = box_scene(7).model_copy(update={"duration_s": 0.8})
+    there = solve_pic(scene)
+    assert len(there.impacts) >= 5
+    turned = [
+        disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(0.0 - v)})
+        for disc, p, v in zip(scene.discs, there.final_position_m.tolist(), there.final_velocity_m_s, strict=True)
+    ]
+    back = solve_pic(scene.model_copy(update={"discs": tuple(turned)}))
+    assert len(back.impacts) == len(there.impacts)
+    assert back.final_position_m == pytest.approx(np.array([disc.position_m for disc in scene.discs]), abs=1e-9)
+
+
+# Symmetries, to the bit -----------------------------------------------------------------------------------------------
+
+
+def changed(scene: Scene, turn: Any, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Scene:
+    """Return the scene with every vector turned and in other units."""
+    speed = length / time
+
+    def vector(v: Vector, unit: float) -> Vector:
+        x, y = turn(v)
+        return (x * unit, y * unit)
+
+    return Scene(
+        name=scene.name,
+        discs=[
+            Disc(
+                position_m=vector(disc.position_m, length),
+                velocity_m_s=vector(disc.velocity_m_s, speed),
+                radius_m=disc.radius_m * length,
+                mass_kg=disc.mass_kg * mass,
+            )
+            for disc in scene.discs
+        ],
+        walls=[Wall(point_m=vector(wall.point_m, length), normal=turn(wall.normal)) for wall in scene.walls],
+        restitution=scene.restitution,
+        wall_restitution=scene.wall_restitution,
+        gravity_m_s2=vector(scene.gravity_m_s2, speed / time),
+        duration_s=scene.duration_s * time,
+        frame_rate_hz=scene.frame_rate_hz / time,
+    )
+
+
+def quarter_turn(v: Vector) -> Vector:
+    return (-v[1], v[0])
+
+
+def mirror(v: Vector) -> Vector:
+    return (v[0], -v[1])
+
+
+SYMMETRIC = [*(entry.scene for entry in ENTRIES), box_scene(5), ball(1.0, 0.5), on_top(1.0, 0.9, 0.01, 2.0)]
+
+
+@each_pic
+@pytest.mark.parametrize("turn", [mirror, quarter_turn])
+@pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
+def test_a_mirrored_fall_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: Any, solve: Any) -> None:
+    """Changing signs and exchanging x and y, gravity's too, does just that to the trace."""
+    plain, other = solve(scene), solve(changed(scene, turn))
+    matrix = np.array([turn((1.0, 0.0)), turn((0.0, 1.0))])
+    assert other.impacts["time_s"].tolist() == plain.impacts["time_s"].tolist()
+    assert np.array_equal(other.impacts["velocity_first_after"], plain.impacts["velocity_first_after"] @ matrix)
+    assert np.array_equal(other.final_position_m, plain.final_position_m @ matrix)
+
+
+@pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
+@FEWER
+@given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
+def test_units_that_are_powers_of_two_change_no_bit_of_a_fall(scene: Scene, length: int, time: int, mass: int) -> None:
+    """Metres, seconds and kilograms are conventions: in others, by powers of two, every bit is the same."""
+    long, late = 2.0**length, 2.0**time
+    plain, other = solve_pic(scene), solve_pic(changed(scene, lambda v: v, long, late, 2.0**mass))
+    assert other.outcome is plain.outcome
+    assert np.array_equal(other.impacts["time_s"], plain.impacts["time_s"] * late)
+    speed = long / late
+    assert np.array_equal(other.impacts["velocity_first_after"], plain.impacts["velocity_first_after"] * speed)
+    assert np.array_equal(other.final_position_m, plain.final_position_m * long)
+
+
+# PIT: the sampling error alone ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rate", [10.0, 60.0, 240.0])
+def test_pit_falls_exactly_at_any_frame_rate(rate: float) -> None:
+    """Between frames PIT's discs move on exact parabolas: without impact it has no error but rounding."""
+    scene = catalogue()["gravity/free-fall"].scene
+    trace = solve_pit(scene, frame_rate_hz=rate)
+    assert trace.final_position_m == pytest.approx(np.array(catalogue()[scene.name].known.final_position_m), rel=1e-13)
+
+
+@pytest.mark.parametrize("rate", [7.0, 60.0, 1000.0])
+def test_pit_bounces_at_the_first_frame_in_the_floor(rate: float) -> None:
+    """PIT finds the first bounce at the first frame at or after sqrt(2 h/g), with the speed g t of that frame."""
+    trace = solve_pit(ball(1.0, 1.0), frame_rate_hz=rate)
+    frame = math.ceil(math.sqrt(2 / G) * rate)
+    impact = trace.impacts[0]
+    assert impact["time_s"] == frame / rate
+    assert impact["velocity_first_after"][1] == pytest.approx(G * frame / rate, rel=1e-13)
+
+
+def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
+    """PIT knows no rest: it looks at its frames, to the end."""
+    trace = solve_pit(ball(0.0, 0.5, duration_s=1.0))
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.counts["frames"] == 60
+
+
+# The integrator's error, and the collision's -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("velocity_first", [True, False])
+@pytest.mark.parametrize("refinement", [1, 4, 16])
+def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first: bool) -> None:
+    """Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high; no velocity is off.
+
+    The comparator shows it as the final position error of a scene without impact, in radii of the disc.
+    """
+    scene = catalogue()["gravity/free-fall"].scene
+    steps = round(scene.duration_s * scene.frame_rate_hz) * refinement
+    dt = scene.duration_s / steps
+    pull = np.array(scene.gravity_m_s2)
+    position, velocity = np.array(scene.discs[0].position_m), np.array(scene.discs[0].velocity_m_s)
+    for _ in range(steps):
+        old, velocity = velocity, velocity + pull * dt
+        position = position + (velocity if velocity_first else old) * dt
+    reference = solve_pic(scene)
+    euler = replace(
+        reference, method="Euler", dt_s=dt, final_position_m=position[None], final_velocity_m_s=velocity[None]
+    )
+    score = compare(reference, euler, sampling=solve_pit(scene, frame_rate_hz=1 / dt))
+    expected = np.hypot(*pull) * dt * scene.duration_s / 2
+    assert score.final_position_error * scene.discs[0].radius_m == pytest.approx(expected, rel=1e-11)
+    sign = 1 if velocity_first else -1
+    assert (position - reference.final_position_m[0]) @ pull == pytest.approx(sign * expected * np.hypot(*pull))
+    assert score.final_velocity_error <= 4 * steps * 2.0**-53  # a rounding a step, of speeds below 4 times the start's
+
+
+def test_a_pair_that_falls_shows_the_collision_alone() -> None:
+    """Whatever one step does to a falling disc it does to both, so PIT's impact is that of the pair without gravity."""
+    entry = catalogue()["gravity/falling-pair"]
+    falling, floating = entry.scene, entry.scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)})
+    for rate in (30.0, 60.0, 250.0):
+        with_gravity, without = (solve_pit(scene, frame_rate_hz=rate).impacts for scene in (falling, floating))
+        assert with_gravity["time_s"].tolist() == without["time_s"].tolist()
+        gained = np.array(falling.gravity_m_s2) * with_gravity["time_s"][0]
+        for name in ("velocity_first_after", "velocity_second_after"):
+            assert with_gravity[name][0] == pytest.approx(without[name][0] + gained, abs=1e-13)
+
+
+# The door -------------------------------------------------------------------------------------------------------------
+
+
+def test_a_contact_time_is_refused_under_gravity() -> None:
+    """The TC model is not there with gravity, and the message says so."""
+    with pytest.raises(InputError, match=r"contact_duration_s must be 0 in a scene with gravity, got 0.1"):
+        solve_pic(ball(), contact_duration_s=0.1)
+
+
+def test_what_is_kept_can_be_chosen_under_gravity() -> None:
+    """Options of solve_pic hold as without gravity: nothing kept, or a window, and nothing else changes."""
+    whole = solve_pic(ball())
+    assert len(solve_pic(ball(), record="none").impacts) == 0
+    window = solve_pic(ball(), window_s=(1.0, 3.0))
+    kept = (whole.impacts["time_s"] >= 1) & (whole.impacts["time_s"] <= 3)
+    assert window.impacts.tobytes() == whole.impacts[kept].tobytes()
+    assert window.final_position_m.tolist() == whole.final_position_m.tolist()
+    seen: list[int] = []
+    solve_pic(ball(duration_s=1e4), max_impacts=4000, progress=lambda count, _time: seen.append(count))
+    assert seen == [2000, 4000]
+
+
+def test_a_scene_without_gravity_imports_none_of_it() -> None:
+    """Skip what a scene doesn't need: the modules of gravity are loaded by a scene that has it, and by no other."""
+    code = (
+        "import sys, carom\n"
+        "disc = carom.Disc(position_m=(0, 0), radius_m=1)\n"
+        "scene = carom.Scene(name='still', discs=[disc], duration_s=1)\n"
+        "for solve in (carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise): solve(scene)\n"
+        "print([name for name in sys.modules if 'ballistic' in name or 'fall' in name])\n"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
+
+
+@each_entry
+def test_each_scene_of_the_group_says_where_its_answer_comes_from(entry: CatalogueScene) -> None:
+    """The group's answers are closed forms, of every impact and of the end."""
+    assert entry.group == "gravity"
+    assert entry.known.count is not None
+    assert entry.known.final_position_m is not None
