@@ -54,9 +54,10 @@ def line(position: list[float], velocity: list[float], mass: list[float], **more
 def cotangents(ratio: float, count: int) -> Iterator[Any]:
     """Yield cot(n theta) for theta = atan(1 / sqrt(M)), by the theorem of addition, which is a rotation."""
     root = cot = mp.sqrt(mpf(ratio))
-    for _ in range(count):
+    for n in range(count):
+        if n:
+            cot = (cot * root - 1) / (cot + root)
         yield cot
-        cot = (cot * root - 1) / (cot + root)
 
 
 def test_cotangents_are_those_of_the_library() -> None:
