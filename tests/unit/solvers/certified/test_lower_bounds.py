@@ -79,6 +79,19 @@ def test_a_bound_is_never_after_the_impact(scene: Scene | None) -> None:
                         assert a * at * at + 2 * b * at + c >= 0
 
 
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("scale", [2.0**-500, 2.0**-300, 2.0**-260, 1.0, 2.0**300, 2.0**500])
+def test_products_beyond_float64_make_no_bound_too_late(form: str, scale: float) -> None:
+    """Lengths and speeds of any size: the discs meet after 2 s, at 3 m/s over 6 m, and no bound is later."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(3 * scale, 0.0), radius_m=scale),
+        Disc(position_m=(8 * scale, 0.0), radius_m=scale),
+    ]
+    bound, row, column = bounds_of(Scene(name="far from 1", discs=discs, duration_s=9.0), form).earliest()
+    assert (row, column) == (0, 1)
+    assert 0.0 <= bound <= 2.0
+
+
 @given(scenes())
 @settings(max_examples=40, deadline=None)
 def test_all_forms_give_the_same_bits(scene: Scene | None) -> None:
