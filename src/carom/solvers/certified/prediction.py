@@ -22,7 +22,7 @@ __all__ = ["Meeting", "float_above", "float_below", "meet_pair", "meet_wall"]
 def float_below(ball: arb) -> float:
     """Return a float64 no greater than anything in a ball of numbers from 0."""
     lower = ball.lower()
-    value = float(lower)  # cut off or rounded to the nearest, as versions of python-flint differ
+    value = float(lower)  # python-flint 0.9 rounds to the nearest, which may be above
     return value if value <= lower else math.nextafter(value, 0.0)
 
 
