@@ -27,8 +27,8 @@ LOG2_10 = math.log2(10)
 def nearest(ball: arb) -> tuple[float, float]:
     """Return the float64 nearest to a ball's middle, and how far from it the truth can be.
 
-    However `float(ball)` rounds (python-flint 0.9: to the nearest), the float64 that it finds leaves an exact rest of at
-    most a unit in its last place, of which 53 bits are added, which is rounded correctly. The radius has 30 bits,
+    However `float(ball)` rounds (python-flint 0.9: to the nearest), the float64 that it finds leaves an exact rest of
+    at most a unit in its last place, of which 53 bits are added, which is rounded correctly. The radius has 30 bits,
     so it is a float64.
     """
     if ball.is_zero():
