@@ -80,6 +80,7 @@ class BallBodies:
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
             0 for any disc.
+        last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
         partner: Body that each disc met last; None before its first impact.
     """
 
@@ -93,6 +94,7 @@ class BallBodies:
         self.time = [0.0] * len(discs)
         self.movable = [not disc.immovable for disc in discs]
         self.met: list[dict[int, arb]] = [{} for _ in discs]
+        self.last_met = [0.0] * len(discs)
         self.partner: list[int | None] = [None] * len(discs)
         self._speed = arb(max(math.hypot(*disc.velocity_m_s) for disc in discs) or 1.0)
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
@@ -164,7 +166,7 @@ class BallBodies:
         """Return the centre of disc `i` at the exact instant `at` on its present path."""
         if not self.movable[i] or at == self.time[i]:
             return self.x[i], self.y[i]
-        dt = arb(at) - arb(self.time[i])
+        dt = arb(at) - self.time[i]
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
     def pair_law(self, i: int, j: int) -> PairLaw:
@@ -203,7 +205,7 @@ class BallBodies:
             self._wall_laws[k, radius] = law
         return law
 
-    def settle_wall(self, i: int, k: int, at: float, time: arb) -> BallImpact:
+    def settle_wall(self, i: int, k: int, at: float, time: arb, latest: float) -> BallImpact:
         """Carry out the impact of disc `i` on wall `k`, with `at` its new reference."""
         law = self.wall_law(k, self.scene.discs[i].radius_m)
         x, y = self.moved(i, at)
@@ -220,18 +222,19 @@ class BallBodies:
             self.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
             self.vx[i] = law.m_xx * vx + law.m_xy * vy
             self.vy[i] = law.m_xy * vx + law.m_yy * vy
-        self._note(i, wall_body(k), at, time)
+        self._note(i, wall_body(k), at, time, latest)
         return BallImpact(
             i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, (self.vx[i], self.vy[i], ZERO, ZERO)
         )
 
-    def note_pair(self, i: int, j: int, at: float, time: arb) -> None:
+    def note_pair(self, i: int, j: int, at: float, time: arb, latest: float) -> None:
         """Write down that discs `i` and `j` have met, with `at` their new reference."""
         for disc, other in ((i, j), (j, i)):
             if self.movable[disc]:
-                self._note(disc, other, at, time)
+                self._note(disc, other, at, time, latest)
 
-    def _note(self, i: int, other: int, at: float, time: arb) -> None:
+    def _note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
         self.time[i] = at
+        self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other
         self.met[i][min(other, 0)] = time

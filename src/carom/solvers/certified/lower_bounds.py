@@ -8,77 +8,137 @@ coordinate. For two discs, with relative position d, known to e a coordinate, an
 
 so the true discs do not touch before the least zero of the right side. The roundings of this are covered by what is
 added to e and f: 16 units of 2^-53 of each disc's coordinates, radius and speed, where each term costs at most 6.
-NumPy's warnings of overflow are for the caller to silence: what overflows is left to the balls.
+
+The bounds come in three forms with the same roundings: plain Python on lists for few discs, where a call of NumPy costs
+more than all the arithmetic; NumPy; and, after many impacts, compiled. NumPy's warnings of overflow are for the caller
+to silence.
+
+Where products overflow, nothing is known but that the impact is not before the start of both paths: that is the bound
+then. Where they underflow, they are off by some 2^-1075: in a', B and c' what e and f hold at least covers it, in
+B^2 - a' c' and in the quotient a term of its own.
 """
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.physics.compilation import addresses, compiled_unit, numba_installed
+from carom.solvers.certified.bound_kernel import DISC_COLUMNS, FLOOR, TINY, UNIT, begin, raise_bound, renew
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
+    from carom.physics.compilation import Unit
     from carom.solvers.certified.bodies import BallBodies
 
-__all__ = ["LowerBounds"]
+__all__ = ["COMPILED_FROM", "PLAIN_UP_TO", "LowerBounds", "impacts_so_far", "load_compiled"]
 
-#: Half a unit in the last place of 1.
-UNIT = 2.0**-53
 #: Bits of accuracy from which a ball's radius is no more than half a unit in the last place of its float64.
 SHARP_BITS = 54
-#: Least float64 error that is ever granted: far below it, products underflow.
-TINY = 2.0**-500
+#: Columns of the table up to which plain Python is quicker than NumPy.
+PLAIN_UP_TO = 16
+#: Impacts in this process from which the compiled form pays for importing numba and loading it from its cache: measured
+#: at 64 discs, that took as long as NumPy loses in 2600 impacts.
+COMPILED_FROM = 2500
+_impacts = [0]
+
+
+def _units() -> tuple[Unit, Unit]:
+    """Return `renew` and `raise_bound` compiled."""
+    floats, integers = "float64*", "int64*"
+    table = (floats, floats, integers, integers)
+    return (
+        compiled_unit(renew, "int64", (floats, floats, integers, *table, *("int64",) * 4)),
+        compiled_unit(raise_bound, "int64", (*table, "int64", "int64", "float64", "float64", "int64", "int64")),
+    )
+
+
+def load_compiled() -> None:
+    """Load the compiled form now, so that what follows is bounded by it from the first impact on."""
+    _units()
+    _impacts[0] = max(_impacts[0], COMPILED_FROM)
+
+
+def impacts_so_far() -> int:
+    """Return how many impacts NumPy has bounded in this process."""
+    return _impacts[0]
 
 
 class LowerBounds:
     """A lower bound of the time of impact for each disc (row) with each disc and each wall (columns).
 
     The bound of two discs stands in the row of the one that changed last; the other entry is infinity.
+
+    Attributes:
+        form: "plain", "numpy" or "compiled".
+        rivals: How many bounds, the raised one among them, were not above the time given to `raise_to`; 2 for more.
     """
 
-    def __init__(self, bodies: BallBodies) -> None:
+    def __init__(self, bodies: BallBodies, form: str | None = None) -> None:
         self.bodies = bodies
         scene = bodies.scene
         n, walls = len(bodies), len(scene.walls)
-        self.n = n
-        self.table = np.full((n, n + walls), math.inf)
-        self.least = np.full(n, math.inf)
-        self.column = np.zeros(n, np.intp)
-        self._state = np.zeros((7, n))  # reference, x, y, vx, vy, errors of position and velocity
-        self._radius = np.array([disc.radius_m for disc in scene.discs])
-        self._rim = self._radius * (1.0 + 8.0 * UNIT)
-        self._rims = self._rim.tolist()
-        self._fixed = np.array([disc.immovable for disc in scene.discs])
-        self._walls = np.array(
-            [
-                (
-                    *w.point_m,
-                    *w.normal,
-                    math.hypot(*w.normal) * (1 + 4 * UNIT),
-                    max(map(abs, w.point_m)),
-                    _span(w.normal),
-                )
-                for w in scene.walls
-            ]
-        ).T
+        self.n, self.width = n, n + walls
+        self.rivals = 0
+        self.form = form or ("plain" if self.width <= PLAIN_UP_TO else "numpy")
+        self._chosen = form is not None
+        self._state: Any = np.zeros((DISC_COLUMNS, n))
+        self._state[7] = [disc.radius_m for disc in scene.discs]
+        self._state[8] = self._state[7] * (1.0 + 8.0 * UNIT)
+        self._state[9] = [disc.immovable for disc in scene.discs]
+        self._rims = self._state[8].tolist()
+        self._fixed = self._state[9] != 0.0
+        edges = [
+            (*w.point_m, *w.normal, math.hypot(*w.normal) * (1 + 4 * UNIT), max(map(abs, w.point_m)), _span(w.normal))
+            for w in scene.walls
+        ]
+        self._walls = np.array(edges).T.copy()
+        self._containers: list[Any] = [
+            self._state.ravel(),
+            self._walls.ravel(),
+            np.full(n, -1, np.int64),
+            np.full(n * self.width, math.inf),
+            np.full(n, math.inf),
+            np.zeros(n, np.int64),
+            np.zeros(2, np.int64),
+        ]
+        if self.form == "plain":
+            self._containers = [array.tolist() for array in self._containers]
+        self._flat, _, self._skip, self._flat_table, self.least, self.column, self._found = self._containers
+        self._renew: Callable[..., int] = renew
+        self._raise: Callable[..., int] = raise_bound
+        self._arguments = self._containers
         for i in range(n):
             self._load(i)
-        for i in range(n):
-            self._fill([i])
-            self.table[i, :i] = math.inf
-        self._find(np.arange(n))
+        if self.form == "plain":
+            plain: Any = begin  # mypy counts no unpacked list
+            self._best = plain(*self._containers, n, walls)
+        else:
+            self.table = self._flat_table.reshape(n, self.width)
+            for i in range(n):
+                self._fill([i])
+                self.table[i, :i] = math.inf
+            self._find(np.arange(n))
+            self._best = int(self.least.argmin())
+        if self.form == "compiled":
+            self._compile()
 
     def changed(self, *discs: int) -> None:
         """Take over the state of discs after an impact, and bound their future anew."""
         moved = [i for i in discs if self.bodies.movable[i]]
-        stale = self.column == moved[0]
         for i in moved:
             self._load(i)
+        if self.form != "numpy":
+            self._best = self._renew(*self._arguments, moved[0], moved[-1], self.n, self.width - self.n)
+            return
+        stale = self.column == moved[0]
+        for i in moved:
             self.table[:, i] = math.inf
             stale |= self.column == i
             stale[i] = True
@@ -86,22 +146,36 @@ class LowerBounds:
         if len(moved) == 2:
             self.table[moved[1], moved[0]] = math.inf  # it stands in the other's row, where they have not just met
         self._find(stale.nonzero()[0])
+        self._best = int(self.least.argmin())
+        _impacts[0] += 1
+        if not self._chosen and _impacts[0] >= COMPILED_FROM and numba_installed():
+            self._compile()
 
-    def raise_to(self, i: int, column: int, bound: float) -> None:
-        """Replace one bound by a better one."""
+    def raise_to(self, i: int, column: int, bound: float, until: float) -> None:
+        """Replace one bound by a better one, and count in `rivals` the bounds that are not above `until`."""
+        if self.form != "numpy":
+            self._best = self._raise(*self._arguments[3:], i, column, bound, until, self.n, self.width)
+            self.rivals = int(self._found[1])
+            return
         self.table[i, column] = bound
-        if self.column[i] == column:
-            self._find(np.array([i]))
-        elif bound < self.least[i]:
-            self.least[i], self.column[i] = bound, column
+        self._find(np.array([i]))
+        rows = (self.least <= until).nonzero()[0]
+        self.rivals = min(2, int((self.table[rows] <= until).sum()))
+        self._best = int(self.least.argmin())
 
     def earliest(self) -> tuple[float, int, int]:
         """Return the least bound of all, its row and its column."""
-        i = int(self.least.argmin())
+        i = self._best
         return float(self.least[i]), i, int(self.column[i])
+
+    def at(self, i: int, column: int) -> float:
+        """Return one bound."""
+        return float(self._flat_table[i * self.width + column])
 
     def no_later_than(self, time: float) -> list[tuple[int, int]]:
         """Return rows and columns of all bounds up to a time."""
+        if self.form == "plain":
+            return [divmod(k, self.width) for k, bound in enumerate(self._flat_table) if bound <= time]
         rows = (self.least <= time).nonzero()[0].tolist()
         return [(i, column) for i in rows for column in (self.table[i] <= time).nonzero()[0].tolist()]
 
@@ -109,26 +183,53 @@ class LowerBounds:
         """Return the body number that a column stands for."""
         return column if column < self.n else wall_body(column - self.n)
 
+    def _compile(self) -> None:
+        """Go on with the compiled form, on the same arrays."""
+        self._renew, self._raise = (unit.ctypes for unit in _units())
+        self._arguments = addresses(*self._containers)
+        self.form = "compiled"
+
     def _find(self, rows: NDArray[np.intp]) -> None:
         columns = self.table[rows].argmin(axis=1)
         self.column[rows] = columns
         self.least[rows] = self.table[rows, columns]
 
     def _load(self, i: int) -> None:
-        bodies = self.bodies
+        bodies, state, n = self.bodies, self._flat, self.n
         ball_x, ball_y, ball_vx, ball_vy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
         x, y, vx, vy = float(ball_x), float(ball_y), float(ball_vx), float(ball_vy)
-        # Conversion cuts off less than a unit in the last place, and a sharp ball adds half of one: 3 halves of a unit.
+        # Conversion is off by less than a unit in the last place, and a sharp ball adds half of one: 3 halves in all.
         error = 19.0 * UNIT * (max(abs(x), abs(y)) + self._rims[i]) + TINY
         error_v = 19.0 * UNIT * max(abs(vx), abs(vy)) + TINY
         if ball_x.rel_accuracy_bits() < SHARP_BITS or ball_y.rel_accuracy_bits() < SHARP_BITS:
             error += float(ball_x.rad()) + float(ball_y.rad())
         if ball_vx.rel_accuracy_bits() < SHARP_BITS or ball_vy.rel_accuracy_bits() < SHARP_BITS:
             error_v += float(ball_vx.rad()) + float(ball_vy.rad())
-        self._state[:, i] = (bodies.time[i], x, y, vx, vy, error, error_v)
+        state[i], state[n + i], state[2 * n + i] = bodies.time[i], x, y
+        state[3 * n + i], state[4 * n + i], state[5 * n + i], state[6 * n + i] = vx, vy, error, error_v
+        partner = bodies.partner[i]
+        if partner is None:
+            return
+        if partner < 0:
+            self._skip[i] = n + wall_body(partner)
+        else:
+            self._skip[i] = partner if bodies.have_just_met(i, partner) else -1
 
     def _fill(self, rows: list[int]) -> None:
-        times, errors, errors_v = self._state[0], self._state[5], self._state[6]
+        table = self.table
+        table[rows, : self.n] = self._pair_bounds(rows)
+        if self._walls.size:
+            table[rows, self.n :] = self._wall_bounds(rows)
+        for i in rows:
+            row = table[i]
+            row[i] = math.inf
+            if self._fixed[i]:
+                row[: self.n][self._fixed] = math.inf
+            if self._skip[i] >= 0:
+                row[self._skip[i]] = math.inf
+
+    def _pair_bounds(self, rows: list[int]) -> NDArray[np.float64]:
+        times, errors, errors_v, radius = self._state[0], self._state[5], self._state[6], self._state[7]
         places, speeds = self._state[1:3, None], self._state[3:5, None]
         own = self._state[:, rows, None]
         own_time, place, speed, error, error_v = own[0], own[1:3], own[3:5], own[5], own[6]
@@ -140,42 +241,32 @@ class LowerBounds:
         f = errors_v + error_v
         (d1x, d1y), (u1x, u1y) = np.abs(d), np.abs(u)
         d1, u1 = d1x + d1y, u1x + u1y
-        reach = self._radius + self._radius[rows, None]
+        reach = radius + radius[rows, None]
         c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
         b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
         a = np.maximum(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
         ac, bb = a * c, b * b
-        root = bb - ac + (8.0 * UNIT) * (bb + np.abs(ac))
-        # Where c <= 0, that is at the start already; where overflow leaves no number, balls will tell.
-        wait_for = np.maximum(c, 0.0) / (b + np.sqrt(np.maximum(root, 0.0)))
-        bound = (start + wait_for * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
-        np.copyto(bound, start, where=np.isnan(bound))
-        bound[(b <= 0.0) | (root < 0.0)] = math.inf
-        bodies, table = self.bodies, self.table
-        table[rows, : self.n] = bound
-        if self._walls.size:
-            self._fill_walls(rows)
-        for i in rows:
-            row = table[i]
-            row[i] = math.inf
-            if self._fixed[i]:
-                row[: self.n][self._fixed] = math.inf
-            partner = bodies.partner[i]
-            if partner is not None and partner >= 0 and bodies.have_just_met(i, partner):
-                row[partner] = math.inf
-            if partner is not None and partner < 0:
-                row[self.n + wall_body(partner)] = math.inf
+        size = bb + np.abs(ac)
+        root = bb - ac + (8.0 * UNIT * size + FLOOR)
+        wait_for = np.maximum(c, 0.0) / (b + np.sqrt(np.maximum(root, 0.0))) * (1.0 - 16.0 * UNIT) - FLOOR
+        bound: NDArray[np.float64] = (start + np.maximum(wait_for, 0.0)) * (1.0 - 4.0 * UNIT)
+        bound[root < 0.0] = math.inf
+        np.copyto(bound, start, where=~(size < math.inf))
+        bound[(b <= 0.0) & (b > -math.inf)] = math.inf
+        return bound
 
-    def _fill_walls(self, rows: list[int]) -> None:
-        time, x, y, vx, vy, error, error_v = self._state[:, rows, None]
+    def _wall_bounds(self, rows: list[int]) -> NDArray[np.float64]:
+        time, x, y, vx, vy, error, error_v = self._state[:7, rows, None]
         qx, qy, nx, ny, length, size, span = self._walls
         toward = error_v * span - (vx * nx + vy * ny)
-        gap = (x - qx) * nx + (y - qy) * ny - self._rim[rows, None] * length - (error + 16.0 * UNIT * size) * span
-        bound = (time + np.maximum(gap, 0.0) / toward * (1.0 - 16.0 * UNIT)) * (1.0 - 4.0 * UNIT)
-        np.copyto(bound, time, where=np.isnan(bound))
-        bound[toward <= 0.0] = math.inf
+        rim = self._state[8, rows, None]
+        gap = (x - qx) * nx + (y - qy) * ny - rim * length - (error + 16.0 * UNIT * size) * span
+        wait = np.maximum(gap, 0.0) / toward * (1.0 - 16.0 * UNIT) - FLOOR
+        bound: NDArray[np.float64] = (time + np.maximum(wait, 0.0)) * (1.0 - 4.0 * UNIT)
+        np.copyto(bound, time, where=~((gap < math.inf) & (toward < math.inf)))
+        bound[(toward <= 0.0) & (toward > -math.inf)] = math.inf
         bound[self._fixed[rows]] = math.inf
-        self.table[rows, self.n :] = bound
+        return bound
 
 
 def _span(normal: tuple[float, float]) -> float:

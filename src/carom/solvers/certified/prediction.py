@@ -8,6 +8,7 @@ nearly 0, so the root's error is that of the distance alone. ``D = a R^2 - (d x 
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from flint import arb
@@ -15,7 +16,21 @@ from flint import arb
 from carom.solvers.certified.bodies import ZERO, BallBodies, BallImpact, PairLaw
 from carom.solvers.certified.exact import exactly_grazing
 
-__all__ = ["Meeting", "meet_pair", "meet_wall"]
+__all__ = ["Meeting", "float_above", "float_below", "meet_pair", "meet_wall"]
+
+
+def float_below(ball: arb) -> float:
+    """Return a float64 no greater than anything in a ball of numbers from 0."""
+    lower = ball.lower()
+    value = float(lower)  # python-flint 0.9 rounds to the nearest, which may be above
+    return value if value <= lower else math.nextafter(value, 0.0)
+
+
+def float_above(ball: arb) -> float:
+    """Return a float64 no less than anything in a ball of numbers from 0."""
+    upper = ball.upper()
+    value = float(upper)
+    return value if value >= upper else math.nextafter(value, math.inf)
 
 
 class Meeting(NamedTuple):
@@ -26,6 +41,7 @@ class Meeting(NamedTuple):
         second: Disc, of a higher number, or wall.
         at: Float64 instant from which it was solved, seconds; the impact is not before it.
         time: Ball that holds the time of impact; where undecided, that of the earliest it could be.
+        latest: Float64 no less than anything in `time`.
         decided: Whether the impact is certain.
         resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
         proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
@@ -37,6 +53,7 @@ class Meeting(NamedTuple):
     second: int
     at: float
     time: arb
+    latest: float
     decided: bool
     resting: bool = False
     proven: bool = False
@@ -45,7 +62,7 @@ class Meeting(NamedTuple):
     def carry_out(self, bodies: BallBodies) -> BallImpact:
         """Give both bodies the state after this impact, and return it."""
         if self.second < 0:
-            return bodies.settle_wall(self.first, -1 - self.second, self.at, self.time)
+            return bodies.settle_wall(self.first, -1 - self.second, self.at, self.time, self.latest)
         return _collide(bodies, self)
 
 
@@ -62,11 +79,14 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
         toward = ZERO - speed.lower()
         resting = not gap > 0
-        return Meeting(i, second, at, arb(at) + (gap / toward).lower().max(ZERO), False, resting)
+        time = arb(at) + (gap / toward).lower().max(ZERO)
+        return Meeting(i, second, at, time, float_above(time), False, resting)
     time = arb(at) - gap / speed
-    since = bodies.since(i, second)
-    decided = time > (ZERO if since is None else since)
-    return Meeting(i, second, at, time, decided, resting=not decided)
+    decided = at > bodies.last_met[i]
+    if not decided:
+        since = bodies.since(i, second)
+        decided = bool(time > (ZERO if since is None else since))
+    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
 
 
 def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
@@ -82,35 +102,33 @@ def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
         root, wait = _on_a_line(dy, uy, law.reach)
     else:
         b = dx * ux + dy * uy
-        if b >= 0:
-            return None
-        a = ux * ux + uy * uy
         cross = dx * uy - dy * ux
-        d = a * law.reach2 - cross * cross
-        if d < 0 or d.is_zero():
-            return None
+        d = (ux * ux + uy * uy) * law.reach2 - cross * cross
         c = dx * dx + dy * dy - law.reach2
         if not (b < 0 and d > 0):
-            if bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j):
+            if b >= 0 or d < 0 or d.is_zero() or (bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j)):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
-            resting = not b < 0
-            return Meeting(i, j, at, arb(at) + earliest.lower().max(ZERO), False, resting)
+            time = arb(at) + earliest.lower().max(ZERO)
+            return Meeting(i, j, at, time, float_above(time), False, resting=not b < 0)
         root = d.sqrt()
         wait = c / (root - b)
     if root is None:
         return None
     if wait is None:
-        return Meeting(i, j, at, arb(at), False, resting=True)
+        return Meeting(i, j, at, arb(at), float_above(arb(at)), False, resting=True)
     time = arb(at) + wait
+    latest = float_above(time)
     for disc in (i, j):
+        if at > bodies.last_met[disc]:
+            continue
         since = bodies.since(disc, max(i, j))
         if not time > (ZERO if since is None else since):
             if root.is_finite() and _already_apart(wait, root, ux, uy, at, since):
                 return None
             certainly = since is not None and bool((time - since).is_zero())
-            return Meeting(i, j, at, time, False, resting=True, proven=certainly)
-    return Meeting(i, j, at, time, True, pair=(xi, yi, xj, yj, dx, dy, ux, uy, root, wait))
+            return Meeting(i, j, at, time, latest, False, resting=True, proven=certainly)
+    return Meeting(i, j, at, time, latest, True, pair=(xi, yi, xj, yj, dx, dy, ux, uy, root, wait))
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
@@ -162,7 +180,7 @@ def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
         if bodies.movable[disc]:
             bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
-    bodies.note_pair(i, j, meeting.at, meeting.time)
+    bodies.note_pair(i, j, meeting.at, meeting.time, meeting.latest)
     return BallImpact(i, j, meeting.time, nx, ny, law.reach, (vxi, vyi, vxj, vyj))
 
 

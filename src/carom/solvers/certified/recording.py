@@ -27,21 +27,35 @@ LOG2_10 = math.log2(10)
 def nearest(ball: arb) -> tuple[float, float]:
     """Return the float64 nearest to a ball's middle, and how far from it the truth can be.
 
-    The middle is an integer times a power of two, which Python rounds correctly; the radius has 30 bits, so it is a
-    float64. Conversion by ``float(ball)`` would cut off.
+    However `float(ball)` rounds (python-flint 0.9: to the nearest), the float64 that it finds leaves an exact rest of
+    at most a unit in its last place, of which 53 bits are added, which is rounded correctly. The radius has 30 bits,
+    so it is a float64.
     """
+    if ball.is_zero():
+        return 0.0, 0.0
+    high = float(ball)
+    size = abs(high)
+    if not 2.0**-900 < size < math.inf:
+        return _nearest_by_integers(ball)
+    rest = ball - high
+    low = float(rest)
+    value = high + low
+    if ball.rel_accuracy_bits() >= SHARP_BITS:
+        exact = low == 0.0 and rest.is_zero()
+        return value, 0.0 if exact else size * HALF_UNIT
+    return value, math.nextafter(float(ball.rad()) + size * HALF_UNIT, math.inf)
+
+
+def _nearest_by_integers(ball: arb) -> tuple[float, float]:
+    """Do as `nearest` where float64 has fewer bits, or none: by integers, which Python rounds correctly."""
     mantissa, exponent = ball.mid().man_exp()
     whole, power = int(mantissa), int(exponent)
     excess = max(0, whole.bit_length() - 1000)  # beyond float64's range as an integer: 1000 bits are enough
     value = math.ldexp(float(whole >> excess), power + excess)
-    size = abs(value)
-    if size < 2.0**-1000:  # where float64 has fewer bits, or none
-        radius = float(ball.rad())
-        return value, radius if whole == 0 else math.nextafter(radius + math.ulp(size), math.inf)
-    if ball.rel_accuracy_bits() >= SHARP_BITS:
-        exact = whole.bit_length() <= 53 and ball.is_exact()
-        return value, 0.0 if exact else size * HALF_UNIT
-    return value, math.nextafter(float(ball.rad()) + size * HALF_UNIT, math.inf)
+    radius = float(ball.rad())
+    if whole == 0 or (whole.bit_length() <= 53 and power >= -1074):  # a float64 itself
+        return value, 0.0 if ball.is_exact() else math.nextafter(radius, math.inf)
+    return value, math.nextafter(radius + math.ulp(value), math.inf)
 
 
 def _quotient(part: arb, length: arb) -> tuple[float, float]:
@@ -50,7 +64,7 @@ def _quotient(part: arb, length: arb) -> tuple[float, float]:
         return 0.0, 0.0
     if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) < SHARP_BITS:
         return nearest(+(part / length))
-    value = float(part) / float(length)  # each is cut off by less than two halves of a unit, and divided to a half
+    value = float(part) / float(length)  # each is off by less than two halves of a unit, and divided to a half
     return (value, abs(value) * 6.0 * HALF_UNIT) if abs(value) > 2.0**-900 else nearest(+(part / length))
 
 

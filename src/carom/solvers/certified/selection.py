@@ -15,10 +15,10 @@ from flint import arb
 from carom.solvers.certified.bodies import BallBodies
 from carom.solvers.certified.exact import exactly_simultaneous
 from carom.solvers.certified.lower_bounds import LowerBounds
-from carom.solvers.certified.prediction import Meeting, meet_pair, meet_wall
+from carom.solvers.certified.prediction import Meeting, float_above, float_below, meet_pair, meet_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
-__all__ = ["Choice", "Selection", "Undecided", "float_above", "float_below"]
+__all__ = ["Choice", "Selection", "Undecided"]
 
 
 class Undecided(Exception):  # noqa: N818 -- not an error: a signal to look closer
@@ -34,16 +34,6 @@ class Choice(NamedTuple):
 
     meeting: Meeting
     commutes: bool
-
-
-def float_below(ball: arb) -> float:
-    """Return a float64 no greater than anything in a ball of numbers from 0."""
-    return float(ball.lower())  # conversion cuts off
-
-
-def float_above(ball: arb) -> float:
-    """Return a float64 no less than anything in a ball of numbers from 0."""
-    return math.nextafter(float(ball.upper()), math.inf)
 
 
 class Selection:
@@ -77,30 +67,34 @@ class Selection:
         Raises:
             Undecided: That is not decided at this precision.
         """
+        bounds, meetings = self.bounds, self._meetings
         while True:
-            bound, row, column = self.bounds.earliest()
+            bound, row, column = bounds.earliest()
             if bound > self.end_s:
                 return None
-            meeting = self._meetings.get((row, column))
+            meeting = meetings.get((row, column))
             if meeting is None:
-                self._solve(row, column, bound)
+                meeting = self._solve(row, column, bound)
+                if meeting is not None and meeting.decided and bounds.rivals == 1 and meeting.latest <= self.end_s:
+                    return Choice(meeting, False)  # all other bounds are above all that its time may be
                 continue
             limit, rivals = -math.inf, [(row, column)]
             while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
-                limit, rivals = reach, self.bounds.no_later_than(reach)
-            unsolved = [place for place in rivals if place not in self._meetings]
+                limit, rivals = reach, bounds.no_later_than(reach)
+            unsolved = [place for place in rivals if place not in meetings]
             if unsolved:
-                place = min(unsolved, key=lambda p: self.bounds.table[p])
-                self._solve(*place, float(self.bounds.table[place]))
+                place = min(unsolved, key=lambda p: bounds.at(*p))
+                self._solve(*place, bounds.at(*place))
                 continue
-            return self._choose([self._meetings[place] for place in rivals])
+            return self._choose([meetings[place] for place in rivals])
 
     def _latest(self, places: list[tuple[int, int]]) -> float:
         """Return the latest that any of these impacts may be, as far as they are solved."""
         found = [self._meetings[place] for place in places if place in self._meetings]
-        return max(float_above(meeting.time) for meeting in found)
+        return max(meeting.latest for meeting in found)
 
-    def _solve(self, row: int, column: int, at: float) -> None:
+    def _solve(self, row: int, column: int, at: float) -> Meeting | None:
+        """Solve one impact in balls, and raise its bound."""
         self.solved += 1
         second = self.bounds.second(column)
         if second < 0:
@@ -108,13 +102,14 @@ class Selection:
         else:
             meeting = meet_pair(self.bodies, min(row, second), max(row, second), at)
         if meeting is None:
-            self.bounds.raise_to(row, column, math.inf)
-            return
+            self.bounds.raise_to(row, column, math.inf, -math.inf)
+            return None
         self._meetings[row, column] = meeting
         for disc in (row, second):
             if disc >= 0:
                 self._of[disc].add((row, column))
-        self.bounds.raise_to(row, column, max(at, float_below(meeting.time)))
+        self.bounds.raise_to(row, column, max(at, float_below(meeting.time)), meeting.latest)
+        return meeting
 
     def _choose(self, meetings: list[Meeting]) -> Choice | None:
         if all(meeting.time > self.end_s for meeting in meetings):

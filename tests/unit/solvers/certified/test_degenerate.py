@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from typing import Any
 
 import pytest
@@ -58,6 +59,30 @@ def test_a_tie_of_disjoint_pairs_commutes() -> None:
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["time_s"].tolist() == [2.0, 2.0]
     assert certified.commuted == ((0, 1),)
+
+
+def in_line_struck_from_both_ends(right: float) -> Scene:
+    """Two discs at rest, their outer neighbours reaching both of them at t = 5 exactly."""
+    return scene(disc(-10, 0, 1), disc(0, 0), disc(right, 0), disc(right + 10, 0, -1))
+
+
+def test_a_tie_of_disjoint_pairs_that_touch_is_one_of_neighbours() -> None:
+    """Struck at one instant, each of two touching discs is driven into the other: the third has no answer."""
+    found = stopped_at(in_line_struck_from_both_ends(5.0))
+    assert (found.kind, found.bodies) == (Degenerate.SIMULTANEOUS_NEIGHBOURS, (0, 1, 2, 3))
+    assert found.proven
+    assert found.earliest_s <= 5.0 <= found.latest_s
+
+
+def test_the_same_neighbours_an_ulp_apart_commute_and_then_meet() -> None:
+    """Apart by a unit in the last place of the outer disc, two impacts are independent; a third is half of it later."""
+    right = 5.0 + math.ulp(15.0)
+    certified = certify(in_line_struck_from_both_ends(right), max_impacts=3, digits=30)
+    assert certified.commuted == ((0, 1),)
+    pairs = {(int(impact["first"]), int(impact["second"])) for impact in certified.trace.impacts[:2]}
+    assert pairs == {(0, 1), (2, 3)}
+    assert (certified.trace.impacts["first"][2], certified.trace.impacts["second"][2]) == (1, 2)
+    assert Decimal(certified.decimals[2][0]) - 5 == pytest.approx(Decimal((right - 5.0) / 2), rel=Decimal("1e-12"))
 
 
 def test_a_tie_with_an_immovable_disc_in_common_commutes() -> None:
@@ -175,6 +200,31 @@ def test_an_impact_at_the_very_end_is_told_to_belong_to_it() -> None:
     discs = (disc(0, 0, 1), disc(7, 0))
     assert len(certify(scene(*discs, duration_s=2.0))) == 1
     assert len(certify(scene(*discs, duration_s=math.nextafter(2.0, 1.0)))) == 0
+
+
+def arriving_at_35_s(duration_s: float) -> Scene:
+    """Struck after 5 s by a disc of half its mass, a disc covers 20 m at 2/3 m/s, no dyadic number."""
+    return scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(25, 0), duration_s=duration_s)
+
+
+def test_an_impact_that_no_precision_tells_from_the_end_is_reported() -> None:
+    """The second impact is at exactly the scene's duration, which balls around 2/3 can't show: the first is kept."""
+    certified = certify(arriving_at_35_s(35.0))
+    assert certified.trace.impacts["time_s"].tolist() == [5.0]
+    assert certified.ending is Ending.DEGENERATE
+    found = certified.degeneracy
+    assert found is not None
+    assert (found.kind, found.bodies, found.proven) == (Degenerate.AT_THE_END, (1, 2), False)
+    assert found.bits >= 512
+    assert found.earliest_s <= 35.0 <= found.latest_s
+
+
+@pytest.mark.parametrize(("duration_s", "impacts"), [(math.nextafter(35.0, 0.0), 1), (math.nextafter(35.0, 36.0), 2)])
+def test_the_same_end_moved_by_an_ulp_is_decided_both_ways(duration_s: float, impacts: int) -> None:
+    """One unit in the last place earlier the impact is left out, one later it belongs to the scene."""
+    certified = certify(arriving_at_35_s(duration_s))
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == impacts
 
 
 def test_an_end_beside_an_irrational_instant_is_decided() -> None:

@@ -1,0 +1,42 @@
+"""Which impact is next: nothing that may come before it is overlooked, however wide the balls."""
+
+from __future__ import annotations
+
+import pytest
+from flint import arb, ctx
+
+from carom import Disc, Scene
+from carom.solvers.certified import Degenerate
+from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.selection import Selection, Undecided
+
+
+def in_two_rows(*, last_speed: float) -> BallBodies:
+    """Return two rows far apart, of three discs each, whose middle discs are struck from both sides after about 1 s.
+
+    Row 0: both times are known only to be from 1 s less 2e-6 to 1 s. Row 1: one is 1 s more or less 1e-6, and the other
+    is exact.
+    """
+    discs = [Disc(position_m=(x, y), radius_m=1.0) for y in (0.0, 1000.0) for x in (0.0, 3.0, 6.0)]
+    bodies = BallBodies(Scene(name="rows", discs=discs, duration_s=2.0))
+    bodies.vx[0], bodies.vx[2] = arb(1 + 1e-6, 1e-6), -arb(1 + 1e-6, 1e-6)
+    bodies.vx[3], bodies.vx[5] = arb(1, 1e-6), arb(-last_speed)
+    return bodies
+
+
+def test_an_impact_behind_the_first_ball_but_within_a_rivals_is_a_rival() -> None:
+    """Neither row is decided: the exact time is after all of row 0's, but within the wide ball beside it.
+
+    Gathered only up to the first ball's end, the rivals would lack it, and the wide one would have been next.
+    """
+    with ctx.workprec(128), pytest.raises(Undecided) as caught:
+        Selection(in_two_rows(last_speed=1 - 5e-7), 2.0).next_impact()
+    assert caught.value.degeneracy.kind is Degenerate.SHARED_INSTANT
+
+
+def test_the_same_rival_certainly_later_leaves_the_wide_ball_next() -> None:
+    """With the exact time after the wide ball, this is next, and may as well come after those of the other row."""
+    with ctx.workprec(128):
+        choice = Selection(in_two_rows(last_speed=0.5), 2.0).next_impact()
+    assert choice is not None
+    assert (choice.meeting.first, choice.meeting.second, choice.commutes) == (3, 4, True)
