@@ -18,7 +18,7 @@ __all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_
 
 
 def _setup(subject: Subject, profile: str) -> Setup:
-    can = subject.adapter.capabilities
+    can = subject.capabilities(profile)
     low, high = can.restitution
     # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 lies in most ranges.
     return own_setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
@@ -59,7 +59,7 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
     """The time of a contact lies within the step that reports it: an engine can't know it sooner or later."""
-    if subject.adapter.capabilities.contact_times is ContactTimes.NONE:
+    if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
     setup = _setup(subject, profile)
     rounding_s = subject.rounding * setup.scene.duration_s
