@@ -84,8 +84,8 @@ SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 VANISHING = 2.0**-600
 
 
-#: Where two cylinders touch, Bullet's own point and normal are off by up to 2.4e-4 of the scene's speed in what they
-#: make of it (an even row of five, at 240 steps a second).
+#: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
+#: (a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
