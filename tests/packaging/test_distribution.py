@@ -13,7 +13,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 
 #: Carom's own methods and the three engines, as pyproject.toml declares them.
-BUILT_IN = {"pic", "pit", "pymunk", "pybullet", "mujoco"}
+BUILT_IN = {"pic", "pit", "pymunk", "pybullet", "box2d", "mujoco"}
 
 
 @pytest.fixture(scope="module")
