@@ -23,6 +23,7 @@ from carom.adapter import (
     Scene,
     Setting,
     require_sound,
+    require_supported,
     wall_body,
 )
 
@@ -115,12 +116,11 @@ def _reach(scene: Scene, dt_s: float) -> tuple[Point, float]:
     return centre, start + (fastest + gained) * duration_s
 
 
-def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
+def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what Box2D would assert on, or silently get wrong.
 
     Raises:
-        AdapterError: A setting has an unknown name, or a step, mass, radius, speed or coordinate is beyond one of
-            Box2D's own constants or of 32-bit floats.
+        AdapterError: A setting has an unknown name, or a step or mass is beyond 32-bit floats.
     """
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
     if settings.get("sweep", "shipped") not in SWEEPS:
@@ -129,26 +129,9 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
     if not 1e-12 <= dt_s <= 1e12:  # scaled, still inside 32-bit floats
         raise AdapterError(f"Box2D: dt_s must lie in 1e-12 to 1e12, got {dt_s}")
     for i, disc in enumerate(scene.discs):
-        if not disc.radius_m >= SMALLEST_RADIUS_M:
-            raise AdapterError(
-                f"Box2D: discs[{i}].radius_m must be at least {SMALLEST_RADIUS_M:g}, got {disc.radius_m}"
-            )
         if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
             limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
             raise AdapterError(f"Box2D: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
-        move = math.hypot(*disc.velocity_m_s) * dt_s
-        if move > LONGEST_MOVE_M:
-            raise AdapterError(
-                f"Box2D: discs[{i}].velocity_m_s times dt_s must be at most {LONGEST_MOVE_M:g} m, got {move:g} m: "
-                "Box2D moves no body farther in one step; shorten dt_s"
-            )
-    farthest = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
-    smallest = min(disc.radius_m for disc in scene.discs)
-    if not (farthest <= LARGEST_COORDINATE_M and farthest * ROUNDING < smallest):
-        raise AdapterError(
-            f"Box2D: a disc's position_m reaches to {farthest:g} m, which 32-bit floats round by more than the "
-            f"smallest radius_m, {smallest:g}; move the scene nearer to the origin"
-        )
 
 
 def _imported() -> Any:  # untyped: a SWIG module without stubs
@@ -162,7 +145,8 @@ class Box2dWorld:
     """One `b2World`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_supported(scene, settings)
+        _require_usable(scene, settings)
+        require_supported("Box2D", scene, Box2dAdapter.capabilities, float(settings["dt_s"]))
         self._box2d = _imported()
         self._asked = dict(settings)
         self._scale = float(settings.get("velocity_scale", 1.0))

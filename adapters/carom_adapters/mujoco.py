@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.adapter import (
+    Accuracy,
     AdapterError,
     Capabilities,
     Contact,
@@ -23,6 +24,7 @@ from carom.adapter import (
     Scene,
     Setting,
     require_sound,
+    require_supported,
     wall_body,
 )
 
@@ -79,6 +81,11 @@ KEPT_MODELS = 16
 MOST_LISTED = 1000
 
 
+#: Cylinders touch planes and each other off the middle: up to 6.3e-4 of the scene's speed (a disc in a box, at 240
+#: steps a second).
+CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
+
+
 def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
     """Return a contact's ``solref`` in the form (-stiffness, -damping) for this coefficient of restitution.
 
@@ -98,7 +105,7 @@ def _ignore(_text: str) -> None:
     """Drop MuJoCo's warning texts, which would go to a file in the working folder; `observe` reads the counts."""
 
 
-def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
+def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
 
     Raises:
@@ -120,10 +127,6 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
             f"got {fastest:g} m/s in {dt_s:g} s: its solver would take the bounce for rounding"
         )
     for i, disc in enumerate(scene.discs):
-        if disc.radius_m < SMALLEST_RADIUS_M:
-            raise AdapterError(
-                f"MuJoCo: discs[{i}].radius_m must be at least {SMALLEST_RADIUS_M:g}, got {disc.radius_m}"
-            )
         if not (disc.immovable or SMALLEST_MASS_KG < disc.mass_kg <= LARGEST_MASS_KG):
             limits = f"above {SMALLEST_MASS_KG:g} and at most {LARGEST_MASS_KG:g}, or inf"
             raise AdapterError(f"MuJoCo: discs[{i}].mass_kg must be {limits}, got {disc.mass_kg}")
@@ -227,7 +230,8 @@ class MujocoWorld:
     """A compiled model with data of its own."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_supported(scene, settings)
+        _require_usable(scene, settings)
+        require_supported("MuJoCo", scene, MujocoAdapter.capabilities, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._start_s, self._steps = 0.0, 0
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
@@ -448,6 +452,7 @@ class MujocoAdapter:
             "The tuned settings with cylinders for spheres, kept from tipping over by the slide joints, and their "
             "contacts found to 1e-12 (Carom's own measurements).",
             _cylinder,
+            CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.adapter import (
+    Accuracy,
     AdapterError,
     Capabilities,
     Contact,
@@ -22,6 +23,7 @@ from carom.adapter import (
     Scene,
     Setting,
     require_sound,
+    require_supported,
     wall_body,
 )
 
@@ -82,6 +84,11 @@ SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 VANISHING = 2.0**-600
 
 
+#: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
+#: (a cradle with gaps, at 240 steps a second).
+CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
+
+
 def _restitutions(scene: Scene) -> tuple[float, float]:
     """Return restitutions (of every disc, of every wall) whose products are the coefficients that the scene asks for.
 
@@ -93,7 +100,7 @@ def _restitutions(scene: Scene) -> tuple[float, float]:
     return disc, scene.wall_restitution / disc
 
 
-def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
+def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what Bullet would silently get wrong.
 
     Raises:
@@ -107,9 +114,6 @@ def _require_supported(scene: Scene, settings: Mapping[str, Setting]) -> None:
     if not SHORTEST_STEP_S <= dt_s < math.inf:
         raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
     for i, disc in enumerate(scene.discs):
-        if not SMALLEST_RADIUS_M <= disc.radius_m <= LARGEST_RADIUS_M:
-            limits = f"{SMALLEST_RADIUS_M:g} to {LARGEST_RADIUS_M:g}"
-            raise AdapterError(f"PyBullet: discs[{i}].radius_m must lie in {limits}, got {disc.radius_m}")
         if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
             limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
             raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
@@ -148,7 +152,8 @@ class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_supported(scene, settings)
+        _require_usable(scene, settings)
+        require_supported("PyBullet", scene, PybulletAdapter.capabilities, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._dt_s = float(settings["dt_s"])
         self._start_s, self._steps = 0.0, 0
@@ -432,6 +437,7 @@ class PybulletAdapter:
             "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
             "(Carom's own measurements).",
             _cylinder,
+            CYLINDER_ACCURACY,
         ),
         "cylinder-plain": Profile(
             "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",

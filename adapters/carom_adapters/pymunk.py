@@ -21,6 +21,7 @@ from carom.adapter import (
     Stamp,
     Wall,
     require_sound,
+    require_supported,
     wall_body,
 )
 
@@ -49,6 +50,9 @@ LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persis
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
 LARGEST = 1e100
 SMALLEST = 1e-100
+
+#: Discs of this radius still fit, some way apart, within the greatest coordinates.
+LARGEST_RADIUS_M = 1e98
 
 #: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
 #: multiplying and dividing by it is exact.
@@ -106,19 +110,16 @@ def _half_plane(wall: Wall, centre: tuple[float, float], reach: float) -> list[t
     ]
 
 
-def _require_supported(scene: Scene, dt_s: float) -> None:
+def _require_usable(scene: Scene, dt_s: float) -> None:
     """Refuse what Chipmunk would abort on or silently get wrong.
 
     Raises:
-        AdapterError: A step, mass or radius is beyond what 64-bit floats can square and divide,
-            or walls that would have to reach so far that they are coarser than a disc.
+        AdapterError: A step or mass is beyond what 64-bit floats can square and divide.
     """
     limits = f"must lie in {SMALLEST:g} to {LARGEST:g}"
     if not SMALLEST <= dt_s <= LARGEST:
         raise AdapterError(f"pymunk: dt_s {limits}, got {dt_s}")
     for i, disc in enumerate(scene.discs):
-        if not SMALLEST <= disc.radius_m <= LARGEST:
-            raise AdapterError(f"pymunk: discs[{i}].radius_m {limits}, got {disc.radius_m}")
         if not (disc.immovable or SMALLEST <= disc.mass_kg <= LARGEST):
             raise AdapterError(f"pymunk: discs[{i}].mass_kg {limits} or be inf, got {disc.mass_kg}")
 
@@ -146,7 +147,8 @@ class PymunkWorld:
 
         require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST)
         self._dt_s = float(settings["dt_s"])
-        _require_supported(scene, self._dt_s)
+        _require_usable(scene, self._dt_s)
+        require_supported("pymunk", scene, PymunkAdapter.capabilities, self._dt_s)
         self._start_s, self._steps = 0.0, 0
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
@@ -294,7 +296,7 @@ class PymunkAdapter:
         max_speed_m_s=LARGEST,
         max_coordinate_m=LARGEST,
         min_radius_m=SMALLEST,
-        max_radius_m=LARGEST,
+        max_radius_m=LARGEST_RADIUS_M,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(

@@ -45,7 +45,7 @@ def _fast() -> Scene:
 
 
 def _far() -> Scene:
-    return Scene(name="far", discs=[Disc(position_m=(2e10, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
+    return Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
 
 
 def _inelastic() -> Scene:

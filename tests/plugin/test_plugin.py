@@ -52,7 +52,7 @@ def test_an_adapter_is_forty_lines() -> None:
 
 def test_the_documentation_tells_every_check() -> None:
     """docs/adapters.md has a row for each check of the suite."""
-    subject = Subject("pit", 1.0)
+    subject = Subject("pymunk", 1.0)  # which has a profile of each kind
     checks = {case.name.partition("[")[0] for case in cases(subject)}
     told = {line.split("`")[1] for line in (DOCS / "adapters.md").read_text().splitlines() if line.startswith("| `")}
     assert checks <= told, checks - told

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from carom.conformance.checks import accuracy, capability, conduct, contacts, declaration, invariants, settings
-from carom.conformance.scenes import CATALOGUE_SCENES
+from carom.conformance.scenes import CATALOGUE_SCENES, LOCATED_SCENES
 from carom.conformance.subject import Subject, catalogue_setup
 
 __all__ = ["Case", "cases"]
@@ -25,12 +25,14 @@ class Case:
         run: Returns where the adapter conforms.
         meaning: What must hold, in one sentence: the first line of the check's docstring.
         skip: The declared capability that excludes the case; empty where none does.
+        profile: The profile that the case is about; empty where it is about the adapter.
     """
 
     name: str
     run: Check
     meaning: str
     skip: str = ""
+    profile: str = ""
 
 
 #: Ends and middle of the declared range, for discs and for walls.
@@ -46,6 +48,10 @@ _OF_ADAPTER = {
     "gravity": capability.falls_as_declared,
     "greatest-speed": capability.fast_as_declared,
     "greatest-coordinate": capability.far_as_declared,
+    "greatest-move": capability.moves_as_declared,
+    "least-radius": capability.small_as_declared,
+    "greatest-radius": capability.large_as_declared,
+    "slowest-bounce": capability.slow_as_declared,
     "continuous-detection": capability.detects_continuously,
     "silent-and-tidy": conduct.is_silent_and_tidy,
     "closes-after-errors": conduct.closes_after_errors,
@@ -64,6 +70,13 @@ _OF_PROFILE = {
     "observing": conduct.looking_changes_nothing,
     "steps-together": conduct.steps_singly_or_together,
     "observations-stay": conduct.keeps_what_it_showed,
+}
+
+#: What remains to be said of a profile whose steps are cut: the rest is watched in whole steps, as of any other.
+_OF_LOCATED = {
+    "settings": settings.settings_are_read_back,
+    "start": settings.starts_as_written,
+    "cutting": conduct.cutting_leaves_no_trace,
 }
 
 _OF_SCENE = {
@@ -91,12 +104,12 @@ def cases(subject: Subject) -> Iterator[Case]:
         for wall_share in RESTITUTION_SHARES:
             run = partial(capability.restitution_as_declared, share=_SHARE[share], wall_share=_SHARE[wall_share])
             yield Case(f"restitution[{share}-{wall_share}]", run, _meaning(capability.restitution_as_declared))
-    for profile in subject.adapter.profiles:
-        for name, of_profile in _OF_PROFILE.items():
-            yield Case(f"{name}[{profile}]", partial(of_profile, profile=profile), _meaning(of_profile))
-        for scene in CATALOGUE_SCENES:
-            setup = catalogue_setup(scene, profile)
-            skip = subject.unsupported(setup.scene, setup.dt_s)
+    for profile, described in subject.adapter.profiles.items():
+        for name, of_profile in (_OF_LOCATED if described.located else _OF_PROFILE).items():
+            run = partial(of_profile, profile=profile)
+            yield Case(f"{name}[{profile}]", run, _meaning(of_profile), profile=profile)
+        for scene in LOCATED_SCENES if described.located else CATALOGUE_SCENES:
+            skip = subject.unsupported(catalogue_setup(scene, profile))
             for name, of_scene in _OF_SCENE.items():
                 run = partial(of_scene, profile=profile, name=scene)
-                yield Case(f"{name}[{profile}-{scene}]", run, _meaning(of_scene), skip)
+                yield Case(f"{name}[{profile}-{scene}]", run, _meaning(of_scene), skip, profile)

@@ -9,12 +9,15 @@ from pathlib import Path
 
 from carom.conformance.cases import Case, cases
 from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
-from carom.conformance.selection import selected_engines
+from carom.conformance.selection import ALL, selected_engines
 from carom.conformance.subject import Subject
 from carom.errors import InputError
 from carom.registry import EngineInfo, engines
 
-__all__ = ["EnginePlan", "Plan", "make_plan"]
+__all__ = ["USUAL_PROFILES", "EnginePlan", "Plan", "make_plan"]
+
+#: The profiles that mean the same for every engine, and are held to the suite unless others are asked for.
+USUAL_PROFILES = ("default", "tuned", "located")
 
 
 @dataclass(frozen=True)
@@ -47,11 +50,18 @@ class Plan:
     known_file: Path | None
 
 
-def make_plan(wanted: Sequence[str], known_file: Path | None, folders: Sequence[Path], time_limit_s: float) -> Plan:
+def make_plan(
+    wanted: Sequence[str],
+    profiles: Sequence[str],
+    known_file: Path | None,
+    folders: Sequence[Path],
+    time_limit_s: float,
+) -> Plan:
     """Plan the suite; no engine is imported.
 
     Args:
         wanted: What ``--carom-engine`` was given.
+        profiles: What ``--carom-profile`` was given: names, or ``all``; `USUAL_PROFILES` for nothing.
         known_file: The file of known failures; None for the first in `folders` that is there.
         folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
             happens to be the name of a folder, which pytest then takes for its root.
@@ -62,18 +72,29 @@ def make_plan(wanted: Sequence[str], known_file: Path | None, folders: Sequence[
     """
     if not 0 < time_limit_s < math.inf:
         raise InputError(f"--carom-time-limit must be a number of seconds above 0, got {time_limit_s}")
-    planned = []
+    planned, everything = [], dict[str, str]()
     for info in selected_engines(wanted):
         if info.unavailable:
             planned.append(EnginePlan(info, None, ()))
         else:
             subject = Subject(info.name, time_limit_s)
-            planned.append(EnginePlan(info, subject, tuple(cases(subject))))
+            of_engine = tuple(cases(subject))
+            # Every name is known, also that of a case that is not run this time: its known failure is let be.
+            everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
+            chosen = tuple(case for case in of_engine if not case.profile or _is_run(case.profile, profiles))
+            planned.append(EnginePlan(info, subject, chosen))
+    there_are = dict.fromkeys(name for plan in planned if plan.subject for name in plan.subject.adapter.profiles)
+    for name in profiles:
+        if there_are and name not in (ALL, *there_are):
+            raise InputError(f"--carom-profile: no profile {name!r}; there are: {', '.join(there_are)}, or {ALL!r}")
     if known_file is None:
         known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
     known = {} if known_file is None else load_known_failures(known_file)
     if known_file is not None:
-        everything = {f"{plan.info.name}::{case.name}": case.skip for plan in planned for case in plan.cases}
         skipped = {name: skip for name, skip in everything.items() if skip}
         check_names(known, everything, skipped, {info.name for info in engines()}, known_file)
     return Plan(tuple(planned), known, known_file)
+
+
+def _is_run(profile: str, wanted: Sequence[str]) -> bool:
+    return ALL in wanted or profile in (wanted or USUAL_PROFILES)

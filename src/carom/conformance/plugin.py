@@ -31,6 +31,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "(then all of its adapters), or 'all'; repeatable",
     )
     group.addoption(
+        "--carom-profile",
+        action="append",
+        default=[],
+        metavar="PROFILE",
+        help="hold this profile to the suite, or 'all'; repeatable (default: default, tuned, and located where there "
+        "is one); what is about the adapter and not about a profile is run in any case",
+    )
+    group.addoption(
         "--carom-known-failures",
         type=Path,
         metavar="FILE",
@@ -58,6 +66,7 @@ def pytest_configure(config: pytest.Config) -> None:
     try:
         config.stash[plan_key] = make_plan(
             wanted,
+            config.getoption("carom_profile"),
             config.getoption("carom_known_failures"),
             (config.rootpath, config.invocation_params.dir),
             config.getoption("carom_time_limit"),

@@ -9,7 +9,7 @@ from carom.adapter import Observation
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Grown", "Make", "Raised", "Watch", "Watched"]
+__all__ = ["Cut", "Grown", "Make", "Raised", "Watch", "Watched"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,28 @@ class Watch:
     settings: Mapping[str, Setting]
     steps: int
     looks: int = 1
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Run a scene to its end in steps each of which is cut, as for a profile that is located, and hand over each state.
+
+    Attributes:
+        engine: Name of the adapter.
+        scene: The scene.
+        settings: The settings to prepare it with.
+        dt_s: Length of each step, seconds.
+        steps: How many.
+        disturbed: Whether before each step one of three times the length is tried and taken back, and after each the
+            world is asked what touches.
+    """
+
+    engine: str
+    scene: Scene
+    settings: Mapping[str, Setting]
+    dt_s: float
+    steps: int
+    disturbed: bool
 
 
 @dataclass(frozen=True)
@@ -77,7 +99,7 @@ class Raised:
     """The adapter raised an error.
 
     Attributes:
-        where: The call that raised it: ``prepare``, ``advance``, ``observe``, ``settings`` or ``close``.
+        where: The call that raised it: ``prepare``, ``advance``, ``observe``, ``settings``, ``cut`` or ``close``.
         kind: Name of its class.
         deliberate: Whether it is an `AdapterError` or another of Carom's.
         message: What it says.

@@ -9,6 +9,7 @@ from carom.scene import Disc, Scene, Wall
 __all__ = [
     "CATALOGUE_SCENES",
     "DT_S",
+    "LOCATED_SCENES",
     "alone",
     "approach",
     "bounce_and_pair",
@@ -51,6 +52,18 @@ CATALOGUE_SCENES = (
 )
 
 
+#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, and one after another.
+LOCATED_SCENES = (
+    "paper/missed",
+    "paper/late",
+    "classics/head-on",
+    "classics/oblique-3-4-5",
+    "classics/perfectly-inelastic",
+    "classics/slanted-wall",
+    "classics/cradle-gaps",
+)
+
+
 def crowd() -> Scene:
     """Nine discs of different masses that run into each other in the open and fly apart: no walls, nothing fixed."""
     discs = []
@@ -80,22 +93,22 @@ def walled_box() -> Scene:
     return Scene(name="conformance-box", discs=crowd().discs, walls=walls, duration_s=2.5)
 
 
-def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0) -> Scene:
+def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
     """A disc at `speed_m_s` meets an equal one at rest, head-on, and hands its velocity over."""
     return Scene(
-        name=f"conformance-approach-{speed_m_s:g}-{x_m:g}",
+        name=f"conformance-approach-{speed_m_s:g}-{x_m:g}-{radius_m:g}",
         discs=[
-            Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=0.5),
-            Disc(position_m=(x_m + 1 + gap_m, 0), radius_m=0.5),
+            Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m),
+            Disc(position_m=(x_m + 2 * radius_m + gap_m, 0), radius_m=radius_m),
         ],
         duration_s=2 * gap_m / speed_m_s,
     )
 
 
-def alone(speed_m_s: float = 1.0, x_m: float = 0.0) -> Scene:
+def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5) -> Scene:
     """One disc that meets nothing, for a few steps."""
-    disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=0.5)
-    return Scene(name=f"conformance-alone-{speed_m_s:g}-{x_m:g}", discs=[disc], duration_s=4 * DT_S)
+    disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
+    return Scene(name=f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}", discs=[disc], duration_s=4 * DT_S)
 
 
 def bullet(phase: float) -> Scene:

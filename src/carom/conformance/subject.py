@@ -10,16 +10,16 @@ from typing import Self
 
 import numpy as np
 
-from carom.adapter import Adapter, Observation
+from carom.adapter import Adapter, Capabilities, Observation
 from carom.comparator import Score, compare
 from carom.conformance.known_answer import trace_of
-from carom.conformance.probe import Grown, Make, Raised, Watch, Watched
+from carom.conformance.probe import Cut, Grown, Make, Raised, Watch, Watched
 from carom.conformance.violation import Setup, Violation
 from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runner.drive import Timing, observe_run, profile_settings
 from carom.runner.messages import Failure, Request
-from carom.runner.plan import unsupported_reason
+from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
 from carom.scene import Scene
 from carom.scenes import catalogue
@@ -76,9 +76,13 @@ class Subject:
         wide, narrow = np.finfo(np.float64).eps, np.finfo(np.float32).eps
         return ROUNDING_64 * (float(narrow / wide) if self.adapter.capabilities.float_bits < 64 else 1.0)
 
-    def unsupported(self, scene: Scene, dt_s: float) -> str:
-        """Return the declared capability that excludes a scene; empty where none does."""
-        return unsupported_reason(scene, self.adapter.capabilities, dt_s)
+    def capabilities(self, profile: str = "tuned") -> Capabilities:
+        """Return what is declared for a profile: its own word, or else the adapter's."""
+        return capabilities_of(self.adapter, profile)
+
+    def unsupported(self, setup: Setup) -> str:
+        """Return the declared capability that excludes a run; empty where none does."""
+        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s)
 
     def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
         """Return the settings of a profile."""
@@ -120,6 +124,19 @@ class Subject:
         settings = {**self.settings(setup.profile, setup.dt_s), **changes}
         steps = setup.scene.step_count(setup.dt_s)
         answer = self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
+        if not isinstance(answer, Watched | Raised):
+            raise AdapterError(f"the worker answered a probe with {answer}")
+        return answer
+
+    def try_to_cut(self, setup: Setup, *, disturbed: bool) -> Watched | Raised:
+        """Run a scene in cut steps, `disturbed` by others that are taken back, or the error that the adapter raised.
+
+        Raises:
+            Violation: The process crashed or hung.
+        """
+        settings = self.settings(setup.profile, setup.dt_s)
+        steps = setup.scene.step_count(setup.dt_s)
+        answer = self._ask(Cut(self.name, setup.scene, settings, setup.dt_s, steps, disturbed), setup)
         if not isinstance(answer, Watched | Raised):
             raise AdapterError(f"the worker answered a probe with {answer}")
         return answer

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from carom.adapter import Observation, World
-from carom.conformance.probe import Grown, Make, Raised, Watch, Watched
+from carom.adapter import AdapterError, CuttableWorld, Observation, World
+from carom.conformance.probe import Cut, Grown, Make, Raised, Watch, Watched
 from carom.errors import CaromError
 from carom.registry import load_adapter
 from carom.runner.messages import Request
@@ -42,7 +42,7 @@ def _calling(where: str) -> Iterator[None]:
         raise _AdapterRaised(raised) from error
 
 
-def _prepare(probe: Watch | Make) -> World:
+def _prepare(probe: Watch | Cut | Make) -> World:
     with _calling("prepare"):
         return load_adapter(probe.engine).prepare(probe.scene, probe.settings)
 
@@ -82,6 +82,32 @@ def _watch(probe: Watch) -> Watched:
     return Watched(settings, tuple(copies), next(changed, None))
 
 
+def _cut(probe: Cut) -> Watched:
+    world = _prepare(probe)
+    try:
+        with _calling("prepare"):
+            if not isinstance(world, CuttableWorld):
+                raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
+        given = [_observe(world)]
+        for _ in range(probe.steps):
+            with _calling("cut"):
+                if probe.disturbed:
+                    state = world.save()
+                    world.cut(3 * probe.dt_s)
+                    world.advance(1)
+                    world.touching()
+                    world.restore(state)
+                world.cut(probe.dt_s)
+                world.advance(1)
+                if probe.disturbed:
+                    world.touching()
+            given.append(_copy(_observe(world)))
+    finally:
+        with _calling("close"):
+            world.close()
+    return Watched({}, tuple(given), None)
+
+
 def _resident_bytes() -> int | None:
     statm = Path("/proc/self/statm")
     return int(statm.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") if statm.exists() else None
@@ -107,11 +133,13 @@ def _make(probe: Make) -> Grown:
     return Grown(None if before is None or after is None else after - before)
 
 
-def _answer(request: Request | Watch | Make) -> object:
+def _answer(request: Request | Watch | Cut | Make) -> object:
     try:
         match request:
             case Watch():
                 return _watch(request)
+            case Cut():
+                return _cut(request)
             case Make():
                 return _make(request)
             case Request():

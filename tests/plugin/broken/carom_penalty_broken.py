@@ -67,6 +67,16 @@ class Aborts(PenaltyWorld):
         os.abort()
 
 
+class Shortens(PenaltyWorld):
+    """Moves no disc by more than 2 m in a step, and leaves its velocity as it is."""
+
+    def advance(self, steps):
+        for _ in range(steps):
+            before = self.position.copy()
+            super().advance(1)
+            self.position = before + np.clip(self.position - before, -2, 2)
+
+
 class Twin(PenaltyAdapter):
     def __init__(self, name, world=PenaltyWorld, **capabilities):
         self.name, self.world = name, world
@@ -85,6 +95,15 @@ class Promises(Twin):
     }
 
 
+class Cuts(Twin):
+    """Has a profile whose steps are cut, and a world that can't be cut."""
+
+    profiles = {
+        **PenaltyAdapter.profiles,
+        "located": dataclasses.replace(PenaltyAdapter.profiles["tuned"], located=True),
+    }
+
+
 turns_wrong = Twin("turns-wrong", TurnsWrong)
 stamps_early = Twin("stamps-early", StampsEarly)
 guesses = Twin("guesses", Guesses)
@@ -94,3 +113,6 @@ aborts = Twin("aborts", Aborts)
 claims_walls = Twin("claims-walls", walls=True)
 claims_sweeping = Twin("claims-sweeping", continuous_detection=True)
 claims_precision = Promises("claims-precision")
+claims_limits = Twin("claims-limits", min_radius_m=1e-3, max_radius_m=1e3, max_move_m=1e2)
+shortens = Twin("shortens", Shortens)
+claims_cutting = Cuts("claims-cutting")

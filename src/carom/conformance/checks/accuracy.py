@@ -1,7 +1,8 @@
 """Hit or miss, times and velocities of scenes whose every impact is known, no worse than declared.
 
 What a method that looks once a step has to pay is measured, not guessed: PIT runs the same scene at the same step. An
-adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to.
+adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
+cut does not look once a step but where bodies begin to touch, so it is allowed rounding and its promise alone.
 """
 
 from __future__ import annotations
@@ -49,6 +50,8 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
     sampled_s = max([setup.dt_s, *(error.time_s for error in pit.errors)])
     early_s = max([0.0, *(-error.time_s for error in pit.errors)])
+    if subject.adapter.profiles[profile].located:
+        sampled_s = early_s = 0.0
     rounding_s = subject.rounding * setup.scene.duration_s
     for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
         late_s = sampled_s + promise_s * (
@@ -67,7 +70,8 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
-    sampled = max((error.velocity for error in pit.errors), default=0.0)
+    located = subject.adapter.profiles[profile].located
+    sampled = 0.0 if located else max((error.velocity for error in pit.errors), default=0.0)
     promise = subject.adapter.profiles[profile].accuracy.velocity
     allowed = sampled + promise + subject.rounding
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
@@ -75,7 +79,7 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
             _raise_velocity(setup, trace, name, score, error, allowed, f"PIT {sampled:.3g}, promised {promise:.3g}")
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # who missed an impact is on another path
-    allowed = pit.final_velocity_error + promise + subject.rounding
+    allowed = (0.0 if located else pit.final_velocity_error) + promise + subject.rounding
     if not score.final_velocity_error <= allowed:
         speed = score.scales.speed_m_s
         known = catalogue()[name].known.final_velocity_m_s or ()

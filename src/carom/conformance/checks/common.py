@@ -25,7 +25,7 @@ def require_supported(subject: Subject, setup: Setup) -> None:
     Raises:
         NotApplicable: With the capability as the reason.
     """
-    if reason := subject.unsupported(setup.scene, setup.dt_s):
+    if reason := subject.unsupported(setup):
         raise NotApplicable(reason)
 
 

@@ -6,13 +6,14 @@ import numpy as np
 
 from carom.conformance.checks.common import own_setup
 from carom.conformance.checks.settings import UNKNOWN
-from carom.conformance.probe import Watched
+from carom.conformance.probe import Raised, Watched
 from carom.conformance.scenes import approach, crowd
 from carom.conformance.subject import Subject
 from carom.conformance.violation import NotApplicable, Setup, Violation
 
 __all__ = [
     "closes_after_errors",
+    "cutting_leaves_no_trace",
     "is_silent_and_tidy",
     "keeps_what_it_showed",
     "lets_go_of_worlds",
@@ -31,7 +32,7 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     _require_deterministic(subject)
     setup = own_setup(crowd(), profile)
     first = subject.seen(setup)
-    for other in subject.adapter.profiles:
+    for other in ("default", "tuned"):
         if other != profile:
             subject.watch(own_setup(crowd(), other))
     again = subject.watch(setup)
@@ -55,6 +56,25 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
         if wanted.tobytes() != found.tobytes():
             what = "advance(n) does not end where n times advance(1) and observe() end"
             raise Violation(what, expected=f"{field} {wanted.tolist()}", found=found.tolist(), setup=setup)
+
+
+def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
+    """A step that is tried and taken back, and being asked what touches, leave no trace in what follows."""
+    _require_deterministic(subject)
+    setup = own_setup(approach(), profile)
+    runs = []
+    for disturbed in (False, True):
+        answer = subject.try_to_cut(setup, disturbed=disturbed)
+        if isinstance(answer, Raised):
+            what = f"{answer.where}() raises an error, and the profile declares that its steps can be cut"
+            found = f"{answer.kind}: {answer.message}"
+            raise Violation(what, expected="a CuttableWorld that runs to the end", found=found, setup=setup)
+        runs.append(answer)
+    _require_same(setup, runs[0], runs[1], "a step that was taken back leaves a trace")
+    for step, (plain, disturbed_now) in enumerate(zip(runs[0].seen, runs[1].seen, strict=True)):
+        if plain.contacts != disturbed_now.contacts:
+            what = f"the contacts of step {step} differ after touching() was asked"
+            raise Violation(what, expected=plain.contacts, found=disturbed_now.contacts, setup=setup)
 
 
 def keeps_what_it_showed(subject: Subject, profile: str) -> None:
@@ -88,7 +108,7 @@ def closes_after_errors(subject: Subject) -> None:
     subject.growth_bytes(setup, 2, step=False)
     subject.try_to_watch(setup, **{UNKNOWN: 1})
     after = subject.watch(setup)
-    if subject.adapter.capabilities.deterministic:
+    if subject.capabilities().deterministic:
         _require_same(setup, clean, after, "a run differs after a world that was given up")
 
 
@@ -105,7 +125,7 @@ def lets_go_of_worlds(subject: Subject) -> None:
 
 
 def _require_deterministic(subject: Subject) -> None:
-    if not subject.adapter.capabilities.deterministic:
+    if not subject.capabilities().deterministic:
         raise NotApplicable("deterministic is declared to be False")
 
 

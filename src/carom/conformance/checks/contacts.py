@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from carom.adapter import Contact, ContactTimes, Observation
+from carom.adapter import Contact, ContactTimes, Observation, Stamp
 from carom.conformance.checks.common import numbers, own_setup
 from carom.conformance.scenes import mixed_contacts
 from carom.conformance.subject import Subject, greatest_speed, masses
@@ -18,7 +18,7 @@ __all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_
 
 
 def _setup(subject: Subject, profile: str) -> Setup:
-    can = subject.adapter.capabilities
+    can = subject.capabilities(profile)
     low, high = can.restitution
     # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 lies in most ranges.
     return own_setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
@@ -58,10 +58,10 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
-    """The time of a contact lies within the step that reports it: an engine can't know it sooner or later."""
-    if subject.adapter.capabilities.contact_times is ContactTimes.NONE:
+    """The time of a contact lies within the step that reports it, and is that instant of it which is declared."""
+    if subject.capabilities(profile).contact_times is ContactTimes.NONE:
         raise NotApplicable(f"contact times are declared to be {ContactTimes.NONE.value}")
-    setup = _setup(subject, profile)
+    setup, stamp = _setup(subject, profile), subject.capabilities(profile).stamp
     rounding_s = subject.rounding * setup.scene.duration_s
     for step, _, after in _steps(subject, setup):
         for contact in after.contacts:
@@ -69,6 +69,10 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
             _require(sound, what, f"{begin:.9g} to {end:.9g} s", f"{contact.time_s:.9g} s", setup)
+            declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
+            what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
+            sound = abs(contact.time_s - declared) <= rounding_s
+            _require(sound, what, f"{declared:.9g} s", f"{contact.time_s:.9g} s", setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:

@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 
-from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine
+from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
 from carom.conformance.scenes import DT_S
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Violation
@@ -32,6 +32,12 @@ def declares_capabilities(subject: Subject) -> None:
     _require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
     _require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
     _require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
+    _require(can.max_move_m > 0, what, "max_move_m above 0", can.max_move_m)
+    _require(0 <= can.min_radius_m <= can.max_radius_m, what, "0 <= min_radius_m <= max_radius_m", can)
+    threshold = can.restitution_threshold_m_s
+    _require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
+    _require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)
+    _require(can.dimensions in {2, 3}, what, "dimensions of 2 or 3", can.dimensions)
     _require(can.float_bits in {16, 32, 64}, what, "float_bits of 16, 32 or 64", can.float_bits)
 
 
@@ -46,6 +52,9 @@ def declares_profiles(subject: Subject) -> None:
         settings = subject.settings(name, DT_S)  # raises where a setting is no plain value
         dt_s = settings.get("dt_s")
         _require(dt_s == DT_S, f"profile {name!r} does not tell its step", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
+        own = profile.capabilities
+        sound = own is None or isinstance(own, Capabilities)
+        _require(sound, f"profile {name!r} declares what can't be read", "Capabilities, or None", own)
         promise = profile.accuracy
         _require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy):

@@ -48,7 +48,7 @@ def starts_as_written(subject: Subject, profile: str) -> None:
     setup = own_setup(crowd(), profile)
     start = subject.seen(setup).seen[0]
     # The nearest number of the declared width is all that can be asked for, and no less can.
-    relative = 2.0**-53 if subject.adapter.capabilities.float_bits == 64 else 2.0**-24
+    relative = 2.0**-53 if subject.capabilities().float_bits == 64 else 2.0**-24
     for i, disc in enumerate(setup.scene.discs):
         for field, asked, found in (
             ("position_m", disc.position_m, start.position_m[i]),
