@@ -39,9 +39,10 @@ class Price:
     Attributes:
         column: The engine and profile.
         scenes: In how many scenes both it and PIT find an impact in common.
+        exact: In how many of these its velocities are right to rounding.
         equal: In how many of these it equals PIT to rounding.
-        sampling: Median over these scenes of the largest velocity error of PIT, over the scene's speed.
-        own: Median over them of the largest velocity error against PIT.
+        sampling: Median over the other scenes of the largest velocity error of PIT, over the scene's speed.
+        own: Median over those of the largest velocity error against PIT.
         share: Sampling's part of the velocity error, 0 to 1: the mean over those scenes that have one, so that one in
             which a small error has grown large does not drown the others. NaN without any.
         missed: How many impacts it misses, in all scenes held against PIT.
@@ -51,6 +52,7 @@ class Price:
 
     column: Column
     scenes: int
+    exact: int
     equal: int
     sampling: float
     own: float
@@ -76,13 +78,15 @@ def prices(grid: Grid) -> tuple[Price, ...]:
         common = [score for score in common if score.errors]
         if column.own or not scores:
             continue
+        wrong = [score for score in common if score.total.velocity > THRESHOLDS.rounding]
         found.append(
             Price(
                 column=column,
                 scenes=len(common),
+                exact=len(common) - len(wrong),
                 equal=sum(score.equals_pit for score in common),
-                sampling=_middle([score.sampling.velocity for score in common if score.sampling]),
-                own=_middle([score.solver.velocity for score in common if score.solver]),
+                sampling=_middle([score.sampling.velocity for score in wrong if score.sampling]),
+                own=_middle([score.solver.velocity for score in wrong if score.solver]),
                 share=_share(common),
                 missed=sum(len(score.missed) for score in scores),
                 pit_missed=sum(score.sampling_missed or 0 for score in scores),
@@ -131,7 +135,9 @@ def price_lines(found: Sequence[Price]) -> Iterator[str]:
             yield f"{name}: it has no impact in common with PIT, so there is nothing to take apart."
             continue
         missed = f"it misses {wording.count(entry.missed, 'impact')}, PIT {entry.pit_missed}"
-        numbers = f"median over {scenes} of the largest: {wording.number(entry.sampling)} for sampling, "
+        exact = f"right to rounding in {entry.exact} of {scenes}; elsewhere " if entry.exact else ""
+        others = wording.count(entry.scenes - entry.exact, "scene")
+        numbers = f"median over {others} of the largest: {wording.number(entry.sampling)} for sampling, "
         numbers += f"{wording.number(entry.own)} of its own"
         if entry.equal == entry.scenes:
             line = f"{name}: it equals PIT to rounding in all of {scenes}, so all of its error is the price of sampling"
@@ -140,7 +146,8 @@ def price_lines(found: Sequence[Price]) -> Iterator[str]:
             continue
         else:
             line = (
-                f"{name}: {wording.percent(entry.share)} of its velocity error is the price of sampling, mean of scenes"
+                f"{name}: {exact}{wording.percent(entry.share)} of its velocity error is the price of sampling, "
+                "mean of scenes"
             )
         if 0 < entry.equal < entry.scenes:
             line += f", and in {entry.equal} of {scenes} all of it, to rounding"
