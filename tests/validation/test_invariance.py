@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 ROUNDING = 1e-12
 
 #: Gravity singles out a direction and an acceleration: its own symmetries are in test_gravity.
+#: Symmetries under gravity have tests of their own, in `test_gravity.py`.
+WITHOUT_GRAVITY = [entry for entry in catalogue().values() if Tag.GRAVITY not in entry.tags]
 UNIQUE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.GRAVITY}]
 #: A scene at rest in its own frame only: walls and immovable discs single that frame out.
 FREE = [entry for entry in UNIQUE if not entry.tags & {Tag.WALLS, Tag.IMMOVABLE}]
@@ -149,7 +151,7 @@ def test_a_moving_frame_sees_the_same_impacts(entry: CatalogueScene, boost: tupl
 
 @each_pic
 @pytest.mark.parametrize("name", ["mirror", "quarter turn"])
-@pytest.mark.parametrize("entry", catalogue().values(), ids=lambda entry: entry.name)
+@pytest.mark.parametrize("entry", WITHOUT_GRAVITY, ids=lambda entry: entry.name)
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(
     entry: CatalogueScene, name: str, solve: Callable[[Scene], Trace]
 ) -> None:

@@ -72,12 +72,12 @@ def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) ->
 def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -> None:
     """A listed case that passes, or that does not apply, fails and names the file that has to be put right."""
     (project / "carom-known-failures.toml").write_text(
-        '[[known_failure]]\nreason = "it used to"\ncases = ["sound::declares-profiles", "sound::gravity"]\n'
+        '[[known_failure]]\nreason = "it used to"\ncases = ["sound::declares-profiles", "sound::refuses[walls]"]\n'
     )
-    done = run_pytest("--carom-engine", "sound", "-k", "declares-profiles or gravity")
+    done = run_pytest("--carom-engine", "sound", "-k", "declares-profiles or refuses")
     assert done.returncode == 1, done.stdout + done.stderr
     assert "XPASS(strict): sound::declares-profiles passes, but " in done.stdout
-    assert "XPASS(strict): sound::gravity does not apply, but " in done.stdout
+    assert "XPASS(strict): sound::refuses[walls] does not apply, but " in done.stdout
     assert "carom-known-failures.toml lists it (it used to): take it out" in done.stdout
 
 

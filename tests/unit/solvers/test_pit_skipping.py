@@ -11,10 +11,13 @@ from hypothesis import strategies as st
 
 from carom.scene import Disc, Scene, Wall
 from carom.solvers import pit_skipping
-from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, PitRun, SkippingRun, solve_pit
+from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
 from carom.trace import impact_array
 
 from .strategies import line, scenes
+
+
+PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
 
 
 def bits(run: PitRun) -> tuple[bytes, bytes, bytes, tuple[int, ...]]:
