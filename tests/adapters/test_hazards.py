@@ -102,38 +102,32 @@ def test_a_setting_that_an_engine_can_t_take_is_refused(named: Named, name: str,
         adapter.prepare(_unchecked(), {**adapter.profiles["tuned"].settings(1 / 60), setting: value})
 
 
-def test_a_scene_that_mujoco_would_reset_at_once_is_unsupported_and_harms_no_other() -> None:
-    """A start beyond what MuJoCo takes for a number is refused with that reason; the other rows are sound."""
+def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
+    """What MuJoCo puts back to the start ran, was warned of and says "reset"; a start that it would is unsupported."""
     far = Scene(name="far", discs=[Disc(position_m=(2e10, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     near = Scene(name="near", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
-    rows = carom.cross_check([far, near], ["mujoco", "pymunk"], profiles=["default"], dts=[1 / 60], timing=False).rows
-    found = {(row.cell.scene.name, row.cell.engine): row for row in rows}
-    _require_ran(found["near", "mujoco"])
-    assert found["far", "mujoco"].status is Status.UNSUPPORTED
-    assert "2e+10 m" in found["far", "mujoco"].reason
-    for key in (("far", "pymunk"), ("near", "mujoco"), ("near", "pymunk")):
-        trace = found[key].trace
-        assert trace is not None
-        assert trace.outcome is Outcome.COMPLETED
-
-
-def test_a_reset_on_the_way_is_a_row_that_says_so_and_harms_no_other() -> None:
-    """A disc that MuJoCo puts back to the start is a row that ran, was warned of, and has "reset" in its reasons."""
     # One disc leaves MuJoCo's numbers, at 1e10 m, after a tenth of a second; the other is on its heels until then.
     discs = [
         Disc(position_m=(9.9e9, 0), velocity_m_s=(1e9, 0), radius_m=1e6),
         Disc(position_m=(9.0e9, 0), velocity_m_s=(2e9, 0), radius_m=1e6),
     ]
     leaving = Scene(name="leaving", discs=discs, duration_s=1.0)
-    rows = carom.cross_check([leaving], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False)
-    reset, other = rows.rows
+    results = carom.cross_check(
+        [far, leaving, near], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False
+    )
+    found = {(row.cell.scene.name, row.cell.engine): row for row in results.rows}
+    reset = found["leaving", "mujoco"]
     _require_ran(reset)
     assert reset.trace is not None
     assert reset.trace.outcome is Outcome.WARNED
     assert reset.trace.end_time_s == pytest.approx(0.1, abs=0.02)
     assert "MuJoCo reset the state" in reasons_of(reset)[0]
-    assert other.trace is not None
-    assert other.trace.outcome is Outcome.COMPLETED
+    assert found["far", "mujoco"].status is Status.UNSUPPORTED
+    assert "2e+10 m" in found["far", "mujoco"].reason
+    for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):
+        trace = found[key].trace
+        assert trace is not None
+        assert trace.outcome is Outcome.COMPLETED
 
 
 def _require_ran(row: Row) -> None:
