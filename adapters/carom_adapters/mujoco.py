@@ -238,9 +238,9 @@ class MujocoWorld:
         self._mujoco.set_mju_user_warning(_ignore)
         try:
             self._model = _compiled(_mjcf(scene, settings))
-        except ValueError as error:
-            raise AdapterError(f"MuJoCo refuses the scene: {error}") from error
-        self._data = self._mujoco.MjData(self._model)
+            self._data = self._mujoco.MjData(self._model)
+        except (ValueError, MemoryError, self._mujoco.FatalError) as error:
+            raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
         self._shared = True
         self._probe: Any = None
         self._dt_s = float(self._model.opt.timestep)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.adapter import (
     Accuracy,
@@ -158,6 +159,9 @@ class PybulletWorld:
         self._dt_s = float(settings["dt_s"])
         self._start_s, self._steps = 0.0, 0
         self._seen: tuple[Contact, ...] | None = None
+        velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
+        # A disc that the scene has at the clamp already was not slowed down to it.
+        self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
         self._key = _structure(scene, settings)
         self._discs: list[int] = []
@@ -263,8 +267,18 @@ class PybulletWorld:
         bullet, client = self._bullet, self._client
         position = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs]
         velocity = [bullet.getBaseVelocity(body, client)[0][:2] for body in self._discs]
-        return Observation(
-            np.array(position, dtype=np.float64), np.array(velocity, dtype=np.float64), self._contacts_of_step()
+        now = np.array(velocity, dtype=np.float64)
+        contacts = self._contacts_of_step()
+        return Observation(np.array(position, dtype=np.float64), now, contacts, self._warning(now))
+
+    def _warning(self, velocity: NDArray[np.float64]) -> str:
+        # Made so fast by an impact or by falling, it is too late to refuse. Bullet clamps x and y each on its own.
+        clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
+        if self._asked.get("useMaximalCoordinates", False) or not clamped.any():
+            return ""
+        return (
+            f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
+            f"disc {int(clamped.any(axis=1).argmax())} has come to that"
         )
 
     def _contacts_of_step(self) -> tuple[Contact, ...]:

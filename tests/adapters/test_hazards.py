@@ -10,12 +10,16 @@ import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import carom
 from carom import Disc, Scene
-from carom.adapter import Adapter, AdapterError, Setting
-from carom.runner import Status
+from carom.adapter import Adapter, AdapterError, Contact, Setting
+from carom.report.grid import reasons_of
+from carom.runner import Row, Status
+from carom.runner.explain import explain
+from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.trace import Outcome
 
 Named = Callable[[str], Adapter]
@@ -98,18 +102,39 @@ def test_a_setting_that_an_engine_can_t_take_is_refused(named: Named, name: str,
         adapter.prepare(_unchecked(), {**adapter.profiles["tuned"].settings(1 / 60), setting: value})
 
 
-def test_a_reset_is_a_row_and_harms_no_other() -> None:
-    """A state that MuJoCo puts back to the start is cut short with that reason; the other engines' rows are sound."""
+def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
+    """What MuJoCo puts back to the start ran, was warned of and says "reset"; a start that it would is unsupported."""
     far = Scene(name="far", discs=[Disc(position_m=(2e10, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     near = Scene(name="near", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
-    rows = carom.cross_check([far, near], ["mujoco", "pymunk"], profiles=["default"], dts=[1 / 60], timing=False).rows
-    found = {(row.cell.scene.name, row.cell.engine): row for row in rows}
+    # One disc leaves MuJoCo's numbers, at 1e10 m, after a tenth of a second; the other is on its heels until then.
+    discs = [
+        Disc(position_m=(9.9e9, 0), velocity_m_s=(1e9, 0), radius_m=1e6),
+        Disc(position_m=(9.0e9, 0), velocity_m_s=(2e9, 0), radius_m=1e6),
+    ]
+    leaving = Scene(name="leaving", discs=discs, duration_s=1.0)
+    results = carom.cross_check(
+        [far, leaving, near], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False
+    )
+    found = {(row.cell.scene.name, row.cell.engine): row for row in results.rows}
+    reset = found["leaving", "mujoco"]
+    _require_ran(reset)
+    assert reset.trace is not None
+    assert reset.trace.outcome is Outcome.WARNED
+    assert reset.trace.end_time_s == pytest.approx(0.1, abs=0.02)
+    assert "MuJoCo reset the state" in reasons_of(reset)[0]
     assert found["far", "mujoco"].status is Status.UNSUPPORTED
     assert "2e+10 m" in found["far", "mujoco"].reason
-    for key in (("far", "pymunk"), ("near", "mujoco"), ("near", "pymunk")):
+    for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):
         trace = found[key].trace
         assert trace is not None
         assert trace.outcome is Outcome.COMPLETED
+
+
+def _require_ran(row: Row) -> None:
+    """Skip the test where the engine of a row is not installed."""
+    if row.status is Status.UNAVAILABLE:
+        pytest.skip(row.reason)
+    assert row.status is Status.RAN
 
 
 def test_nothing_is_printed_and_nothing_is_left(
@@ -196,3 +221,205 @@ def test_box2d_survives_warnings_that_are_errors() -> None:
     if "No module named 'Box2D'" in done.stderr:
         pytest.skip("Box2D is not installed")
     assert done.stdout == "[[0.0, 0.0]]\n"
+
+
+def test_pymunk_is_given_no_callback(named: Named, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No Python is called from within a step of pymunk, where `step` would hang and an exception would be swallowed."""
+    pymunk_adapter = named("pymunk")
+    import pymunk
+
+    given: list[str] = []
+    for kind, name in (
+        (pymunk.Space, "on_collision"),
+        (pymunk.Space, "add_post_step_callback"),
+        (pymunk.Body, "velocity_func"),
+        (pymunk.Body, "position_func"),
+    ):
+        assert hasattr(kind, name)  # or what is watched for is called otherwise by now
+        noted = lambda *_args, name=name, **_kwargs: given.append(name)  # noqa: E731 - one for each name
+        monkeypatch.setattr(kind, name, noted if kind is pymunk.Space else property(noted, noted))
+    scene = _unchecked()
+    for profile in pymunk_adapter.profiles.values():
+        world = pymunk_adapter.prepare(scene, profile.settings(1 / 60))
+        world.observe()
+        contacts: list[Contact] = []
+        for _ in range(90):
+            world.advance(1)
+            contacts += world.observe().contacts
+        world.close()
+        assert contacts  # seen all the same
+    assert given == []
+
+
+FRESH = """
+import sys, warnings
+warnings.simplefilter("ignore")
+from carom import Disc, Scene
+from carom.registry import load_adapter
+
+adapter = load_adapter("pybullet")
+discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+         Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5)]
+scene = Scene(name="pair", discs=discs, duration_s=2)
+for world_of in sys.argv[1:]:
+    profile, rate_hz = world_of.split("@")
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(1 / float(rate_hz)))
+    world.advance(2 * int(rate_hz))
+    end = world.observe()
+    print(world.settings["dt_s"].hex(), end.position_m.tobytes().hex(), end.velocity_m_s.tobytes().hex())
+    world.close()
+"""
+
+
+def test_pybullet_worlds_after_one_another_are_as_in_fresh_processes(named: Named) -> None:
+    """What PyBullet keeps for the process, or through a reset, reaches no later world, whatever its settings."""
+    named("pybullet")
+
+    def run(*worlds: str) -> list[str]:
+        command = [sys.executable, "-c", FRESH, *worlds]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-len(worlds) :]
+
+    fresh = {world: run(world) for world in ("default@60", "tuned@25")}
+    assert fresh["default@60"] != fresh["tuned@25"]
+    chain = ("default@60", "tuned@25", "default@60", "tuned@25")
+    assert run(*chain) == [line for world in chain for line in fresh[world]]
+
+
+def test_what_belongs_to_pybullets_process_is_no_setting(named: Named) -> None:
+    """A contact-breaking threshold, which all worlds of a process would share, is refused by name."""
+    pybullet = named("pybullet")
+    settings = {**pybullet.profiles["tuned"].settings(1 / 60), "contactBreakingThreshold": 0.1}
+    with pytest.raises(AdapterError, match="no setting 'contactBreakingThreshold'"):
+        pybullet.prepare(_unchecked(), settings)
+
+
+def _struck(speed_m_s: float) -> Scene:
+    """A light disc at rest, which a heavy one makes nearly twice as fast as itself."""
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(speed_m_s, 0), radius_m=1, mass_kg=1000),
+        Disc(position_m=(4, 0), radius_m=1, mass_kg=1),
+    ]
+    return Scene(name="struck", discs=discs, duration_s=4 / speed_m_s)
+
+
+def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(named: Named) -> None:
+    """A disc thrown at 180 m/s is 100 m/s fast as shipped, and said to be; below the clamp nothing is said."""
+    pybullet = named("pybullet")
+    found = {}
+    for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
+        assert not unsupported_reason(_struck(speed), capabilities_of(pybullet, profile), 1 / 240)
+        world = pybullet.prepare(_struck(speed), pybullet.profiles[profile].settings(1 / 240))
+        assert world.observe().warning == ""
+        world.advance(24)
+        found[profile, speed] = world.observe()
+        world.close()
+    assert found["default", 90.0].velocity_m_s[1, 0] == 100
+    assert "velocity to 100 m/s, and disc 1 has come to that" in found["default", 90.0].warning
+    assert found["default", 40.0].velocity_m_s[1, 0] > 70
+    assert found["default", 40.0].warning == found["tuned", 90.0].warning == ""
+    # Twice the speed of the centre of mass.
+    assert found["tuned", 90.0].velocity_m_s[1, 0] == pytest.approx(2 * 90 * 1000 / 1001, rel=1e-9)
+
+
+def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
+    """Above the clamp the plan skips PyBullet as shipped with that reason, and runs it tuned."""
+    named("pybullet")
+    default, tuned = list(explain([_struck(150.0)], ["pybullet"], [1 / 60], ["default", "tuned"]))[-2:]
+    assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
+    assert "tuned: run at" in tuned
+
+
+def test_a_disc_too_large_for_pybullet_is_refused(named: Named) -> None:
+    """Discs of radius 1e6 m, which Bullet drops from its simulation, are unsupported in every profile, and refused."""
+    pybullet = named("pybullet")
+    discs = [Disc(position_m=(x, 0), velocity_m_s=(-x / 1e5, 0), radius_m=1e6) for x in (-2e6, 2e6)]
+    scene = Scene(name="large", discs=discs, duration_s=1e5)
+    for name, profile in pybullet.profiles.items():
+        assert "discs[0].radius_m is 1e+06" in unsupported_reason(scene, capabilities_of(pybullet, name), 1.0)
+        with pytest.raises(AdapterError, match=r"discs\[0\].radius_m is 1e\+06"):
+            pybullet.prepare(scene, profile.settings(1.0))
+
+
+def _row_of(discs: int) -> Scene:
+    """So many discs in a row, two and two of them closing."""
+    return Scene(
+        name="row",
+        discs=[
+            Disc(position_m=(2 * k + (0.49 if k % 2 == 0 else -0.49), 0), velocity_m_s=((-1) ** k, 0), radius_m=0.5)
+            for k in range(discs)
+        ],
+        duration_s=0.1,
+    )
+
+
+def test_mujoco_takes_more_than_three_thousand_discs(named: Named) -> None:
+    """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
+    mujoco = named("mujoco")
+    scene = _row_of(3001)
+    world = mujoco.prepare(scene, mujoco.profiles["tuned"].settings(1 / 60))
+    world.advance(3)
+    end = world.observe()
+    world.close()
+    assert end.warning == ""
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    assert np.abs(end.velocity_m_s[:3000] + start[:3000]).max() < 1e-9
+    assert np.abs(end.velocity_m_s[3000] - start[3000]).max() < 1e-9
+
+
+SHORT_OF_MEMORY = """
+import resource
+from pathlib import Path
+from tests.adapters.test_hazards import _row_of
+from carom.adapter import AdapterError
+from carom.registry import load_adapter
+
+adapter = load_adapter("mujoco")
+settings = adapter.profiles["tuned"].settings(1 / 60)
+adapter.prepare(_row_of(2), settings).close()
+held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+most = held + 20 * 2**20  # dense, five hundred discs ask for more
+resource.setrlimit(resource.RLIMIT_AS, (most, most))
+try:
+    adapter.prepare(_row_of(500), settings)
+except AdapterError as error:
+    print(error)
+"""
+
+
+def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
+    """Where a dense model finds no memory, the error says so and for how many discs, and the process lives on."""
+    named("mujoco")
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("the memory of a process is read from /proc, which is not here")
+    done = subprocess.run([sys.executable, "-c", SHORT_OF_MEMORY], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("MuJoCo refuses the scene of 500 discs: ")
+    assert "Could not allocate memory" in done.stdout
+
+
+@pytest.mark.parametrize("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
+def test_box2d_keeps_the_mass_that_a_disc_has(named: Named, mass_kg: float) -> None:
+    """Of the masses that are let through none becomes 1 kg: a light disc is thrown, a heavy one isn't slowed."""
+    box2d = named("box2d")
+    world = box2d.prepare(_unchecked(mass_kg=mass_kg), box2d.profiles["tuned"].settings(1 / 60))
+    world.advance(90)
+    end = world.observe()
+    world.close()
+    # Closing at 2 m/s, the centre of mass moves at (m - 1) / (m + 1), and the first disc leaves at 2 V - 1.
+    assert end.velocity_m_s[0, 0] == pytest.approx(2 * (mass_kg - 1) / (mass_kg + 1) - 1, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        (_unchecked(position_m=(1e8, 0.0)), "32-bit floats round by more than the smallest radius"),
+        (_unchecked(velocity_m_s=(200.0, 0.0)), "moves none by more than 2 m"),
+        (_unchecked(mass_kg=1e-30), "mass_kg must lie in"),
+    ],
+    ids=["coordinates of 1e8", "more than 2 m a step", "mass of 1e-30"],
+)
+def test_what_box2d_would_silently_change_is_refused(named: Named, scene: Scene, reason: str) -> None:
+    """Coordinates, moves and masses beyond Box2D's numbers are refused with the limit, in every profile."""
+    box2d = named("box2d")
+    for profile in box2d.profiles.values():
+        with pytest.raises(AdapterError, match=reason):
+            box2d.prepare(scene, profile.settings(1 / 60))

@@ -17,7 +17,7 @@ from carom.runner.cross_check import chosen_engines
 from carom.runner.drive import profile_settings
 from carom.runner.environment import Environment, environment
 from carom.runner.messages import Failure
-from carom.runner.plan import unsupported_reason
+from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
 from carom.scene import Disc, Scene, Wall
 
@@ -83,7 +83,7 @@ class GrowthTask:
         """Return what it took."""
         scene = gas_scene(self.discs)
         adapter = load_adapter(self.engine)
-        reason = unsupported_reason(scene, adapter.capabilities, DT_S)
+        reason = unsupported_reason(scene, capabilities_of(adapter, self.profile), DT_S)
         if reason:
             raise AdapterError(reason)
         settings = profile_settings(adapter, self.profile, DT_S)

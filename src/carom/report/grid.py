@@ -13,6 +13,7 @@ from carom.report import wording
 from carom.report.marks import Mark, mark_of
 from carom.runner import Results, Row
 from carom.scene import Scene
+from carom.trace import Outcome
 
 __all__ = ["Column", "Grid", "GridCell", "GridRow", "Unrun", "build_grid", "is_own_method", "reasons_of"]
 
@@ -183,7 +184,9 @@ def reasons_of(row: Row | None) -> tuple[str, ...]:
         return (row.reason,)
     if row.score is None:
         return (NO_REFERENCE,)
-    return tuple(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings)
+    # An engine that was cut short on its own warning, a reset say, is told in its own words first.
+    warned = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
+    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings))
 
 
 def _cell(column: Column, row: Row | None) -> GridCell:

@@ -12,7 +12,7 @@ from carom.registry import load_adapter, unavailable_reason
 from carom.runner.cross_check import DEFAULT_PROFILES, MOST_IMPACTS, chosen_engines, default_dts, distinct_settings
 from carom.runner.execute import MOST_DISCS_DRAWN
 from carom.runner.phases import phase_values, shifted_scenes
-from carom.runner.plan import unsupported_reason
+from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.scene import Scene
 from carom.scenes import CatalogueScene
 from carom.solvers.pic import solve_pic
@@ -148,7 +148,7 @@ def _cell(
         return f"skipped: {missing}"
     if profile not in adapter.profiles:
         return "skipped: it has no such profile"
-    unsupported = unsupported_reason(scene, adapter.capabilities, steps[0])
+    unsupported = unsupported_reason(scene, capabilities_of(adapter, profile), steps[0])
     if unsupported:
         return f"skipped: {unsupported}"
     if profile not in distinct_settings(adapter, wanted, steps[0]):

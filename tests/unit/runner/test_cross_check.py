@@ -61,6 +61,21 @@ def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
     assert "1.5 s" in results.rows[0].reason
 
 
+def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
+    """An engine that hangs when its steps are timed keeps the run that was observed, and the others their times."""
+    results = carom.cross_check(
+        [scene], ["pit", "hangs-when-timed"], dts=[0.1], profiles=["tuned"], time_limit_s=3.0, jobs=1
+    )
+    rows = {row.cell.engine: row for row in results.rows}
+    hung = rows["hangs-when-timed"]
+    assert hung.reason.startswith("not timed: timed out: ")
+    assert "3 s" in hung.reason
+    assert (hung.status, hung.timing) == (Status.RAN, None)
+    assert hung.trace is not None
+    assert rows["pit"].status is Status.RAN
+    assert rows["pit"].timing is not None
+
+
 def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
     """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
     row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
