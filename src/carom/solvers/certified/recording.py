@@ -155,6 +155,9 @@ class Recording:
             self._velocity[second] = after_second
         normal = self._normal(impact)
         sides = (normal, before_first, before_second, self._velocity[first], after_second)
+        if impact.before is not None:
+            (bx, brx), (by, bry), (cx, crx), (cy, cry) = (nearest(+v) for v in impact.before)
+            before_first, before_second = ((bx, by), (brx, bry)), ((cx, cy), (crx, cry))
         self.rows.append((t, first, second, *(side[0] for side in sides)))
         self.radii.append((t_radius, first, second, *(side[1] for side in sides)))
         if self.digits > MOST_FLOAT_DIGITS:
