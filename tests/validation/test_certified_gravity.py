@@ -13,6 +13,7 @@ from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, fa
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
 from carom.errors import InputError
+from carom.runner.certification import certified_reference
 from carom.scenes import catalogue
 from carom.solvers.certified import Degenerate, Ending
 
@@ -173,3 +174,12 @@ def test_a_falling_disc_and_a_fixed_one_are_refused() -> None:
 def test_float64_agrees_with_the_certified_run_of_the_gravity_group(name: str) -> None:
     """The horizon covers each scene, those that start at rest among them."""
     assert carom.horizon(of_catalogue(name)).covers_the_scene
+
+
+def test_a_reference_that_ends_at_rest_keeps_its_end_where_certifying_was_asked_for() -> None:
+    """The collapse is told, PIC's trace stays the reference, and nothing is scored after its rest."""
+    trace = carom.solve_pic(of_catalogue("ladder", duration_s=5.0))
+    reference = certified_reference(trace, asked=True)
+    assert reference.trace is trace
+    assert reference.horizon_s == trace.end_time_s < 5.0
+    assert "inelastic collapse" in str(reference.certified)
