@@ -35,14 +35,20 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
     v = [[mpf(c) for c in disc.velocity_m_s] for disc in scene.discs]
     r = [mpf(disc.radius_m) for disc in scene.discs]
     m = [None if disc.immovable else mpf(disc.mass_kg) for disc in scene.discs]
+    g = [mpf(c) for c in scene.gravity_m_s2]
     now, happened = mpf(0), list[Happened]()
     just_met = (-1, -1)
     while len(happened) < most:
         found = []
         for i in range(len(p)):
             waits = [(_pair_wait(p, v, r, m, i, j), i, j) for j in range(i + 1, len(p))]
-            waits += [(_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k) for k, wall in enumerate(scene.walls)]
-            found += [wait for wait in waits if wait[0] is not None and wait[1:] != just_met]
+            waits = [wait for wait in waits if wait[1:] != just_met]
+            for k, wall in enumerate(scene.walls):
+                if any(g):
+                    waits.append((_fall_wait(p[i], v[i], r[i], g, wall), i, -1 - k))
+                elif (i, -1 - k) != just_met:
+                    waits.append((_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k))
+            found += [wait for wait in waits if wait[0] is not None]
         if not found:
             break
         wait, i, j = min(found)
@@ -50,8 +56,9 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
             break
         now += wait
         for place, speed in zip(p, v, strict=True):
-            place[0] += speed[0] * wait
-            place[1] += speed[1] * wait
+            for c in (0, 1):
+                place[c] += speed[c] * wait + g[c] * wait**2 / 2
+                speed[c] += g[c] * wait
         if j < 0:
             _bounce(v[i], scene.walls[-1 - j], mpf(scene.wall_restitution))
             after = (v[i][0], v[i][1], mpf(0), mpf(0))
@@ -81,6 +88,22 @@ def _wall_wait(p: Any, v: Any, r: Any, m: Any, wall: Wall) -> Any:
     if m is None or speed >= 0:
         return None
     return ((p[0] - wall.point_m[0]) * nx + (p[1] - wall.point_m[1]) * ny - r) / -speed
+
+
+def _fall_wait(p: Any, v: Any, r: Any, g: Any, wall: Wall) -> Any:
+    """Return the least root from now on of ``w + s t + a t^2 / 2`` at which it falls; all discs are movable."""
+    angle = mp.atan2(mpf(wall.normal[1]), mpf(wall.normal[0]))
+    nx, ny = mp.cos(angle), mp.sin(angle)
+    w = (p[0] - wall.point_m[0]) * nx + (p[1] - wall.point_m[1]) * ny - r
+    s, a = v[0] * nx + v[1] * ny, g[0] * nx + g[1] * ny
+    if abs(a) < mpf(10) ** -(DIGITS - 50):  # the sine of a quarter turn is not 0
+        return None if s >= 0 else w / -s
+    discriminant = s**2 - 2 * a * w
+    if discriminant <= 0:
+        return None
+    roots = [(-s + sign * mp.sqrt(discriminant)) / a for sign in (1, -1)]
+    ahead = [t for t in roots if t >= 0 and s + a * t < 0]
+    return min(ahead) if ahead else None
 
 
 def _bounce(v: Any, wall: Wall, e: Any) -> None:
@@ -135,6 +158,15 @@ def mixed_scene(seed: int) -> Scene:
             )
         except SceneError:
             continue  # an overlapping start: draw again
+
+
+def falling_scene(seed: int) -> Scene:
+    """Make a mixed scene fall; its immovable discs become light ones."""
+    rng = random.Random(-1 - seed)  # noqa: S311 -- test data, no secret
+    scene = mixed_scene(seed)
+    gravity = rng.choice([(0.0, -9.81), (rng.uniform(-5, 5), rng.uniform(-5, 5))])
+    discs = [disc.model_copy(update={"mass_kg": 0.5}) if disc.immovable else disc for disc in scene.discs]
+    return scene.model_copy(update={"gravity_m_s2": gravity, "discs": tuple(discs)})
 
 
 def contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:

@@ -15,12 +15,12 @@ from mpmath import mp, mpf  # type: ignore[import-untyped]
 
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
-from carom.scenes import KnownAnswer, Tag, catalogue, deviation
+from carom.scenes import KnownAnswer, catalogue, deviation
 from carom.solvers.certified import Ending
 
 #: The closed forms of the catalogue are evaluated in float64, along the longest chain of impacts to this.
 CLOSED_FORM_ROUNDING = 1e-13
-UNIQUE = [entry for entry in catalogue().values() if not entry.known.convention and Tag.GRAVITY not in entry.tags]
+UNIQUE = [entry for entry in catalogue().values() if not entry.known.convention]
 
 
 def within(value: float, radius: float, truth: Any) -> bool:

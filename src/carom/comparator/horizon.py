@@ -25,7 +25,8 @@ class Horizon:
     """How far a float64 trace agrees with the certified one.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity over the greatest speed.
+        tolerance: Largest error of a time over the scene's duration, and of a velocity over the greatest speed: that of
+            the start or, under gravity, after any impact, where it is greater.
         agreed: How many impacts, from the first, agree to the tolerance.
         order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
         certified: How many impacts were certified.
@@ -72,7 +73,7 @@ def horizon(
         time_budget_s: Seconds for the certified run; None for no limit.
 
     Raises:
-        InputError: The tolerance is not above 0, or the scene has gravity.
+        InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
         MissingExtraError: python-flint is not installed.
     """
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
@@ -100,6 +101,9 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DE
         order_differs = common
     # Radii are part of the error: what was not proven to the tolerance does not agree to it.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
+    if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
+        after = [truth[name] for name in ("velocity_first_after", "velocity_second_after") if len(truth)]
+        speed = max([speed, *(float(np.hypot(*velocity.T).max()) for velocity in after)])
     end = common if order_differs is None else min(order_differs, common)
     error = np.zeros(end)
     for name, scale in (

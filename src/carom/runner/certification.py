@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
 from carom.errors import InputError, MissingExtraError
-from carom.scene import Need, Scene
+from carom.scene import Scene
 from carom.solvers.certified import certify
 from carom.trace import Outcome, Trace
 
@@ -53,14 +53,15 @@ def certified_reference(trace: Trace, asked: bool | None, time_budget_s: float =
         MissingExtraError: It was asked for, and python-flint is not installed.
     """
     scene = trace.scene
-    if Need.GRAVITY in scene.needs:
-        why = "not certified: a certified run does not support gravity yet" if will_certify(scene, asked) else None
-        return Reference(trace, why, trace.end_time_s if trace.outcome is Outcome.AT_REST else None)
+    rest_s = trace.end_time_s if trace.outcome is Outcome.AT_REST else None
     if not will_certify(scene, asked):
-        return Reference(trace)
+        return Reference(trace, None, rest_s)
     if asked is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
-    return _certified(scene, trace, asked, time_budget_s)
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify", rest_s)
+    reference = _certified(scene, trace, asked, time_budget_s)
+    if rest_s is None or reference.trace is not trace:
+        return reference
+    return replace(reference, horizon_s=rest_s if reference.horizon_s is None else min(rest_s, reference.horizon_s))
 
 
 def _certified(scene: Scene, trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:

@@ -5,6 +5,10 @@ of the scene are the exact input. Each disc is kept at an exact reference instan
 impact: so the uncertainty of the impact's time enters the position only through the change of velocity, and the instant
 itself costs no rounding. Between the reference and the impact the present path is merely extended backwards.
 
+Under uniform gravity all movable discs are seen from a frame that falls with them from rest at time 0, which adds
+``g t^2 / 2`` to a position and ``g t`` to a velocity: paths there are straight, impacts of two movable discs those
+without gravity, and it is the walls that move.
+
 Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
 one line parallel to an axis.
 """
@@ -52,7 +56,10 @@ class WallLaw(NamedTuple):
 
 
 class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after."""
+    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after.
+
+    Velocities `before` are given under gravity only; without it they are those after the impact before.
+    """
 
     first: int
     second: int
@@ -61,6 +68,7 @@ class BallImpact(NamedTuple):
     ny: arb
     length: arb
     after: tuple[arb, arb, arb, arb]
+    before: tuple[arb, arb, arb, arb] | None = None
 
 
 def share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
@@ -77,7 +85,8 @@ class BallBodies:
 
     Attributes:
         time: Reference instant of each disc, seconds, exact.
-        x: Centre at the reference instant; likewise `y`, `vx`, `vy`.
+        x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
+        falls: Whether the scene has gravity.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
             0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
@@ -96,6 +105,8 @@ class BallBodies:
         self.met: list[dict[int, arb]] = [{} for _ in discs]
         self.last_met = [0.0] * len(discs)
         self.partner: list[int | None] = [None] * len(discs)
+        self.falls = scene.gravity_m_s2 != (0.0, 0.0)
+        self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
         self._speed = arb(max(math.hypot(*disc.velocity_m_s) for disc in discs) or 1.0)
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
         self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
@@ -119,8 +130,9 @@ class BallBodies:
     def state_bits(self, i: int) -> int:
         """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
         radius = arb(self.scene.discs[i].radius_m)
-        size = self.x[i].mid().max(ZERO - self.x[i].mid()) + self.y[i].mid().max(ZERO - self.y[i].mid()) + radius
-        spread = (self.x[i] - self.x[i].mid()) + (self.y[i] - self.y[i].mid())
+        x, y = self.place(i, self.time[i]) if self.falls else (self.x[i], self.y[i])
+        size = x.mid().max(ZERO - x.mid()) + y.mid().max(ZERO - y.mid()) + radius
+        spread = (x - x.mid()) + (y - y.mid())
         spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
         known = min((size + spread).rel_accuracy_bits(), (self._speed + spread_v).rel_accuracy_bits())
         return max(0, min(int(ctx.prec), known))
@@ -163,11 +175,25 @@ class BallBodies:
         return bool((products[0] + products[1]).is_zero())
 
     def moved(self, i: int, at: float) -> tuple[arb, arb]:
-        """Return the centre of disc `i` at the exact instant `at` on its present path."""
+        """Return the centre of disc `i` at the exact instant `at` on its present path (in the falling frame)."""
         if not self.movable[i] or at == self.time[i]:
             return self.x[i], self.y[i]
         dt = arb(at) - self.time[i]
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
+
+    def place(self, i: int, at: float) -> tuple[arb, arb]:
+        """Return the centre of disc `i` at the exact instant `at`, as seen from the walls."""
+        x, y = self.moved(i, at)
+        if not (self.falls and self.movable[i]):
+            return x, y
+        half_square = arb(at) * arb(at) / 2
+        return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
+
+    def velocity(self, i: int, time: arb) -> tuple[arb, arb]:
+        """Return the velocity of disc `i` at a time on its present path, as seen from the walls."""
+        if not (self.falls and self.movable[i]):
+            return self.vx[i], self.vy[i]
+        return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
 
     def pair_law(self, i: int, j: int) -> PairLaw:
         """Return the constants of discs `i` and `j`."""
@@ -208,6 +234,7 @@ class BallBodies:
     def settle_wall(self, i: int, k: int, at: float, time: arb, latest: float) -> BallImpact:
         """Carry out the impact of disc `i` on wall `k`, with `at` its new reference."""
         law = self.wall_law(k, self.scene.discs[i].radius_m)
+        before = (*self.velocity(i, time), ZERO, ZERO) if self.falls else None
         x, y = self.moved(i, at)
         vx, vy = self.vx[i], self.vy[i]
         if law.m_xy.is_zero():  # an exact 1 must not cost a rounding
@@ -222,10 +249,26 @@ class BallBodies:
             self.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
             self.vx[i] = law.m_xx * vx + law.m_xy * vy
             self.vy[i] = law.m_xy * vx + law.m_yy * vy
+        return self._on_wall(i, k, at, time, latest, before)
+
+    def settle_falling(self, i: int, k: int, at: float, time: arb, latest: float, root: arb, wait: arb) -> BallImpact:
+        """Carry out the impact on a wall that gravity pulls to or from; the disc comes at the speed `root` / |n|."""
+        law = self.wall_law(k, self.scene.discs[i].radius_m)
+        before = (*self.velocity(i, time), ZERO, ZERO)
+        push = (arb(self.scene.wall_restitution) + 1) * root / (law.length * law.length)
+        px, py = push * law.nx, push * law.ny
+        x, y = self.moved(i, at)
+        self.x[i], self.y[i] = x - px * wait, y - py * wait
+        self.vx[i], self.vy[i] = self.vx[i] + px, self.vy[i] + py
+        return self._on_wall(i, k, at, time, latest, before)
+
+    def _on_wall(
+        self, i: int, k: int, at: float, time: arb, latest: float, before: tuple[arb, arb, arb, arb] | None
+    ) -> BallImpact:
+        law = self.wall_law(k, self.scene.discs[i].radius_m)
         self._note(i, wall_body(k), at, time, latest)
-        return BallImpact(
-            i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, (self.vx[i], self.vy[i], ZERO, ZERO)
-        )
+        after = (*self.velocity(i, time), ZERO, ZERO)
+        return BallImpact(i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, after, before)
 
     def note_pair(self, i: int, j: int, at: float, time: arb, latest: float) -> None:
         """Write down that discs `i` and `j` have met, with `at` their new reference."""

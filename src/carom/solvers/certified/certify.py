@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError, MissingExtraError
-from carom.solvers.bodies import require_supported
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 from carom.trace import IMPACT_DTYPE, Outcome, Trace
 
@@ -47,7 +46,7 @@ def certify(
     is reported. An interrupt (Ctrl-C) ends it, too; what was certified until then is returned in every case.
 
     Args:
-        scene: The scene; discs and walls of any number, no gravity.
+        scene: The scene; discs and walls of any number; under gravity, no immovable discs beside movable ones.
         digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
             positions of the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
@@ -62,7 +61,7 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed.
-        InputError: The scene has gravity, or an option is outside its range.
+        InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
     if not 1 <= digits <= 10_000:
         raise InputError(f"digits must be 1 to 10000, got {digits}")
@@ -74,7 +73,7 @@ def certify(
         raise InputError(f"max_precision_bits must be 64 or more, got {max_precision_bits}")
     if tie_bits < 64:
         raise InputError(f"tie_bits must be 64 or more, got {tie_bits}")
-    require_supported(scene, "a certified run")
+    _refuse_quartics(scene)
     try:
         from flint import ctx
     except ImportError:
@@ -91,6 +90,16 @@ def certify(
         return _result(scene, stage, recording, replays, started)
     finally:
         ctx.prec = precision
+
+
+def _refuse_quartics(scene: Scene) -> None:
+    """Refuse a falling disc and a fixed one: their gap is a quartic in time, which is not solved in balls."""
+    fixed = [i for i, disc in enumerate(scene.discs) if disc.immovable]
+    if fixed and len(fixed) < len(scene.discs) and scene.gravity_m_s2 != (0.0, 0.0):
+        raise InputError(
+            f"discs[{fixed[0]}] is immovable and gravity_m_s2 is {scene.gravity_m_s2}: a certified run does not "
+            "support falling discs beside immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"
+        )
 
 
 def _result(scene: Scene, stage: Stage, recording: Recording, replays: int, started: float) -> CertifiedTrace:
@@ -146,12 +155,12 @@ def _final(
     bodies: BallBodies, end_s: float, bits: int
 ) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]:
     """Return positions and velocities at the exact instant `end_s`, each with its radii."""
-    from flint import ctx
+    from flint import arb, ctx
 
     from carom.solvers.certified.recording import nearest
 
-    places = [bodies.moved(i, end_s) for i in range(len(bodies))]
-    speeds = list(zip(bodies.vx, bodies.vy, strict=True))
+    places = [bodies.place(i, end_s) for i in range(len(bodies))]
+    speeds = [bodies.velocity(i, arb(end_s)) for i in range(len(bodies))]
     ctx.prec = min(bits, ctx.prec)
     both = []
     for rows in (places, speeds):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.certified.exact import pair_terms
+from carom.solvers.certified.exact import pair_terms, pull_along_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body
 
@@ -38,6 +38,8 @@ def contact_at_start(scene: Scene) -> Degeneracy | None:
             if terms.c <= 0 and terms.b < 0:
                 return _degeneracy((i, int(j)), touching=terms.c == 0)
         for k in range(len(scene.walls)):
+            if _lies_on(scene, i, k):
+                return Degeneracy(Degenerate.RESTING_CONTACT, (wall_body(k), i), 0.0, 0.0, proven=True, bits=0)
             touching = _approaches_and_touches(scene, i, k)
             if touching is not None:
                 return _degeneracy((wall_body(k), i), touching=touching)
@@ -61,6 +63,18 @@ def _approaches_and_touches(scene: Scene, i: int, k: int) -> bool | None:
     if along > 0 and along * along > rim:
         return None
     return along > 0 and along * along == rim
+
+
+def _lies_on(scene: Scene, i: int, k: int) -> bool:
+    """Whether gravity presses a disc to a wall that it touches (or overlaps) and neither approaches nor leaves."""
+    disc, wall = scene.discs[i], scene.walls[k]
+    if disc.immovable or pull_along_wall(scene, k) >= 0:
+        return False
+    n = [Fraction(value) for value in wall.normal]
+    if sum(Fraction(disc.velocity_m_s[c]) * n[c] for c in (0, 1)) != 0:
+        return False
+    along = sum((Fraction(disc.position_m[c]) - Fraction(wall.point_m[c])) * n[c] for c in (0, 1))
+    return along <= 0 or along * along <= Fraction(disc.radius_m) ** 2 * (n[0] * n[0] + n[1] * n[1])
 
 
 def _degeneracy(bodies: tuple[int, int], *, touching: bool) -> Degeneracy:

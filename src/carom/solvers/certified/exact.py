@@ -12,7 +12,7 @@ from typing import NamedTuple
 from carom.scene import Scene
 from carom.trace import wall_body
 
-__all__ = ["exactly_grazing", "exactly_simultaneous", "pair_terms"]
+__all__ = ["exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pair_terms", "pull_along_wall"]
 
 
 class PairTerms(NamedTuple):
@@ -38,6 +38,31 @@ def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
     """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
     terms = pair_terms(scene, i, j)
     return terms.d == 0 or terms.a == 0
+
+
+def pull_along_wall(scene: Scene, k: int) -> int:
+    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
+    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
+    return (pull > 0) - (pull < 0)
+
+
+def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
+    """Whether a disc on its first path, a parabola, turns back exactly where it touches a wall: no impact.
+
+    ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
+    """
+    disc, wall = scene.discs[i], scene.walls[k]
+    speed, pull = _along(disc.velocity_m_s, wall.normal), _along(scene.gravity_m_s2, wall.normal)
+    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
+    left = 2 * pull * offset - speed * speed
+    right = 2 * pull * Fraction(disc.radius_m)
+    if (left > 0) - (left < 0) != (right > 0) - (right < 0):
+        return False
+    return left * left == right * right * _along(wall.normal, wall.normal)
+
+
+def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
+    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
 
 
 def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:

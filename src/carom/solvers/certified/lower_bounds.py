@@ -13,6 +13,8 @@ The bounds come in three forms with the same roundings: plain Python on lists fo
 more than all the arithmetic; NumPy; and, after many impacts, compiled. NumPy's warnings of overflow are for the caller
 to silence.
 
+Under gravity the states are those in the falling frame, where the bounds of pairs hold as they are; walls get none.
+
 Where products overflow, nothing is known but that the impact is not before the start of both paths: that is the bound
 then. Where they underflow, they are off by some 2^-1075: in a', B and c' what e and f hold at least covers it, in
 B^2 - a' c' and in the quotient a term of its own.
@@ -99,6 +101,8 @@ class LowerBounds:
             for w in scene.walls
         ]
         self._walls = np.array(edges).T.copy()
+        if bodies.falls:  # no bound for parabolas: as where products overflow, it is the start of the path
+            self._walls[:] = math.nan
         self._containers: list[Any] = [
             self._state.ravel(),
             self._walls.ravel(),
@@ -211,7 +215,7 @@ class LowerBounds:
         if partner is None:
             return
         if partner < 0:
-            self._skip[i] = n + wall_body(partner)
+            self._skip[i] = -1 if bodies.falls else n + wall_body(partner)
         else:
             self._skip[i] = partner if bodies.have_just_met(i, partner) else -1
 

@@ -4,6 +4,9 @@ The time is solved from a float64 instant that is a proven lower bound of it, an
 relative position and velocity there, ``a t^2 + 2 b t + c = 0`` has its earlier root at ``t = c / (-b + sqrt(D))``; c is
 nearly 0, so the root's error is that of the distance alone. ``D = a R^2 - (d x u)^2`` stands in place of
 ``b^2 - a c``, since the cross product does not change along the paths.
+
+Under gravity the gap to a wall is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
+``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.bodies import ZERO, BallBodies, BallImpact, PairLaw
-from carom.solvers.certified.exact import exactly_grazing
+from carom.solvers.certified.exact import exactly_grazing, exactly_grazing_wall, pull_along_wall
 
 __all__ = ["Meeting", "float_above", "float_below", "meet_pair", "meet_wall"]
 
@@ -45,6 +48,7 @@ class Meeting(NamedTuple):
         decided: Whether the impact is certain.
         resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
         proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
+        fall: Root of D and time from `at` of an impact on a wall that gravity has a part along; else None.
         pair: What a pair's impact needs besides: positions of both at `at`, relative position and velocity, the root of
             D and the time from `at`; None for a wall.
     """
@@ -58,9 +62,12 @@ class Meeting(NamedTuple):
     resting: bool = False
     proven: bool = False
     pair: tuple[arb, ...] | None = None
+    fall: tuple[arb, arb] | None = None
 
     def carry_out(self, bodies: BallBodies) -> BallImpact:
         """Give both bodies the state after this impact, and return it."""
+        if self.fall is not None:
+            return bodies.settle_falling(self.first, -1 - self.second, self.at, self.time, self.latest, *self.fall)
         if self.second < 0:
             return bodies.settle_wall(self.first, -1 - self.second, self.at, self.time, self.latest)
         return _collide(bodies, self)
@@ -68,6 +75,8 @@ class Meeting(NamedTuple):
 
 def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     """Return the impact of disc `i` on wall `k`, known not to be before `at`; None where it certainly never comes."""
+    if bodies.falls and pull_along_wall(bodies.scene, k):
+        return _fall_on_wall(bodies, i, k, at)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     vx, vy = bodies.vx[i], bodies.vy[i]
     speed = vx * law.nx + vy * law.ny
@@ -87,6 +96,58 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
         since = bodies.since(i, second)
         decided = bool(time > (ZERO if since is None else since))
     return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+
+
+def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on wall `k` along a parabola; `Meeting.at` is as near before it as float64 has."""
+    second = -1 - k
+    gap, speed, pull = _fall_of_gap(bodies, i, k, at)
+    d = speed * speed - 2 * pull * gap
+    away = pull_along_wall(bodies.scene, k) > 0
+    if d < 0 or d.is_zero() or (bodies.untouched(i) and exactly_grazing_wall(bodies.scene, i, k)):
+        return None
+    since = bodies.since(i, second)
+    start = ZERO if since is None else since
+    if not d > 0:  # turns back where it may just touch; or it may lie on the wall
+        least, most = d.lower().max(ZERO).sqrt(), d.upper().sqrt()
+        time = arb(at) + (ZERO - speed - least.union(most)) / pull
+        if time < start:
+            return None
+        time = _earliest(time, at)
+        return Meeting(i, second, at, time, float_above(time), False, resting=not away)
+    time = arb(at) + _wait(gap, speed, pull, d)
+    if time < start:
+        return None
+    if not time > start:
+        time = _earliest(time, at)
+        return Meeting(i, second, at, time, float_above(time), False, resting=True)
+    near = max(at, float_below(time))
+    gap, speed, pull = _fall_of_gap(bodies, i, k, near)
+    root = (speed * speed - 2 * pull * gap).sqrt()
+    wait = 2 * gap / (root - speed)
+    sharp = arb(near) + wait
+    if not (sharp.is_finite() and root > 0 and sharp > start):  # `near` is no better an instant to solve from
+        root, wait, near, sharp = d.sqrt(), time - arb(at), at, time
+    return Meeting(i, second, near, sharp, float_above(sharp), True, fall=(root, wait))
+
+
+def _fall_of_gap(bodies: BallBodies, i: int, k: int, at: float) -> tuple[arb, arb, arb]:
+    """Return gap, speed and acceleration along a wall's normal at an exact instant, times the normal's length."""
+    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    x, y = bodies.place(i, at)
+    vx, vy = bodies.velocity(i, arb(at))
+    gx, gy = bodies.gravity
+    return x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
+
+
+def _wait(gap: arb, speed: arb, pull: arb, d: arb) -> arb:
+    """Return the time until the gap closes; of two forms of it, the one that subtracts nothing."""
+    return 2 * gap / (d.sqrt() - speed) if speed < 0 else (ZERO - speed - d.sqrt()) / pull
+
+
+def _earliest(time: arb, at: float) -> arb:
+    """Return the least of what a time may be that is not before `at`."""
+    return time.lower().max(arb(at)) if time.is_finite() else arb(at)
 
 
 def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
@@ -160,6 +221,8 @@ def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     assert meeting.pair is not None  # noqa: S101 -- a decided meeting of two discs holds it
     xi, yi, xj, yj, dx, dy, ux, uy, root, wait = meeting.pair
     law = bodies.pair_law(i, j)
+    time = meeting.time
+    before = (*bodies.velocity(i, time), *bodies.velocity(j, time)) if bodies.falls else None
     vxi, vyi, vxj, vyj = bodies.vx[i], bodies.vy[i], bodies.vx[j], bodies.vy[j]
     if dy.is_zero() and uy.is_zero():
         nx, ny = (law.reach if dx > 0 else ZERO - law.reach), ZERO
@@ -181,7 +244,8 @@ def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
         if bodies.movable[disc]:
             bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
     bodies.note_pair(i, j, meeting.at, meeting.time, meeting.latest)
-    return BallImpact(i, j, meeting.time, nx, ny, law.reach, (vxi, vyi, vxj, vyj))
+    after = (*bodies.velocity(i, time), *bodies.velocity(j, time)) if bodies.falls else (vxi, vyi, vxj, vyj)
+    return BallImpact(i, j, time, nx, ny, law.reach, after, before)
 
 
 def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:

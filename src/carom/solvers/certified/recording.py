@@ -153,6 +153,9 @@ class Recording:
         before_first, self._velocity[first] = self._velocity[first], ((ax, ay), (arx, ary))
         if second >= 0:
             self._velocity[second] = after_second
+        if impact.before is not None:
+            (bx, brx), (by, bry), (cx, crx), (cy, cry) = (nearest(+v) for v in impact.before)
+            before_first, before_second = ((bx, by), (brx, bry)), ((cx, cy), (crx, cry))
         normal = self._normal(impact)
         sides = (normal, before_first, before_second, self._velocity[first], after_second)
         self.rows.append((t, first, second, *(side[0] for side in sides)))

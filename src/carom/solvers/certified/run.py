@@ -243,7 +243,7 @@ def _again(bodies: BallBodies, event: Event) -> Meeting:
     """Solve an impact again that was certified at a lower precision."""
     first, second, at = event
     meeting = meet_wall(bodies, first, wall_body(second), at) if second < 0 else meet_pair(bodies, first, second, at)
-    if meeting is None or (second >= 0 and meeting.pair is None):
+    if meeting is None or (second >= 0 and meeting.pair is None) or (bodies.falls and not meeting.decided):
         raise AssertionError(f"impact of {first} and {second} after {at} s was certified before, but is not now")
     return meeting
 

@@ -161,7 +161,9 @@ class Selection:
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
         # Both may move at 5 times the fastest speed for twice the window's length, and from `at` to the window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
-        reach = bodies.pair_law(i, j).reach + 10 * fastest.sqrt() * length
+        gx, gy = bodies.gravity
+        gained = (gx * gx + gy * gy).sqrt() * (window.upper() + length)  # the velocities are those at time 0
+        reach = bodies.pair_law(i, j).reach + 10 * (fastest.sqrt() + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
     def _unresolved(self, meeting: Meeting) -> Degeneracy:
@@ -187,6 +189,7 @@ class Selection:
         proven = all(m.proven for m in meetings) or (
             len(meetings) == 2
             and bodies.untouched(*involved)
+            and not (bodies.falls and involved[0] < 0)
             and exactly_simultaneous(
                 bodies.scene,
                 (meetings[0].first, meetings[0].second),

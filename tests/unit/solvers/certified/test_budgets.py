@@ -96,12 +96,6 @@ def test_bad_options_are_refused(option: dict[str, int], words: str) -> None:
         certify(SCENE, **option)  # type: ignore[arg-type]
 
 
-def test_gravity_is_refused() -> None:
-    """A scene with gravity is an error that says what to do."""
-    with pytest.raises(InputError, match="a certified run does not support gravity yet"):
-        certify(SCENE.model_copy(update={"gravity_m_s2": (0.0, -9.81)}))
-
-
 def test_without_python_flint_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     """The message holds the command that installs it."""
     monkeypatch.setitem(sys.modules, "flint", None)

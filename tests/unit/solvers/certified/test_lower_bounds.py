@@ -133,6 +133,18 @@ def test_all_forms_give_the_same_bits_after_impacts_on_balls_that_grow() -> None
         assert wide
 
 
+@pytest.mark.parametrize("form", ["plain", "numpy", "compiled"])
+def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path(form: str) -> None:
+    """Pairs keep the bounds of the falling frame, in which they move straight; walls are for the balls, all of them."""
+    straight = gas_scene(9, 0.3, duration_s=10.0)
+    falling = straight.model_copy(update={"gravity_m_s2": (0.5, -9.81)})
+    one, other = bounds_of(straight, form), bounds_of(falling, form)
+    n = other.n
+    for i in range(n):
+        assert [other.at(i, column) for column in range(n)] == [one.at(i, column) for column in range(n)]
+        assert [other.at(i, column) for column in range(n, other.width)] == [0.0] * len(falling.walls)
+
+
 @pytest.mark.parametrize("until", [-math.inf, 0.5, 1.0, math.inf])
 def test_rivals_are_counted_alike(until: float) -> None:
     """The bounds up to a time are the same in all forms: none, one, or two for more."""

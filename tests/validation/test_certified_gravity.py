@@ -1,0 +1,185 @@
+"""Certified runs under uniform gravity: closed forms, runs of 400 digits, rest, grazes, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf  # type: ignore[import-untyped]
+from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, falling_scene
+
+import carom
+from carom import CertifiedTrace, Disc, Scene, Wall
+from carom.errors import InputError
+from carom.runner.certification import certified_reference
+from carom.scenes import catalogue
+from carom.solvers.certified import Degenerate, Ending
+
+IMPACTS = 20
+FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+
+
+def of_catalogue(name: str, **changes: Any) -> Scene:
+    return catalogue()[f"gravity/{name}"].scene.model_copy(update=changes)
+
+
+def outside(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
+    """Return the impacts of which a component of a field is not within its radius of the truth."""
+    arrays = (certified.trace.impacts, certified.radii)
+    values, radii = (np.reshape(array[field], (len(truths), -1)) for array in arrays)
+    return [
+        k
+        for k, truth in enumerate(truths)
+        for value, radius, component in zip(values[k], radii[k], truth, strict=True)
+        if not abs(mpf(float(value)) - component) <= mpf(float(radius)) + mpf(10) ** -50
+    ]
+
+
+def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
+    """Return times, velocities before and after of a disc that starts at rest along the normal of the one wall.
+
+    Across the wall each hop lasts 2 u / a, u = e^n v; along it the motion is that without a wall.
+    """
+    disc, wall = scene.discs[0], scene.walls[0]
+    n = mp.matrix([mpf(c) for c in wall.normal])
+    n /= mp.norm(n)
+    start, velocity, gravity = (
+        mp.matrix([mpf(c) for c in vector]) for vector in (disc.position_m, disc.velocity_m_s, scene.gravity_m_s2)
+    )
+    e, a = mpf(scene.wall_restitution), -mp.fdot(gravity, n)
+    height = mp.fdot(start - mp.matrix([mpf(c) for c in wall.point_m]), n) - mpf(disc.radius_m)
+    down = -mp.fdot(velocity, n)
+    speed = mp.sqrt(down**2 + 2 * a * height)
+    time = (speed - down) / a
+    times, before, after = [], [], []
+    for _ in range(count):
+        along = velocity + gravity * time
+        along -= mp.fdot(along, n) * n
+        times.append([time])
+        before.append(list(along - speed * n))
+        speed *= e
+        after.append(list(along + speed * n))
+        time += 2 * speed / a
+    return times, before, after
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("bouncing-ball", {"duration_s": 20.0}),
+        ("ladder", {}),
+        ("ladder", {"wall_restitution": 0.95, "duration_s": 8.0}),
+        ("incline", {}),
+        ("incline", {"wall_restitution": 1.0, "duration_s": 20.0}),
+    ],
+)
+def test_bounces_on_a_floor_and_down_a_slope_are_within_their_radii(name: str, changes: dict[str, Any]) -> None:
+    """Times and velocities of all bounces are those of the closed form, 60 digits of it, of the very float64 scene."""
+    scene = of_catalogue(name, **changes)
+    certified = carom.certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    with mp.workdps(60):
+        times, before, after = bounces(scene, len(certified) + 1)
+        assert times[-1][0] > scene.duration_s
+        assert outside(certified, "time_s", times[:-1]) == []
+        assert outside(certified, "velocity_first_before", before[:-1]) == []
+        assert outside(certified, "velocity_first_after", after[:-1]) == []
+        off_by_two_ulps = [[t + 2 * mpf(math.ulp(float(t)))] for (t,) in times[:-1]]
+        assert outside(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
+
+
+def test_a_falling_pair_meets_as_it_would_without_gravity() -> None:
+    """Same time; velocities differ by g t, final positions by g t^2 / 2."""
+    scene = of_catalogue("falling-pair")
+    falling, straight = carom.certify(scene), carom.certify(scene.model_copy(update={"gravity_m_s2": (0.0, 0.0)}))
+    assert falling.trace.impacts["time_s"].tolist() == straight.trace.impacts["time_s"].tolist()
+    g, t, end = np.array(scene.gravity_m_s2), float(straight.trace.impacts["time_s"][0]), scene.duration_s
+    for side in ("first", "second"):
+        for when in ("before", "after"):
+            field = f"velocity_{side}_{when}"
+            gained = falling.trace.impacts[field][0] - straight.trace.impacts[field][0]
+            assert gained == pytest.approx(g * t, rel=1e-15, abs=1e-15)
+    fallen = falling.trace.final_position_m - straight.trace.final_position_m
+    assert fallen == pytest.approx(np.tile(g * end**2 / 2, (2, 1)), rel=1e-15, abs=1e-15)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_certified_run_under_gravity_never_contradicts_one_of_400_digits(seed: int) -> None:
+    """Thrown discs of many masses, in turned boxes or by a wall: same impacts, all numbers within their radii."""
+    scene = falling_scene(seed)
+    certified = carom.certify(scene, max_impacts=IMPACTS)
+    with mp.workdps(DIGITS):
+        happened = brute_force(scene, IMPACTS)
+        assert contradictions(certified, happened) == []
+    assert len(certified) == len(happened)
+
+
+def test_a_ball_that_comes_to_rest_ends_as_a_collapse_where_its_bounces_end() -> None:
+    """Infinitely many bounces are over at t1 + (2 v / g) e / (1 - e): the run says so, and ends there."""
+    scene = of_catalogue("ladder", duration_s=5.0)
+    certified = carom.certify(scene)
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.COLLAPSE
+    with mp.workdps(60):
+        (first,), _, _ = (column[0] for column in bounces(scene, 1))
+        e = mpf(scene.wall_restitution)
+        end = float(first * (1 + 2 * e / (1 - e)))  # it falls from rest: v / g is the time of the fall
+    assert abs(certified.degeneracy.latest_s - end) <= 2 * math.ulp(end)
+
+
+def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
+    """Restitution 0: one impact, and what follows is named."""
+    certified = carom.certify(of_catalogue("ladder", wall_restitution=0.0))
+    assert len(certified) == 1
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+    assert certified.degeneracy.bodies == (-1, 0)
+
+
+def test_a_ball_that_lies_on_the_floor_is_at_rest_from_the_start() -> None:
+    """It neither approaches nor leaves, gravity presses it down: proven by rationals."""
+    disc = Disc(position_m=(0.0, 0.25), velocity_m_s=(1.0, 0.0), radius_m=0.25)
+    scene = Scene(name="lies", discs=[disc], walls=[FLOOR], gravity_m_s2=(0.0, -9.81), duration_s=1.0)
+    certified = carom.certify(scene)
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+    assert certified.degeneracy.proven
+
+
+@pytest.mark.parametrize(("speed", "impacts"), [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
+def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_beyond(speed: float, impacts: int) -> None:
+    """At 2 m/s against 2 m/s^2 it rises by 1 m exactly, and touches at zero depth; an ulp more is an impact."""
+    ceiling = Wall(point_m=(0.0, 1.25), normal=(0.0, -1.0))
+    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.5, speed), radius_m=0.25)
+    scene = Scene(name="up", discs=[disc], walls=[ceiling], gravity_m_s2=(0.0, -2.0), duration_s=3.0)
+    certified = carom.certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == impacts
+
+
+def test_a_falling_disc_and_a_fixed_one_are_refused() -> None:
+    """The error names the disc and the field."""
+    discs = [
+        Disc(position_m=(0.0, 3.0), radius_m=0.25),
+        Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=math.inf),
+    ]
+    scene = Scene(name="peg", discs=discs, gravity_m_s2=(0.0, -9.81), duration_s=1.0)
+    with pytest.raises(InputError, match=r"discs\[1\] is immovable and gravity_m_s2 is \(0.0, -9.81\)"):
+        carom.certify(scene)
+
+
+@pytest.mark.parametrize("name", ["free-fall", "bouncing-ball", "ladder", "box", "falling-pair", "incline"])
+def test_float64_agrees_with_the_certified_run_of_the_gravity_group(name: str) -> None:
+    """The horizon covers each scene, those that start at rest among them."""
+    assert carom.horizon(of_catalogue(name)).covers_the_scene
+
+
+def test_a_reference_that_ends_at_rest_keeps_its_end_where_certifying_was_asked_for() -> None:
+    """The collapse is told, PIC's trace stays the reference, and nothing is scored after its rest."""
+    trace = carom.solve_pic(of_catalogue("ladder", duration_s=5.0))
+    reference = certified_reference(trace, asked=True)
+    assert reference.trace is trace
+    assert reference.horizon_s == trace.end_time_s < 5.0
+    assert "inelastic collapse" in str(reference.certified)
