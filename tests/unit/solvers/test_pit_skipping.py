@@ -16,7 +16,6 @@ from carom.trace import impact_array
 
 from .strategies import line, scenes
 
-
 PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
 
 
