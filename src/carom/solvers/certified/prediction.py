@@ -91,6 +91,8 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
         time = arb(at) + (gap / toward).lower().max(ZERO)
         return Meeting(i, second, at, time, float_above(time), False, resting)
     time = arb(at) - gap / speed
+    if time < at:  # before this path, which is known to be free of impacts until then
+        return None
     decided = at > bodies.last_met[i]
     if not decided:
         since = bodies.since(i, second)
@@ -116,7 +118,7 @@ def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | No
         time = _earliest(time, at)
         return Meeting(i, second, at, time, float_above(time), False, resting=not away)
     time = arb(at) + _wait(gap, speed, pull, d)
-    if time < start:
+    if time < start or time < at:  # before this path, which is known to be free of impacts until `at`
         return None
     if not time > start:
         time = _earliest(time, at)
