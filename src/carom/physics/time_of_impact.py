@@ -47,7 +47,6 @@ _CHUNK = 8192
 #: Elements from which the compiled form pays for importing numba and loading it from its cache (some .5 s, against
 #: 150 ns an element saved); once it is in use, it serves everything above a chunk.
 COMPILED_FROM = 4_000_000
-_in_use: list[bool] = []
 
 
 def time_of_impact(
@@ -94,9 +93,8 @@ def pair_times(*columns: Array, compiled: bool | None = None) -> Array:
     """
     count = len(columns[0])
     if compiled is None:
-        compiled = numba_installed() and (count >= COMPILED_FROM or (bool(_in_use) and count >= _CHUNK))
+        compiled = numba_installed() and (count >= COMPILED_FROM or (_is_loaded() and count >= _CHUNK))
     if compiled:
-        _in_use.append(True)
         times = np.empty(count)
         _compiled_fill().ctypes(*addresses(*(np.ascontiguousarray(a) for a in columns), times), count)
         return times
@@ -134,6 +132,10 @@ def fill_times(
 @functools.cache
 def _compiled_fill() -> Unit:
     return compiled_unit(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+
+
+def _is_loaded() -> bool:
+    return _compiled_fill.cache_info().currsize > 0
 
 
 def _possible(
