@@ -18,7 +18,7 @@ from carom import certify, solve_pic
 from carom.bench.gas import gas_scene
 from carom.comparator import horizon_of
 from carom.errors import MissingExtraError
-from carom.physics.compilation import numba_installed
+from carom.physics.compilation import compiler_installed
 from carom.solvers.certified.lower_bounds import load_compiled
 
 __all__ = ["GASES", "Measured", "main", "measure"]
@@ -75,7 +75,7 @@ def yardsticks() -> tuple[float, float]:
 def main(*, with_long: bool = False) -> None:
     """Print the table."""
     print("a product of two balls of 500 bits: {:.0f} ns; of two arrays of 64: {:.0f} ns".format(*yardsticks()))
-    if numba_installed():
+    if compiler_installed():
         begin = time.process_time()
         load_compiled()
         print(f"importing numba and loading the compiled bounds: {time.process_time() - begin:.2f} s")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import MissingExtraError
-from carom.physics.compilation import numba_installed
+from carom.physics.compilation import compiler_installed
 from carom.physics.time_of_impact import pair_times
 
 if TYPE_CHECKING:
@@ -139,7 +139,7 @@ def main(count: int = 100_000, checked: int = 10_000) -> None:
         "stable": stable,
         "carom": functools.partial(pair_times, compiled=False),
     }
-    if numba_installed():
+    if compiler_installed():
         forms["carom, compiled"] = functools.partial(pair_times, compiled=True)
     print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>52}" for name in forms))
     for name in CLASSES:

@@ -1,123 +1,145 @@
-"""The same functions, compiled: one source runs as plain Python and, where numba is installed, as machine code.
+"""The same functions, compiled: one source runs as plain Python and, where llvmlite is installed, as machine code.
 
 A function and all of Carom's functions that it calls become one *unit*: a C function on numbers and on pointers into
-arrays. The originals stay as they are. Contraction and reordering stay off (`fastmath=False`; LLVM fuses no multiply
-and add without leave), so both forms give the same bits. What a unit calls of another unit stays in that other: a
-compiler works on a function together with all that it calls, so units keep the first start short. Numba caches a unit
-on disk, beside the source or in the user's cache directory, under a digest of all the code that went into it.
+arrays. The originals stay as they are. Contraction and reordering stay off, so both forms give the same bits. What a
+unit calls of another unit stays in that other, which several can share. A unit's object file is kept on disk under a
+digest of all that went into it (`carom.physics.object_cache`), and a later start only loads it.
 """
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import hashlib
 import importlib.util
 import marshal
-import sys
-from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
 from types import FunctionType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Unit", "addresses", "compiled_unit", "numba_installed"]
+from carom.physics import machine_code, object_cache
 
-Unit = Any  # numba's CFunc: `ctypes` calls it from Python, `address` is what other units call
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
 
-
-@functools.cache
-def numba_installed() -> bool:
-    """Whether numba can be imported; looking does not import it."""
-    return importlib.util.find_spec("numba") is not None
+__all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached"]
 
 
-@functools.cache
-def compiled_unit(
-    function: Callable[..., Any], result: str, arguments: tuple[str, ...], linked: tuple[Unit, ...] = ()
-) -> Unit:
-    """Return a function, with all of Carom's that it calls, compiled.
+@dataclass(frozen=True)
+class Recipe:
+    """What a unit is made of.
 
-    Args:
+    Attributes:
         function: The function. Its calls of other functions of Carom become calls of their compiled copies.
-        result: Type of its result: "float64", "int64" or so.
+        result: Type of its result: "float64" or "int64".
         arguments: Types of its arguments; "float64*" is a pointer into an array.
-        linked: Units that this one calls instead of compiling their code into itself.
+        linked: Units that this one calls, by the names of their functions, instead of compiling their code into itself.
     """
-    import llvmlite.binding as llvm  # type: ignore[import-untyped] # it has no annotations
-    import numba
 
-    types: Any = numba.types  # the annotations of what follows are incomplete
-    njit: Any = numba.njit
-    cfunc: Any = numba.cfunc
+    function: Callable[..., Any]
+    result: str
+    arguments: tuple[str, ...]
+    linked: tuple[Recipe, ...] = ()
 
-    def numba_type(name: str) -> Any:
-        kind = getattr(types, name.rstrip("*"))
-        return types.CPointer(kind) if name.endswith("*") else kind
-
-    options: dict[str, Any] = {
-        "nogil": True,
-        "fastmath": False,
-        "error_model": "numpy",  # a division by zero gives what IEEE 754 says, and raises nothing
-        "_nrt": False,  # nothing is allocated
-    }
-    external = {unit.function_name: types.ExternalFunction(unit.symbol, unit.signature) for unit in linked}
-    for unit in linked:
-        llvm.add_symbol(unit.symbol, unit.address)
-    digest = hashlib.sha256(repr(sorted(unit.symbol for unit in linked)).encode())
-    done: dict[str, Any] = dict(external)
-    for callee in _callees_first(function, set(done)):
-        inline = callee in getattr(sys.modules[callee.__module__], "INLINE", ())
-        digest.update(_identity(callee) + bytes([inline]))
-        if callee is not function:
-            shared = _compiled_before if external.keys().isdisjoint(_called(callee)) else {}
-            if callee not in shared:
-                # Nobody but other compiled code calls it: no need for the way in from Python or C.
-                inner = njit(**options, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=inline)
-                shared[callee] = inner(_copy(callee, done, callee.__name__))
-            done[callee.__name__] = shared[callee]
-    name = f"{function.__name__}_{digest.hexdigest()[:16]}"
-    signature = numba_type(result)(*map(numba_type, arguments))
-    unit = cfunc(signature, cache=True, **options)(_copy(function, done, name))
-    unit.symbol, unit.function_name, unit.signature = f"carom_{name}", function.__name__, signature
-    return unit
+    def name(self) -> str:
+        """Return the function's name with a digest of the code of the unit, and of those linked to it."""
+        digest = hashlib.sha256(_translator())
+        digest.update(repr((self.result, self.arguments, [each.name() for each in self.linked])).encode())
+        for callee in _callees(self.function, {each.function.__name__ for each in self.linked}):
+            digest.update(_identity(callee))
+        return f"{self.function.__name__}_{digest.hexdigest()[:16]}"
 
 
-#: Functions that call nothing of another unit, and so can stand in several.
-_compiled_before: dict[Any, Any] = {}
+@dataclass(frozen=True)
+class Unit:
+    """A compiled function.
+
+    Attributes:
+        symbol: What other units call it by.
+        address: Where it is.
+        ctypes: It, to be called from Python.
+    """
+
+    symbol: str
+    address: int
+    ctypes: Callable[..., Any]
+
+
+@functools.cache
+def compiler_installed() -> bool:
+    """Whether llvmlite can be imported; looking does not import it."""
+    return importlib.util.find_spec("llvmlite") is not None
+
+
+def is_cached(recipe: Recipe) -> bool:
+    """Whether a unit seems to be on disk, so that it need only be loaded; looking imports nothing."""
+    return all(map(is_cached, recipe.linked)) and object_cache.holds(_source(recipe), recipe.name())
+
+
+@functools.cache
+def compiled_unit(recipe: Recipe) -> Unit:
+    """Return a unit: from this process, from the disk, or compiled now.
+
+    Raises:
+        TranslationError: The function uses a part of Python that cannot be compiled.
+    """
+    name, linked = recipe.name(), [compiled_unit(each) for each in recipe.linked]
+    symbol, key = f"carom_{name}", f"{name} {machine_code.target_name()}"
+    emitted = object_cache.read(_source(recipe), name, key)
+    if emitted is None:
+        emitted = _compiled(recipe, symbol, linked)
+        object_cache.write(_source(recipe), name, key, emitted)
+    address = machine_code.address_of(symbol, emitted, {unit.symbol: unit.address for unit in linked})
+    call = ctypes.CFUNCTYPE(_ctype(recipe.result), *map(_ctype, recipe.arguments))
+    return Unit(symbol, address, call(address))
 
 
 def addresses(*arrays: Any) -> list[Any]:
     """Return pointers to the data of NumPy arrays, as a unit takes them."""
-    import ctypes
-
-    from numpy.ctypeslib import as_ctypes_type
-
-    return [array.ctypes.data_as(ctypes.POINTER(as_ctypes_type(array.dtype))) for array in arrays]
+    return [array.ctypes.data_as(_ctype(f"{array.dtype.name}*")) for array in arrays]
 
 
-def _callees_first(function: Any, seen: set[str]) -> Iterator[Any]:
-    """Yield the functions of Carom that `function` calls, directly or not, callees first, and itself last."""
+def _compiled(recipe: Recipe, symbol: str, linked: list[Unit]) -> bytes:
+    from carom.physics.translation import External, translate
+
+    external = {
+        each.function.__name__: External(unit.symbol, each.result, each.arguments)
+        for each, unit in zip(recipe.linked, linked, strict=True)
+    }
+    return machine_code.object_file(translate(recipe.function, symbol, recipe.result, recipe.arguments, external))
+
+
+def _source(recipe: Recipe) -> str:
+    return recipe.function.__code__.co_filename
+
+
+@functools.cache
+def _ctype(name: str) -> Any:
+    kind = getattr(ctypes, {"float64": "c_double"}.get(name.rstrip("*"), f"c_{name.rstrip('*')}"))
+    return ctypes.POINTER(kind) if name.endswith("*") else kind
+
+
+def _callees(function: Any, seen: set[str]) -> Iterator[Any]:
+    """Yield the functions of Carom that `function` calls, directly or not, and itself first."""
     seen.add(function.__name__)
+    yield function
     for name in function.__code__.co_names:
         called = function.__globals__.get(name)
         if isinstance(called, FunctionType) and called.__module__.startswith("carom.") and name not in seen:
-            yield from _callees_first(called, seen)
-    yield function
-
-
-def _called(function: Any) -> set[str]:
-    """Return the names of the functions of Carom that `function` calls, directly or not."""
-    return {called.__name__ for called in _callees_first(function, set())} - {function.__name__}
+            yield from _callees(called, seen)
 
 
 def _identity(function: Any) -> bytes:
-    """Return what a function's machine code hangs on: its byte code, and the numbers it finds by name."""
-    code = function.__code__
-    known = {name: function.__globals__.get(name) for name in code.co_names}
-    numbers = sorted((name, value) for name, value in known.items() if isinstance(value, int | float))
-    return marshal.dumps((code.co_code, repr(code.co_consts), numbers))
+    """Return what a function's machine code hangs on: its byte code, the numbers it finds by name, where it is inlined."""
+    code, names = function.__code__, function.__globals__
+    numbers = [(name, names[name]) for name in code.co_names if isinstance(names.get(name), int | float)]
+    inline = function in names.get("INLINE", ())
+    return marshal.dumps((code.co_name, code.co_code, repr(code.co_consts), code.co_names, numbers, inline))
 
 
-def _copy(function: Any, done: dict[str, Any], name: str) -> FunctionType:
-    """Return a copy that finds the functions already compiled in place of their plain namesakes."""
-    copy = FunctionType(function.__code__, {**function.__globals__, **done}, name)
-    copy.__module__, copy.__qualname__ = function.__module__, name
-    return copy
+@functools.cache
+def _translator() -> bytes:
+    """Return a digest of the source by which functions become machine code."""
+    files = (Path(__file__).with_name(name) for name in ("translation.py", "machine_code.py"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()

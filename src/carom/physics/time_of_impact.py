@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import addresses, compiled_unit, numba_installed
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.pair_time import (
     approach,
@@ -93,7 +93,7 @@ def pair_times(*columns: Array, compiled: bool | None = None) -> Array:
     """
     count = len(columns[0])
     if compiled is None:
-        compiled = numba_installed() and (count >= COMPILED_FROM or (_is_loaded() and count >= _CHUNK))
+        compiled = compiler_installed() and (count >= COMPILED_FROM or (_is_loaded() and count >= _CHUNK))
     if compiled:
         times = np.empty(count)
         _compiled_fill().ctypes(*addresses(*(np.ascontiguousarray(a) for a in columns), times), count)
@@ -131,7 +131,7 @@ def fill_times(
 
 @functools.cache
 def _compiled_fill() -> Unit:
-    return compiled_unit(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+    return compiled_unit(Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",)))
 
 
 def _is_loaded() -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import numba_installed
+from carom.physics.compilation import compiler_installed
 from carom.solvers.bodies import require_supported
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
@@ -100,7 +100,7 @@ class EventDrivenRun:
 
     Raises:
         InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `compiled`
-            without numba.
+            without llvmlite.
     """
 
     def __init__(
@@ -125,8 +125,8 @@ class EventDrivenRun:
             raise InputError(f"contact_duration_s must be 0 or more, got {contact_duration_s}")
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
-        if compiled and not numba_installed():
-            raise InputError("compiled needs numba, which is not installed: pip install 'carom[fast]'")
+        if compiled and not compiler_installed():
+            raise InputError("compiled needs llvmlite, which is not installed: pip install 'carom[fast]'")
         self.log = KeptImpacts()
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
@@ -137,13 +137,13 @@ class EventDrivenRun:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
             state.clock[:], state.tally[:] = resume.clock, resume.tally
             self.time_s = resume.time_s
-        self._plain = not (compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and numba_installed()))
+        self._plain = not (compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed()))
         self._state = state.as_lists() if self._plain else state
         self._compiled = None if self._plain else compiled_kernel()
         room = (_PLAIN_ROOM if self._plain else _ROOM) * RECORD if self._record else 0
         self._records = [0.0] * room if self._plain else np.zeros(room)
         if self._plain and compiled is None and len(start) >= COMPILED_FROM_DISCS:
-            self.notes = ("numba is not installed: ran as plain Python; pip install 'carom[fast]'",)
+            self.notes = ("llvmlite is not installed: ran as plain Python; pip install 'carom[fast]'",)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
@@ -156,7 +156,7 @@ class EventDrivenRun:
         last = _NEVER if max_impacts is None else max_impacts
         while True:
             tally = self._state.tally
-            if self._plain and self._forced is None and tally[TOTAL] >= PLAIN_IMPACTS and numba_installed():
+            if self._plain and self._forced is None and tally[TOTAL] >= PLAIN_IMPACTS and compiler_installed():
                 self._go_over()
                 tally = self._state.tally
             step = min(last, int(tally[TOTAL]) + (PLAIN_IMPACTS if self._plain else _CHUNK))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.physics.compilation import addresses, compiled_unit
+from carom.physics.compilation import Recipe, addresses, compiled_unit
 from carom.physics.wall_time import wall_time
 from carom.solvers import kernel
 from carom.solvers.cells import choose_grid, near_walls
@@ -42,21 +42,26 @@ if TYPE_CHECKING:
     from carom.solvers.disc_arrays import DiscArrays
     from carom.solvers.layout import Column
 
-__all__ = ["KernelState", "compiled_kernel"]
+__all__ = ["KernelState", "compiled_kernel", "kernel_recipe"]
 
 _BODY = "float64*"
 
 
-def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
-    """Return `carom.solvers.kernel.run` compiled; the solutions of a pair and of a wall are units of their own.
+def kernel_recipe(solution: Callable[[Column, int, int], float] = pair_event_time) -> Recipe:
+    """Return what the compiled kernel is made of; the solutions of a pair and of a wall are units of their own.
 
     Args:
         solution: What stands in for `pair_event_time`, of the same name: benchmarks time the kernel without it.
     """
-    pair = compiled_unit(solution, "float64", (_BODY, "int64", "int64"))
-    wall = compiled_unit(wall_time, "float64", ("float64",) * 9)
+    pair = Recipe(solution, "float64", (_BODY, "int64", "int64"))
+    wall = Recipe(wall_time, "float64", ("float64",) * 9)
     columns = tuple(f"{np.dtype(kind).name}*" for kind in _TYPES.values())
-    return compiled_unit(kernel.run, "int64", (*columns, "float64*", "float64", "int64"), (pair, wall))
+    return Recipe(kernel.run, "int64", (*columns, "float64*", "float64", "int64"), (pair, wall))
+
+
+def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
+    """Return `carom.solvers.kernel.run` compiled, see `kernel_recipe`."""
+    return compiled_unit(kernel_recipe(solution))
 
 
 #: The containers of a state, and the type of each as an array.

@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.physics.compilation import addresses, compiled_unit, numba_installed
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed
 from carom.solvers.certified.bound_kernel import DISC_COLUMNS, FLOOR, TINY, UNIT, begin, raise_bound, renew
 from carom.trace import wall_body
 
@@ -56,8 +56,8 @@ def _units() -> tuple[Unit, Unit]:
     floats, integers = "float64*", "int64*"
     table = (floats, floats, integers, integers)
     return (
-        compiled_unit(renew, "int64", (floats, floats, integers, *table, *("int64",) * 4)),
-        compiled_unit(raise_bound, "int64", (*table, "int64", "int64", "float64", "float64", "int64", "int64")),
+        compiled_unit(Recipe(renew, "int64", (floats, floats, integers, *table, *("int64",) * 4))),
+        compiled_unit(Recipe(raise_bound, "int64", (*table, "int64", "int64", "float64", "float64", "int64", "int64"))),
     )
 
 
@@ -152,7 +152,7 @@ class LowerBounds:
         self._find(stale.nonzero()[0])
         self._best = int(self.least.argmin())
         _impacts[0] += 1
-        if not self._chosen and _impacts[0] >= COMPILED_FROM and numba_installed():
+        if not self._chosen and _impacts[0] >= COMPILED_FROM and compiler_installed():
             self._compile()
 
     def raise_to(self, i: int, column: int, bound: float, until: float) -> None:
