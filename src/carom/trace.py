@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.scene import Scene
+if TYPE_CHECKING:
+    from carom.scene import Scene
 
 __all__ = [
     "IMPACT_DTYPE",

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from carom.physics import machine_code, object_cache
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterable
 
 __all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached"]
 
@@ -46,7 +46,7 @@ class Recipe:
         """Return the function's name with a digest of the code of the unit, and of those linked to it."""
         digest = hashlib.sha256(_translator())
         digest.update(repr((self.result, self.arguments, [each.name() for each in self.linked])).encode())
-        for callee in _callees(self.function, {each.function.__name__ for each in self.linked}):
+        for callee in _callees(self.function, {each.function.__name__ for each in self.linked}, {}):
             digest.update(_identity(callee))
         return f"{self.function.__name__}_{digest.hexdigest()[:16]}"
 
@@ -120,18 +120,19 @@ def _ctype(name: str) -> Any:
     return ctypes.POINTER(kind) if name.endswith("*") else kind
 
 
-def _callees(function: Any, seen: set[str]) -> Iterator[Any]:
-    """Yield the functions of Carom that `function` calls, directly or not, and itself first."""
-    seen.add(function.__name__)
-    yield function
+def _callees(function: Any, linked: set[str], seen: dict[Any, None]) -> Iterable[Any]:
+    """Return a function and those of Carom that it calls, directly or not; without linked ones, each once."""
+    seen[function] = None
     for name in function.__code__.co_names:
         called = function.__globals__.get(name)
-        if isinstance(called, FunctionType) and called.__module__.startswith("carom.") and name not in seen:
-            yield from _callees(called, seen)
+        ours = isinstance(called, FunctionType) and called.__module__.startswith("carom.")
+        if ours and name not in linked and called not in seen:
+            _callees(called, linked, seen)
+    return seen
 
 
 def _identity(function: Any) -> bytes:
-    """Return what a function's machine code hangs on: its byte code, the numbers it finds by name, where it is inlined."""
+    """Return what a function's machine code hangs on: byte code, numbers it finds by name, whether it is inlined."""
     code, names = function.__code__, function.__globals__
     numbers = [(name, names[name]) for name in code.co_names if isinstance(names.get(name), int | float)]
     inline = function in names.get("INLINE", ())
@@ -141,5 +142,6 @@ def _identity(function: Any) -> bytes:
 @functools.cache
 def _translator() -> bytes:
     """Return a digest of the source by which functions become machine code."""
-    files = (Path(__file__).with_name(name) for name in ("translation.py", "machine_code.py"))
+    home = Path(__file__).parent
+    files = [home / "machine_code.py", *sorted((home / "translation").glob("*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()

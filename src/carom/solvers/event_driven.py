@@ -10,7 +10,6 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.physics.compilation import compiler_installed
-from carom.solvers.bodies import require_supported
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
 from carom.solvers.kernel_state import KernelState, compiled_kernel
@@ -115,6 +114,8 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
     ) -> None:
         if not isinstance(start, DiscArrays):
+            from carom.solvers.bodies import require_supported  # with it pydantic, which arrays do without
+
             require_supported(start, "the compiled event-driven kernel")
             start = DiscArrays.from_scene(start)
         elif resume is None:
@@ -137,7 +138,9 @@ class EventDrivenRun:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
             state.clock[:], state.tally[:] = resume.clock, resume.tally
             self.time_s = resume.time_s
-        self._plain = not (compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed()))
+        self._plain = not (
+            compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed())
+        )
         self._state = state.as_lists() if self._plain else state
         self._compiled = None if self._plain else compiled_kernel()
         room = (_PLAIN_ROOM if self._plain else _ROOM) * RECORD if self._record else 0

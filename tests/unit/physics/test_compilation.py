@@ -14,17 +14,17 @@ from carom.physics.compilation import compiled_unit
 
 WITHOUT_NUMBA = """
 import math, sys
-sys.modules["numba"] = None          # importing it fails, as where it is not installed
+sys.modules["llvmlite"] = None          # importing it fails, as where it is not installed
 import importlib.util
 found = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *rest: None if name == "numba" else found(name, *rest)
+importlib.util.find_spec = lambda name, *rest: None if name == "llvmlite" else found(name, *rest)
 import numpy as np
 import carom
 from carom.bench.gas import hard_disc_gas
 from carom.solvers.event_driven import EventDrivenRun
 run = EventDrivenRun(hard_disc_gas(400, 0.3))
 run.advance_to(math.inf, 5)
-assert run.impacts == 5 and "numba is not installed" in run.notes[0], run.notes
+assert run.impacts == 5 and "llvmlite is not installed" in run.notes[0], run.notes
 p = np.tile([0.0, 0.0], (5, 1))
 assert (carom.time_of_impact(p, [1.0, 0.0], 0.5, [3.0, 0.0], [0.0, 0.0], 0.5) == 2.0).all()
 try:
@@ -32,18 +32,18 @@ try:
 except carom.CaromError as error:
     assert "carom[fast]" in str(error)
 else:
-    raise SystemExit("a compiled run without numba was not refused")
+    raise SystemExit("a compiled run without llvmlite was not refused")
 """
 
 
-def test_everything_runs_where_numba_is_not_installed() -> None:
-    """Without numba many discs run as plain Python, which the run says; a compiled run is refused with the remedy."""
+def test_everything_runs_where_llvmlite_is_not_installed() -> None:
+    """Without llvmlite many discs run as plain Python, which the run says; a compiled run is refused with the remedy."""
     subprocess.run([sys.executable, "-c", WITHOUT_NUMBA], check=True)
 
 
 def test_large_arrays_are_compiled_once_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
     """From a number of elements on the array form is the compiled one, with the same bits."""
-    pytest.importorskip("numba")
+    pytest.importorskip("llvmlite")
     columns = pairs_of_class("as they come", 500, 4)
     expected = module.pair_times(*columns, compiled=False)
     module._compiled_fill.cache_clear()  # noqa: SLF001 - which of two forms of the same bits was taken shows here only
@@ -70,7 +70,7 @@ def total(values: np.ndarray, count: int) -> float:
 
 def test_a_unit_is_named_after_all_the_code_that_went_into_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A changed callee makes another unit, so that no stale machine code is ever taken from the cache."""
-    pytest.importorskip("numba")
+    pytest.importorskip("llvmlite")
     monkeypatch.setitem(sys.modules, "carom.example", sys.modules[__name__])
     monkeypatch.setattr(leaf, "__module__", "carom.example")
     before = compiled_unit.__wrapped__(total, "float64", ("float64*", "int64"))
