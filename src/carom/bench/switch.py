@@ -28,7 +28,7 @@ from carom.solvers.event_driven import EventDrivenRun
 from carom.solvers.kernel_state import compiled_kernel
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 __all__ = ["UNITS", "main"]
 
@@ -63,32 +63,34 @@ def unit_seconds(name: str) -> tuple[float, float]:
     return first, statistics.median(others)
 
 
-def impact_seconds(discs: int = 64, packing: float = 0.3, impacts: int = 500) -> tuple[float, float]:
+def impact_seconds(discs: int = 64, packing: float = 0.3, impacts: int = 500) -> list[float]:
     """Return seconds an impact of the event-driven kernel, as plain Python and compiled."""
-    runs = [EventDrivenRun(hard_disc_gas(discs, packing), compiled=compiled) for compiled in (False, True)]
-    return _median_seconds([lambda run=run: run.advance_to(math.inf, run.impacts + impacts) for run in runs], impacts)  # type: ignore[misc] # mypy infers no lambda with a default
+    plain, compiled = (EventDrivenRun(hard_disc_gas(discs, packing), compiled=compiled) for compiled in (False, True))
+
+    def advance(run: EventDrivenRun) -> None:
+        run.advance_to(math.inf, run.impacts + impacts)
+
+    return _median_seconds([lambda: advance(plain), lambda: advance(compiled)], impacts)
 
 
-def element_seconds(elements: int = 200_000) -> tuple[float, float]:
+def element_seconds(elements: int = 200_000) -> list[float]:
     """Return seconds an element of the array form of the time of impact, in NumPy and compiled."""
     columns = np.ascontiguousarray(pairs_of_class("as they come", elements))
     forms = (lambda: pair_times(*columns, compiled=False), lambda: pair_times(*columns, compiled=True))
     return _median_seconds(forms, elements)
 
 
-def bounded_seconds(discs: int = 64, packing: float = 0.4, impacts: int = 200) -> tuple[float, float]:
+def bounded_seconds(discs: int = 64, packing: float = 0.4, impacts: int = 200) -> list[float]:
     """Return seconds an impact of a certified run, bounded in NumPy and compiled: to be called once in a process."""
     scene = gas_scene(discs, packing)
     times = []
     for _ in range(2):
         times.append(_median_seconds([lambda: certify(scene, max_impacts=impacts)], impacts, rounds=3)[0])
         load_compiled()
-    return times[0], times[1]
+    return times
 
 
-def _median_seconds(
-    forms: list[Callable[[], object]] | tuple[Callable[[], object], ...], count: int, rounds: int = _ROUNDS
-) -> tuple[float, ...]:
+def _median_seconds(forms: Sequence[Callable[[], object]], count: int, rounds: int = _ROUNDS) -> list[float]:
     """Return the median time of each form for one of `count` items, timed in turn."""
     times: list[list[float]] = [[] for _ in forms]
     for _ in range(rounds):
@@ -96,13 +98,14 @@ def _median_seconds(
             begin = time.process_time()
             form()
             seconds.append((time.process_time() - begin) / count)
-    return tuple(statistics.median(seconds) for seconds in times)
+    return [statistics.median(seconds) for seconds in times]
 
 
 def main() -> None:
     """Print the table."""
     print(f"{'':18}{'compile, s':>12}{'load, s':>9}{'plain, us':>11}{'compiled, us':>14}{'pays from':>24}")
-    for name, measure in zip(UNITS, (impact_seconds, element_seconds, bounded_seconds), strict=True):
+    measures: tuple[Callable[[], list[float]], ...] = (impact_seconds, element_seconds, bounded_seconds)
+    for name, measure in zip(UNITS, measures, strict=True):
         plain, compiled = measure()
         compiling, loading = unit_seconds(name)
         pays = f"{loading / (plain - compiled):.0f}, or {compiling / (plain - compiled):.0f}"

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed, is_cached
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.pair_time import (
     approach,
@@ -38,15 +38,17 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Pair = tuple[Array, Array]
 
-__all__ = ["COMPILED_FROM", "fill_times", "pair_times", "time_of_impact"]
+__all__ = ["CACHED_FROM", "COMPILED_FROM", "LOADED_FROM", "fill_times", "pair_times", "time_of_impact"]
 
 #: Elements at a time: few enough for the temporaries of a step to stay in the second-level cache, many enough for the
 #: cost of calling NumPy not to dominate. Chosen, not tuned.
 _CHUNK = 8192
 
-#: Elements from which the compiled form pays for importing numba and loading it from its cache (some .5 s, against
-#: 150 ns an element saved); once it is in use, it serves everything above a chunk.
-COMPILED_FROM = 4_000_000
+#: Elements from which the compiled form pays for being compiled, for being loaded where that was done before
+#: (``python -m carom.bench.switch``), and for being called: so few take NumPy as long.
+COMPILED_FROM = 2_500_000
+CACHED_FROM = 400_000
+LOADED_FROM = 16
 
 
 def time_of_impact(
@@ -93,7 +95,7 @@ def pair_times(*columns: Array, compiled: bool | None = None) -> Array:
     """
     count = len(columns[0])
     if compiled is None:
-        compiled = compiler_installed() and (count >= COMPILED_FROM or (_is_loaded() and count >= _CHUNK))
+        compiled = compiler_installed() and _compiled_pays(count)
     if compiled:
         times = np.empty(count)
         _compiled_fill().ctypes(*addresses(*(np.ascontiguousarray(a) for a in columns), times), count)
@@ -129,9 +131,18 @@ def fill_times(
     return count
 
 
+_FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+
+
 @functools.cache
 def _compiled_fill() -> Unit:
-    return compiled_unit(Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",)))
+    return compiled_unit(_FILL)
+
+
+def _compiled_pays(count: int) -> bool:
+    if _is_loaded():
+        return count >= LOADED_FROM
+    return count >= COMPILED_FROM or (count >= CACHED_FROM and is_cached(_FILL))
 
 
 def _is_loaded() -> bool:

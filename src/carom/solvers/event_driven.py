@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import compiler_installed
+from carom.physics.compilation import compiler_installed, is_cached
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
-from carom.solvers.kernel_state import KernelState, compiled_kernel
+from carom.solvers.kernel_state import KernelState, compiled_kernel, kernel_recipe
 from carom.solvers.layout import (
     CROSSINGS,
     DONE,
@@ -51,12 +51,13 @@ if TYPE_CHECKING:
 
 __all__ = ["EventDrivenRun", "RunState"]
 
-#: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Importing
-#: numba and loading the kernel from its cache took .6 s or more, plain Python 140 to 180 us an impact; so 4000
-#: impacts cost as much as loading; going over then costs at most about twice the better choice. The number of discs is
-#: a choice: its lists cost 16 ms at 400.
+#: Discs from which a run starts compiled: a choice; its lists cost 16 ms at 400.
 COMPILED_FROM_DISCS = 400
-PLAIN_IMPACTS = 4000
+#: Impacts after which a run that began as plain Python goes over to the compiled kernel, where that need only be
+#: loaded, and where it must be compiled first. So many take plain Python as long (``python -m carom.bench.switch``), so
+#: going over then costs at most about twice the better choice.
+PLAIN_IMPACTS = 300
+UNCACHED_IMPACTS = 6000
 
 #: Impacts a call of the compiled kernel, after which progress is reported: a tenth of a second or so.
 _CHUNK = 50_000
@@ -133,6 +134,7 @@ class EventDrivenRun:
         self.notes: tuple[str, ...] = ()
         self._record = record == "all"
         self._forced = compiled
+        self._patience = PLAIN_IMPACTS
         state = KernelState.of(start, contact_duration_s, cell_factor, window_s)
         if resume is not None:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
@@ -159,7 +161,7 @@ class EventDrivenRun:
         last = _NEVER if max_impacts is None else max_impacts
         while True:
             tally = self._state.tally
-            if self._plain and self._forced is None and tally[TOTAL] >= PLAIN_IMPACTS and compiler_installed():
+            if self._plain and self._forced is None and tally[TOTAL] >= self._patience and compiler_installed():
                 self._go_over()
                 tally = self._state.tally
             step = min(last, int(tally[TOTAL]) + (PLAIN_IMPACTS if self._plain else _CHUNK))
@@ -180,7 +182,10 @@ class EventDrivenRun:
                 return Outcome.MAX_IMPACTS
 
     def _go_over(self) -> None:
-        """Go over from plain Python to the compiled kernel, in the middle of the run."""
+        """Go over from plain Python to the compiled kernel, in the middle of the run, if that pays already."""
+        if self._patience < UNCACHED_IMPACTS and not is_cached(kernel_recipe()):
+            self._patience = UNCACHED_IMPACTS
+            return
         self._state = self._state.as_arrays()
         self._compiled = compiled_kernel()
         self._plain = False
