@@ -13,7 +13,7 @@ import pytest
 from carom.bench.time_of_impact import pairs_of_class
 from carom.physics import compilation, machine_code, object_cache
 from carom.physics import time_of_impact as module
-from carom.physics.compilation import Recipe, addresses, compiled_unit, is_cached
+from carom.physics.compilation import Recipe, Unit, addresses, compiled_unit, is_cached
 
 WITHOUT_LLVMLITE = """
 import math, sys
@@ -179,11 +179,14 @@ def test_a_unit_of_another_machine_is_not_loaded(cache: Path, monkeypatch: pytes
     sum_of(TOTAL)
     monkeypatch.undo()
     monkeypatch.setenv("CAROM_CACHE_DIR", str(cache))
-    made: list[object] = []
+    made: list[Recipe] = []
     compile_unit = compilation._compiled  # noqa: SLF001 - that it is compiled shows nowhere else
-    monkeypatch.setattr(
-        compilation, "_compiled", lambda *arguments: made.append(arguments[0]) or compile_unit(*arguments)
-    )  # type: ignore[func-returns-value]
+
+    def compile_and_count(recipe: Recipe, symbol: str, linked: list[Unit]) -> bytes:
+        made.append(recipe)
+        return compile_unit(recipe, symbol, linked)
+
+    monkeypatch.setattr(compilation, "_compiled", compile_and_count)
     assert sum_of(TOTAL) == 1.75
     assert made == [TOTAL]
     assert len(list(cache.glob("total_*.unit"))) == 2
