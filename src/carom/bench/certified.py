@@ -1,8 +1,8 @@
 """Speed and reach of certified runs on the hard-disc gas: ``python -m carom.bench.certified [--long]``.
 
-Times are of the processor, since the machine may be shared; replays at higher precision are part of them. Importing
-numba and loading the compiled bounds is not: a process does it once, and it is printed by itself. The horizon is the
-impact up to which float64 PIC agrees with the certified run.
+Times are of the processor, since the machine may be shared; replays at higher precision are part of them. Loading
+or compiling the bounds is not: a process does it once, and it is printed by itself. The horizon is the impact up to which
+float64 PIC agrees with the certified run.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def main(*, with_long: bool = False) -> None:
     if compiler_installed():
         begin = time.process_time()
         load_compiled()
-        print(f"importing numba and loading the compiled bounds: {time.process_time() - begin:.2f} s")
+        print(f"loading or compiling the compiled bounds: {time.process_time() - begin:.2f} s")
     print(
         f"{'discs':>6} {'packing':>8} {'impacts':>8} {'s':>7} {'impacts/s':>10} {'bits':>6} {'bits/impact':>12} "
         f"{'replays':>8} {'|dv| > 1e-12':>13} {'|dv| > 1e-6':>12} {'order differs':>14}"

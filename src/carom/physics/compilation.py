@@ -23,7 +23,7 @@ from carom.physics import machine_code, object_cache
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-__all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached"]
+__all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached", "prefetch"]
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,10 @@ def compiled_unit(recipe: Recipe) -> Unit:
     return Unit(symbol, address, call(address))
 
 
+def prefetch(column: Any, place: int) -> None:
+    """Ask for the cache line of a place in an array before it is needed; plain Python has no use for that."""
+
+
 def addresses(*arrays: Any) -> list[Any]:
     """Return pointers to the data of NumPy arrays, as a unit takes them."""
     return [array.ctypes.data_as(_ctype(f"{array.dtype.name}*")) for array in arrays]
@@ -135,6 +139,7 @@ def _identity(function: Any) -> bytes:
     """Return what a function's machine code hangs on: byte code, numbers it finds by name, whether it is inlined."""
     code, names = function.__code__, function.__globals__
     numbers = [(name, names[name]) for name in code.co_names if isinstance(names.get(name), int | float)]
+    numbers += [(name, names[name]._fields) for name in code.co_names if hasattr(names.get(name), "_fields")]
     inline = function in names.get("INLINE", ())
     return marshal.dumps((code.co_name, code.co_code, repr(code.co_consts), code.co_names, numbers, inline))
 

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -92,6 +93,18 @@ def line_with_its_numbers_exchanged(x: float) -> float:
     return x * SECOND - FIRST
 
 
+class Ends(NamedTuple):
+    """Two numbers."""
+
+    first: float
+    last: float
+
+
+def make(x: float, y: float) -> float:
+    """Return the first of two numbers."""
+    return Ends(x, y).first
+
+
 TOTAL = Recipe(total, "float64", ("float64*", "int64"))
 LINE = Recipe(line, "float64", ("float64",))
 
@@ -126,6 +139,14 @@ def test_a_unit_is_named_after_its_numbers_its_types_and_its_links(monkeypatch: 
     }
     monkeypatch.setitem(globals(), "FIRST", 3.0)
     assert len(digests | {LINE.name()}) == 4
+
+
+def test_a_named_tuple_whose_parts_change_places_makes_another_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The digest knows which part of a named tuple has which place."""
+    recipe = Recipe(make, "float64", ("float64", "float64"))
+    before = recipe.name()
+    monkeypatch.setitem(globals(), "Ends", NamedTuple("Ends", [("last", float), ("first", float)]))
+    assert recipe.name() != before
 
 
 def test_numbers_that_change_places_make_another_unit(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom.errors import CaromError
-from carom.physics.compilation import Recipe, addresses, compiled_unit
+from carom.physics.compilation import Recipe, addresses, compiled_unit, prefetch
 from carom.physics.double_double import two_sum
 
 pytest.importorskip("llvmlite")
@@ -128,6 +128,44 @@ def test_compiled_code_does_what_python_does(function: Callable[..., int], a: fl
     got = np.array(plain, np.float64)
     same = (got.view(np.int64) == column.view(np.int64)) | (np.isnan(got) & np.isnan(column))
     assert same.all(), (np.flatnonzero(~same), got[~same], column[~same])
+
+
+class Pair(NamedTuple):
+    """Two columns."""
+
+    first: Column
+    second: Column
+
+
+def of_names(first: Column, second: Column, n: int) -> int:
+    """Hand columns on together, and take them apart by name."""
+    pair = Pair(first, second)
+    for k in range(n):
+        prefetch(pair.second, k + 1)
+        exchange(pair, k)
+    swapped = Pair(pair.second, pair.first) if n > 2 else pair
+    return int(swapped.first[0] * 10.0 + swapped[1][0])
+
+
+def exchange(pair: Pair, k: int) -> None:
+    """Exchange two elements."""
+    first, second = pair
+    pair.first[k], pair.second[k] = second[k], first[k]
+
+
+exchange.__module__ = "carom.example"
+
+
+def test_tuples_with_names() -> None:
+    """Columns travel together in a named tuple, and asking for memory ahead of time changes nothing."""
+    for n in (2, 3):
+        lists = [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+        arrays = [np.array(each) for each in lists]
+        plain: Callable[..., int] = of_names
+        expected = plain(*lists, n)
+        unit = compiled_unit(Recipe(of_names, "int64", ("float64*", "float64*", "int64")))
+        assert unit.ctypes(*addresses(*arrays), n) == expected
+        assert [each.tolist() for each in arrays] == lists
 
 
 def of_columns(floats: Column, wide: Column, narrow: Column, bytes_: Column, n: int) -> int:

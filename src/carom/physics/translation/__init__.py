@@ -1,12 +1,14 @@
 """From Python's syntax to LLVM's intermediate representation, for the part of Python that Carom's inner loops use.
 
-The part: numbers (float64, int64, bool), tuples of them, and columns, which are pointers into arrays; arithmetic,
-comparisons, `if`, `while`, `for` over `range` or a tuple; calls of other such functions, of a unit, of `abs`, `bool`,
-`float`, `int`, `max`, `min`, `range`, and of `math.frexp`, `math.ldexp` and `math.sqrt`. Anything else is refused, with
-its place. What Python and this do alike: each float operation is one operation of IEEE 754, in the order written
-(expressions of constants are evaluated by Python itself); division and shifts of integers round down; a tuple's parts
-are evaluated before any is assigned. What differs: integers have 64 bits; where Python would raise (division by
-zero, the root of a negative number, an overflow), IEEE 754 says what comes out; indices are not checked.
+The part: numbers (float64, int64, bool), columns, which are pointers into arrays, and tuples of these, named ones too;
+arithmetic, comparisons, `if`, `while`, `for` over `range` or a tuple; calls of other such functions, of a unit, of
+`abs`, `bool`, `float`, `int`, `max`, `min`, `range`, of `math.frexp`, `math.ldexp` and `math.sqrt`, and of
+`carom.physics.compilation.prefetch`. Anything else is refused, with its place.
+
+What Python and this do alike: each float operation is one operation of IEEE 754, in the order written (expressions of
+constants are evaluated by Python itself); division and shifts of integers round down; a tuple's parts are evaluated
+before any is assigned. What differs: integers have 64 bits; where Python would raise (division by zero, the root of a
+negative number, an overflow), IEEE 754 says what comes out; indices are not checked.
 
 A function is translated once for each combination of argument types. A variable has one type; integers become floats
 where the other branch, or an earlier assignment, is one.
@@ -30,6 +32,7 @@ _PRELUDE = """\
 declare double @llvm.fabs.f64(double)
 declare double @llvm.sqrt.f64(double)
 declare i64 @llvm.abs.i64(i64, i1)
+declare void @llvm.prefetch.p0(ptr, i32, i32, i32)
 @llvm.compiler.used = appending global [1 x ptr] [ptr @memset]
 define internal ptr @memset(ptr %to, i32 %value, i64 %count) nounwind noinline "no-builtins" {
 entry:

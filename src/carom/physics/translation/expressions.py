@@ -9,6 +9,7 @@ import math
 import types
 from typing import TYPE_CHECKING, Any
 
+from carom.physics.compilation import prefetch
 from carom.physics.machine_code import pointer_name
 from carom.physics.translation.instructions import FOLD, Instructions
 from carom.physics.translation.values import (
@@ -74,6 +75,10 @@ class Expressions(Instructions):
         return value
 
     def _value_attribute(self, node: ast.Attribute) -> Any:
+        if isinstance(node.value, ast.Name) and node.value.id in self._slots:  # a part of a tuple, by its name
+            slot = self._slots[node.value.id]
+            if node.attr in getattr(slot, "_fields", ()):
+                return self._loaded(getattr(slot, node.attr))
         value = self._callee(node)
         if not isinstance(value, float):
             raise self._refused(node, ast.unparse(node))
@@ -205,6 +210,12 @@ class Expressions(Instructions):
         name = getattr(callee, "__name__", "")
         if isinstance(node.func, ast.Name) and node.func.id in self._module.linked:
             return self._call_external(node, self._module.linked[node.func.id], arguments)
+        if callee is prefetch:
+            return self._prefetch(node, *arguments)
+        if isinstance(callee, type) and issubclass(callee, tuple) and hasattr(callee, "_fields"):
+            if len(callee._fields) != len(arguments):
+                raise self._refused(node, f"a {name} of {len(arguments)} parts")
+            return callee(*arguments)
         if isinstance(callee, types.FunctionType) and callee.__module__.startswith("carom."):
             done = self._module.translated(callee, tuple(shape_of(argument) for argument in arguments))
             leaves = [self._converted(node, leaf, shape_of(leaf)) for leaf in flat(tuple(arguments))]
@@ -237,6 +248,11 @@ class Expressions(Instructions):
             [self._emit(kind, f"extractvalue {whole.kind} {whole.text}, {k}") for k, kind in enumerate(flat(shape))]
         )
         return rebuilt(shape, parts)
+
+    def _prefetch(self, node: ast.AST, column: Any, index: Any) -> None:
+        _, address = self._element(node, column, index)
+        # To be read, into all levels of the cache, of data.
+        self._emit_plain(f"call void @llvm.prefetch.p0(ptr {address}, i32 0, i32 3, i32 1)")
 
     def _call_abs(self, node: ast.Call, value: Any) -> Any:
         if isinstance(value, bool | int | float):

@@ -18,6 +18,7 @@ from carom.physics.translation.values import (
     flat,
     llvm_type,
     shape_of,
+    tuple_like,
 )
 
 if TYPE_CHECKING:
@@ -111,7 +112,7 @@ class Instructions:
     def _common(self, node: ast.AST, one: Any, other: Any) -> Any:
         """Return the type that holds values of two types."""
         if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):
-            return tuple(self._common(node, a, b) for a, b in zip(one, other, strict=True))
+            return tuple_like(one, (self._common(node, a, b) for a, b in zip(one, other, strict=True)))
         if one in WIDENS and other in WIDENS:
             return max(one, other, key=WIDENS.index)
         if one != other:
@@ -123,7 +124,7 @@ class Instructions:
         if isinstance(shape, tuple):
             if not isinstance(value, tuple) or len(value) != len(shape):
                 raise self._refused(node, f"{shape_of(value)} in place of {shape}")
-            return tuple(self._converted(node, v, s) for v, s in zip(value, shape, strict=True))
+            return tuple_like(shape, (self._converted(node, v, s) for v, s in zip(value, shape, strict=True)))
         kind = shape_of(value)
         if kind != shape and (kind not in WIDENS or self._common(node, kind, shape) != shape):
             raise self._refused(node, f"{kind} in place of {shape}")
@@ -155,14 +156,14 @@ class Instructions:
 
     def _new_slot(self, shape: Any) -> Any:
         if isinstance(shape, tuple):
-            return tuple(self._new_slot(part) for part in shape)
+            return tuple_like(shape, map(self._new_slot, shape))
         self._count += 1
         self._entry.append(f"%s{self._count} = alloca {llvm_type(shape)}")
         return Value(shape, f"%s{self._count}")
 
     def _loaded(self, slot: Any) -> Any:
         if isinstance(slot, tuple):
-            return tuple(self._loaded(part) for part in slot)
+            return tuple_like(slot, map(self._loaded, slot))
         return self._emit(slot.kind, f"load {llvm_type(slot.kind)}, ptr {slot.text}")
 
     def _element(self, node: ast.AST, column: Any, index: Any) -> tuple[str, str]:

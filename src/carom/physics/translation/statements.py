@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.physics.translation.expressions import Expressions
 from carom.physics.translation.syntax import syntax_of
-from carom.physics.translation.values import BOOL, INT, Value, flat, llvm_type, result_type, shape_of
+from carom.physics.translation.values import BOOL, INT, Value, flat, llvm_type, result_type, shape_of, tuple_like
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,7 +50,7 @@ class Function(Expressions):
 
     def _parameter(self, shape: Any) -> Any:
         if isinstance(shape, tuple):
-            return tuple(self._parameter(part) for part in shape)
+            return tuple_like(shape, map(self._parameter, shape))
         self._leaves.append(Value(shape, f"%p{len(self._leaves)}"))
         return self._leaves[-1]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from carom.errors import CaromError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterable, Iterator
 
 __all__ = [
     "BOOL",
@@ -26,6 +26,7 @@ __all__ = [
     "rebuilt",
     "result_type",
     "shape_of",
+    "tuple_like",
 ]
 
 # Types: three of LLVM's, pointers ("float64*" and so on), and tuples of types.
@@ -73,10 +74,16 @@ class Translated:
 def shape_of(value: Any) -> Any:
     """Return the type of a value."""
     if isinstance(value, tuple):
-        return tuple(shape_of(part) for part in value)
+        return tuple_like(value, map(shape_of, value))
     if isinstance(value, Value):
         return value.kind
     return BOOL if isinstance(value, bool) else INT if isinstance(value, int) else FLOAT
+
+
+def tuple_like(whole: tuple[Any, ...], parts: Iterable[Any]) -> tuple[Any, ...]:
+    """Return a tuple of parts, with the names that those of another tuple have."""
+    make: Callable[[Iterable[Any]], tuple[Any, ...]] = getattr(whole, "_make", tuple)
+    return make(parts)
 
 
 def flat(value: Any) -> Iterator[Any]:
@@ -90,7 +97,7 @@ def flat(value: Any) -> Iterator[Any]:
 
 def rebuilt(shape: Any, leaves: Iterator[Value]) -> Any:
     """Undo `flat`."""
-    return tuple(rebuilt(part, leaves) for part in shape) if isinstance(shape, tuple) else next(leaves)
+    return tuple_like(shape, (rebuilt(part, leaves) for part in shape)) if isinstance(shape, tuple) else next(leaves)
 
 
 def llvm_type(kind: str) -> str:
