@@ -1,8 +1,8 @@
 """Speed and reach of certified runs on the hard-disc gas: ``python -m carom.bench.certified [--long]``.
 
 Times are of the processor, since the machine may be shared; replays at higher precision are part of them. Loading
-or compiling the bounds is not: a process does it once, and it is printed by itself. The horizon is the impact up to which
-float64 PIC agrees with the certified run.
+or compiling the bounds is not: a process does it once, and it is printed by itself. The horizon is the impact up to
+which float64 PIC agrees with the certified run.
 """
 
 from __future__ import annotations
