@@ -33,7 +33,8 @@ class Recipe:
     Attributes:
         function: The function. Its calls of other functions of Carom become calls of their compiled copies.
         result: Type of its result: "float64" or "int64".
-        arguments: Types of its arguments; "float64*" is a pointer into an array.
+        arguments: Types of its arguments; "float64*" is a pointer into an array. Arrays that are written to must not
+            overlap others.
         linked: Units that this one calls, by the names of their functions, instead of compiling their code into itself.
     """
 
