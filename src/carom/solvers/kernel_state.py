@@ -13,9 +13,12 @@ from carom.physics.wall_time import wall_time
 from carom.solvers import kernel
 from carom.solvers.cells import choose_grid, near_walls
 from carom.solvers.layout import (
+    BATCH,
     CAPACITY,
     CLOCKS,
+    FIELD,
     INVERSE_MASS,
+    LANES,
     LAST,
     NOBODY,
     OWN_TIME,
@@ -23,6 +26,7 @@ from carom.solvers.layout import (
     RADIUS,
     RECORD,
     ROW,
+    SLOTS,
     TALLIES,
     TIMES,
     VX,
@@ -46,6 +50,9 @@ __all__ = ["KernelState", "compiled_kernel"]
 
 _BODY = "float64*"
 
+#: Doubles of a vector register (256 bits): compiled, a scan bounds so many pairs at a time.
+_LANES = 4
+
 
 def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
     """Return `carom.solvers.kernel.run` compiled; the solutions of a pair and of a wall are units of their own.
@@ -63,8 +70,10 @@ def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_t
 _TYPES = {
     "body": np.float64,
     "link": np.int32,
+    "cells": np.int32,
+    "nearby": np.int32,
+    "field": np.float64,
     "walls": np.float64,
-    "heads": np.int32,
     "near_wall": np.uint8,
     "times": np.float64,
     "tree": np.float64,
@@ -83,8 +92,10 @@ class KernelState:
     Attributes:
         body: Paths; the state proper. So are `link`'s impact counts, `clock` and `tally`; the rest follows from them.
         link: Cells and predictions.
+        cells: Which discs are in each cell.
+        nearby: Scratch of a scan; so is `field`.
+        field: See `nearby`.
         walls: Four floats a wall.
-        heads: First disc of each cell.
         near_wall: Which walls are near each cell.
         times: Predicted impact and exit of each disc.
         tree: Tournament tree of the lesser of the two.
@@ -97,8 +108,10 @@ class KernelState:
 
     body: Column
     link: Column
+    cells: Column
+    nearby: Column
+    field: Column
     walls: Column
-    heads: Column
     near_wall: Column
     times: Column
     tree: Column
@@ -146,8 +159,10 @@ class KernelState:
         return cls(
             body,
             link.ravel(),
+            np.full(size * SLOTS + n, NOBODY, np.int32),
+            np.zeros(BATCH, np.int32),
+            _cache_lines(FIELD),
             np.array(start.walls, np.float64).ravel(),
-            np.full(size + n, NOBODY, np.int32),
             near,
             np.full(n * TIMES, math.inf),
             tree,
@@ -155,7 +170,10 @@ class KernelState:
             np.zeros(CLOCKS),
             np.zeros(TALLIES, np.int64),
             np.array([start.restitution, start.wall_restitution, contact_duration_s, *grid[:3], *window]),
-            np.array([n, len(start.walls), *grid[3:], grid[3] + 2, size, 0, len(levels) - 1, *levels], np.int64),
+            np.array(
+                [n, len(start.walls), *grid[3:], grid[3] + 2, size * SLOTS, 0, _LANES, len(levels) - 1, *levels],
+                np.int64,
+            ),
         )
 
     def as_lists(self) -> KernelState:
@@ -175,6 +193,7 @@ class KernelState:
     def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
         """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
         self.size[CAPACITY] = len(records) // RECORD
+        self.size[LANES] = 1 if compiled is None else _LANES
         columns = [getattr(self, name) for name in _TYPES]
         if compiled is None:
             plain: Any = kernel.run
