@@ -12,8 +12,8 @@ from carom.solvers.layout import (
     DISCS,
     EPOCH,
     EPOCH_REST,
-    INVERSE_MASS,
     LAST,
+    MOVES,
     NOBODY,
     NORMAL_X,
     NORMAL_Y,
@@ -74,7 +74,7 @@ def note_instant(s: Columns, time: float) -> None:
 def restitution_now(s: Columns, i: int, time: float, restitution: float) -> float:
     """Return the restitution of an impact of disc `i` at `time`: 1 so soon after its last that they are one contact."""
     body, a = s.body, i * ROW
-    if body[a + INVERSE_MASS] > 0.0 and s.link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < s.law[CONTACT_TIME]:
+    if s.link[a + MOVES] != 0 and s.link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < s.law[CONTACT_TIME]:
         return 1.0
     return restitution
 
@@ -142,13 +142,13 @@ def collide_pair(s: Columns, i: int, j: int, time: float, keep: bool) -> None:
     restitution = restitution_now(s, i, time, s.law[RESTITUTION])
     restitution = restitution_now(s, j, time, restitution)
     # An immovable disc stands where it stood at the start: moving it on would change nothing but its own time.
-    if body[a + INVERSE_MASS] > 0.0:
+    if link[a + MOVES] != 0:
         move(body, i, time)
-    if body[o + INVERSE_MASS] > 0.0:
+    if link[o + MOVES] != 0:
         move(body, j, time)
     dx, dy = body[o + X] - body[a + X], body[o + Y] - body[a + Y]
     before = (body[a + VX], body[a + VY], body[o + VX], body[o + VY])
-    inverse_1, inverse_2 = body[a + INVERSE_MASS], body[o + INVERSE_MASS]
+    inverse_1, inverse_2 = s.inverse_mass[i], s.inverse_mass[j]
     push = pair_push(dx, dy, before[2] - before[0], before[3] - before[1], inverse_1 + inverse_2, restitution)
     body[a + VX] += push * inverse_1 * dx
     body[a + VY] += push * inverse_1 * dy

@@ -40,13 +40,13 @@ from carom.solvers.layout import (
     EXIT,
     FULL,
     GUESSED,
-    INVERSE_MASS,
     KEEP_FROM,
     KEEP_TO,
     LATER,
     LEAVE,
     LEAVES,
     LIMIT,
+    MOVES,
     NOBODY,
     NOW,
     OWN_TIME,
@@ -61,7 +61,6 @@ from carom.solvers.layout import (
     STANDSTILL,
     STRIDE,
     TIES,
-    TIMES,
     TOTAL,
     VERSION,
     WALL,
@@ -100,7 +99,7 @@ def new_epoch(s: Columns) -> None:
     body, clock = s.body, s.clock
     now = clock[NOW]
     for i in range(s.size[DISCS]):
-        if body[i * ROW + INVERSE_MASS] > 0.0:
+        if s.link[i * ROW + MOVES] != 0:
             move(body, i, now)
         body[i * ROW + OWN_TIME] = 0.0
     # The epoch is a pair of floats: what the first loses by rounding, the second keeps.
@@ -115,8 +114,8 @@ def new_epoch(s: Columns) -> None:
 
 def next_step(s: Columns, i: int) -> int:
     """Return what the next event of disc `i` asks for: LEAVES, GUESSED, BOUNDED or CERTAIN."""
-    link, times = s.link, s.times
-    a, pair, leave = i * ROW, times[i * TIMES + PAIR], times[i * TIMES + LEAVE]
+    body, link = s.body, s.link
+    a, pair, leave = i * ROW, body[i * ROW + PAIR], body[i * ROW + LEAVE]
     if leave <= pair:
         if link[a + EXIT] < WALL:
             return LEAVES
@@ -130,26 +129,26 @@ def next_step(s: Columns, i: int) -> int:
 def solve(s: Columns, i: int) -> None:
     """Replace the bound on the next impact of disc `i` by its time."""
     s.link[i * ROW + EXACT] = 1
-    s.times[i * TIMES + PAIR] = pair_event_time(s.body, i, index(s.link[i * ROW + PARTNER]))
+    s.body[i * ROW + PAIR] = pair_event_time(s.body, i, index(s.link[i * ROW + PARTNER]))
 
 
 def impact_of(s: Columns, i: int, time: float) -> tuple[int, int]:
     """Return the first in order of the impacts that disc `i` holds at `time`, as first and second body."""
-    link, times = s.link, s.times
+    body, link = s.body, s.link
     first, second = i, i
-    if times[i * TIMES + PAIR] == time:
+    if body[i * ROW + PAIR] == time:
         partner = index(link[i * ROW + PARTNER])
         first, second = (i, partner) if i < partner else (partner, i)
-    if times[i * TIMES + LEAVE] == time and first == i:
+    if body[i * ROW + LEAVE] == time and first == i:
         second = -1 - (index(link[i * ROW + EXIT]) - WALL)
     return first, second
 
 
 def same_impact(s: Columns, i: int, time: float) -> int:
     """Return the disc whose next event is the same impact as that of disc `i` at `time`: the partner, or `i` itself."""
-    link, times = s.link, s.times
+    body, link = s.body, s.link
     j = index(link[i * ROW + PARTNER])
-    if j == NOBODY or times[i * TIMES + PAIR] != time or times[j * TIMES + LEAVE] <= time:
+    if j == NOBODY or body[i * ROW + PAIR] != time or body[j * ROW + LEAVE] <= time:
         return i
     same = link[j * ROW + PARTNER] == i and link[j * ROW + PARTNER_VERSION] == link[i * ROW + VERSION]
     return j if same else i
@@ -182,7 +181,7 @@ def run(
     field: Column,
     walls: Column,
     near_wall: Column,
-    times: Column,
+    inverse_mass: Column,
     tree: Column,
     winner: Column,
     clock: Column,
@@ -205,7 +204,7 @@ def run(
         field: See `body`.
         walls: See `body`.
         near_wall: See `body`.
-        times: See `body`.
+        inverse_mass: See `body`.
         tree: See `body`.
         winner: See `body`.
         clock: See `body`.
@@ -221,7 +220,7 @@ def run(
         STANDSTILL.
     """
     s = Columns(
-        body, link, cells, nearby, field, walls, near_wall, times, tree, winner, clock, tally, law, size, records
+        body, link, cells, nearby, field, walls, near_wall, inverse_mass, tree, winner, clock, tally, law, size, records
     )
     discs, stride, capacity = index(size[DISCS]), index(size[STRIDE]), size[CAPACITY]
     bodies = discs + size[WALLS]
@@ -247,7 +246,7 @@ def run(
                 solve(s, i)
                 step = CERTAIN
             if step == CERTAIN:
-                time = lesser(times[i * TIMES + PAIR], times[i * TIMES + LEAVE])
+                time = lesser(body[i * ROW + PAIR], body[i * ROW + LEAVE])
                 # Mostly it is the next of all by far; then its disc is predicted anew: no need to tell the tree first.
                 if not time < least_other(s, i, same_impact(s, i, time)):
                     step = LATER
@@ -288,7 +287,7 @@ def run(
         for k in range(2):
             changed = i if k == 0 else j
             # A disc that never moves need not look for those that meet it: they see it.
-            if changed < 0 or body[changed * ROW + INVERSE_MASS] == 0.0:
+            if changed < 0 or link[changed * ROW + MOVES] == 0:
                 continue
             if step != LATER:
                 low, high, partner = math.inf, math.inf, NOBODY
@@ -304,7 +303,7 @@ def run(
                     store(s, changed, low, high, found)
                 if step != GUESSED:
                     next_exit(s, changed)
-            set_time(s, changed, lesser(times[changed * TIMES + PAIR], times[changed * TIMES + LEAVE]))
+            set_time(s, changed, lesser(body[changed * ROW + PAIR], body[changed * ROW + LEAVE]))
 
 
 #: Called at one place, or so short that it costs less than a call.

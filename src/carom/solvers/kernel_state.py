@@ -17,18 +17,19 @@ from carom.solvers.layout import (
     CAPACITY,
     CLOCKS,
     FIELD,
-    INVERSE_MASS,
     LANES,
     LAST,
+    LEAVE,
+    MOVES,
     NOBODY,
     OWN_TIME,
+    PAIR,
     PARTNER,
     RADIUS,
     RECORD,
     ROW,
     SLOTS,
     TALLIES,
-    TIMES,
     VX,
     VY,
     X,
@@ -75,7 +76,7 @@ _TYPES = {
     "field": np.float64,
     "walls": np.float64,
     "near_wall": np.uint8,
-    "times": np.float64,
+    "inverse_mass": np.float64,
     "tree": np.float64,
     "winner": np.int32,
     "clock": np.float64,
@@ -97,8 +98,8 @@ class KernelState:
         field: See `nearby`.
         walls: Four floats a wall.
         near_wall: Which walls are near each cell.
-        times: Predicted impact and exit of each disc.
-        tree: Tournament tree of the lesser of the two.
+        inverse_mass: 1/kg, 0 for a disc that never moves.
+        tree: Tournament tree of the earliest predicted time of each disc.
         winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
@@ -113,7 +114,7 @@ class KernelState:
     field: Column
     walls: Column
     near_wall: Column
-    times: Column
+    inverse_mass: Column
     tree: Column
     winner: Column
     clock: Column
@@ -144,9 +145,10 @@ class KernelState:
         rows[:, VX : VY + 1] = start.velocity_m_s
         rows[:, OWN_TIME] = 0.0
         rows[:, RADIUS] = start.radius_m
-        rows[:, INVERSE_MASS] = 1.0 / start.mass_kg
+        rows[:, PAIR] = rows[:, LEAVE] = math.inf
         link = np.zeros((n, ROW), np.int32)
         link[:, PARTNER] = link[:, LAST] = NOBODY
+        link[:, MOVES] = np.isfinite(start.mass_kg)
         low, high = start.position_m.min(axis=0), start.position_m.max(axis=0)
         grid = choose_grid(
             (float(low[0]), float(low[1])), (float(high[0]), float(high[1])), start.largest_reach, n, wider
@@ -164,7 +166,7 @@ class KernelState:
             _cache_lines(FIELD),
             np.array(start.walls, np.float64).ravel(),
             near,
-            np.full(n * TIMES, math.inf),
+            1.0 / start.mass_kg,
             tree,
             np.zeros(length, np.int32),
             np.zeros(CLOCKS),

@@ -26,7 +26,7 @@ class Columns(NamedTuple):
         field: Scratch: how these move relative to the one that looks, and bounds on when they meet.
         walls: A point and a normal each.
         near_wall: Which walls are near each cell.
-        times: When each disc meets another, and when it leaves its cell or meets a wall.
+        inverse_mass: 1/kg, 0 for a disc that never moves.
         tree: Tournament tree of the lesser of the two.
         winner: The disc that each least time in it belongs to.
         clock: Times.
@@ -43,7 +43,7 @@ class Columns(NamedTuple):
     field: Column
     walls: Column
     near_wall: Column
-    times: Column
+    inverse_mass: Column
     tree: Column
     winner: Column
     clock: Column
@@ -60,16 +60,17 @@ def index(number: int) -> int:
 
 ROW = 8  # floats of a disc in `body`, and integers of a disc in `link`
 
-# body: the path of a disc. Position is that at the disc's own time, the instant of its last impact.
-X, Y, VX, VY, OWN_TIME, RADIUS, INVERSE_MASS = range(7)
+# body: the path of a disc, and what is next on it. Position is that at the disc's own time, the instant of its last
+# impact. PAIR is when it next meets another disc, LEAVE when it leaves its cell or meets a wall.
+X, Y, VX, VY, OWN_TIME, RADIUS, PAIR, LEAVE = range(8)
 
 # link: where a disc stands, and what was predicted for it. CELL holds row and column, 16 bits each: taking them apart
 # again must not cost a division. VERSION counts the disc's impacts. LAST is the body that it met
-# last; walls are numbered on from the discs there.
-CELL, PARTNER, PARTNER_VERSION, EXACT, VERSION, EXIT, LAST = range(7)
+# last; walls are numbered on from the discs there. MOVES is 0 for a disc that never does.
+CELL, PARTNER, PARTNER_VERSION, EXACT, VERSION, EXIT, LAST, MOVES = range(8)
 
 # cells: room for four discs each. Where there are more, the last one, from CHAINED down, stands for a chain of discs.
-SLOTS = 4
+SLOTS = 2
 CHAINED = -2
 
 # field: what a scan knows of up to BATCH discs, one after another: place and velocity relative to the disc that looks,
@@ -77,10 +78,6 @@ CHAINED = -2
 BATCH = 64
 DX, DY, UX, UY, REACH, START, LOW, HIGH = range(0, 8 * BATCH, BATCH)
 FIELD = 8 * BATCH
-
-# times: two a disc, of its next impact with another, and of its leaving its cell or meeting a wall.
-PAIR, LEAVE = range(2)
-TIMES = 2
 
 NOBODY = -1  # no partner, no neighbour in the list, no impact yet
 

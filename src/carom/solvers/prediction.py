@@ -33,13 +33,13 @@ from carom.solvers.layout import (
     EXACT,
     EXIT,
     HIGH,
-    INVERSE_MASS,
     LANES,
     LAST,
     LAST_BIT,
     LEAVE,
     LEFT,
     LOW,
+    MOVES,
     NOBODY,
     NORMAL_X,
     NORMAL_Y,
@@ -56,7 +56,6 @@ from carom.solvers.layout import (
     SLOTS,
     START,
     STRIDE,
-    TIMES,
     UX,
     UY,
     VERSION,
@@ -86,15 +85,13 @@ _TERM_ERROR = 2.0**24
 
 
 def pair_event_time(body: Column, i: int, j: int) -> float:
-    """Return the time at which discs `i` and `j` meet on their present paths, infinity for never."""
+    """Return the time at which discs `i` and `j` meet on their present paths, infinity for never; not both stand still."""
     a, o = (i * ROW, j * ROW) if i < j else (j * ROW, i * ROW)
     start = body[a + OWN_TIME] if body[a + OWN_TIME] > body[o + OWN_TIME] else body[o + OWN_TIME]
     wait, other_wait = start - body[a + OWN_TIME], start - body[o + OWN_TIME]
     ax, ay = body[a + X] + body[a + VX] * wait, body[a + Y] + body[a + VY] * wait
     ox, oy = body[o + X] + body[o + VX] * other_wait, body[o + Y] + body[o + VY] * other_wait
     avx, avy, ovx, ovy = body[a + VX], body[a + VY], body[o + VX], body[o + VY]
-    if body[a + INVERSE_MASS] == 0.0 and body[o + INVERSE_MASS] == 0.0:
-        return math.inf
     b, b_error = approach(ox - ax, oy - ay, ovx - avx, ovy - avy)
     if b > b_error:
         return math.inf
@@ -114,7 +111,7 @@ def has_just_met(s: Columns, i: int) -> int:
     last = index(s.link[i * ROW + LAST])
     if last == NOBODY or last >= s.size[DISCS]:
         return NOBODY
-    return last if s.body[last * ROW + INVERSE_MASS] == 0.0 or s.link[last * ROW + LAST] == i else NOBODY
+    return last if s.link[last * ROW + MOVES] == 0 or s.link[last * ROW + LAST] == i else NOBODY
 
 
 def keep_approaching(s: Columns, i: int, met: int, count: int) -> int:
@@ -273,7 +270,7 @@ def crowd(
 
 def expected(s: Columns, i: int) -> Candidate:
     """Return bounds on the time of the impact that is stored for disc `i`, and its partner."""
-    low = high = s.times[i * TIMES + PAIR]
+    low = high = s.body[i * ROW + PAIR]
     if s.link[i * ROW + EXACT] == 0:
         # A lower bound is stored, which is `_ROOT_ERROR` of the wait too low at most, or tells nothing.
         high = low * (1.0 + 4.0 * _ROOT_ERROR) if low >= 0.0 else math.inf
@@ -283,7 +280,7 @@ def expected(s: Columns, i: int) -> Candidate:
 def store(s: Columns, i: int, low: float, high: float, partner: int) -> None:
     """Store the next impact of disc `i` under the lower bound of its time, which is exact where both are the same."""
     link = s.link
-    s.times[i * TIMES + PAIR] = low
+    s.body[i * ROW + PAIR] = low
     link[i * ROW + PARTNER] = partner
     link[i * ROW + EXACT] = 1 if low == high else 0
     if partner != NOBODY:
@@ -311,7 +308,7 @@ def next_exit(s: Columns, i: int) -> None:
         along = math.inf
     wait, kind = (along, DOWN + up) if along < across else (across, LEFT + right)
     near = int(s.near_wall[(row + 1) * size[STRIDE] + column + 1])
-    if near != 0 and body[a + INVERSE_MASS] > 0.0:
+    if near != 0 and link[a + MOVES] != 0:
         radius = body[a + RADIUS]
         for k in range(size[WALLS]):
             if near >> (k if k < LAST_BIT else LAST_BIT) & 1 == 0:
@@ -330,7 +327,7 @@ def next_exit(s: Columns, i: int) -> None:
             meet = wall_time(x, y, vx, vy, radius, walls[w + POINT_X], walls[w + POINT_Y], mx, my)
             if meet < wait or (meet == wait and kind >= WALL):
                 wait, kind = meet, WALL + k
-    s.times[i * TIMES + LEAVE] = body[a + OWN_TIME] + wait
+    s.body[i * ROW + LEAVE] = body[a + OWN_TIME] + wait
     link[a + EXIT] = kind
 
 
