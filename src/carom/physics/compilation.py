@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from types import FunctionType
 from typing import Any
 
-__all__ = ["Unit", "addresses", "compiled_unit", "numba_installed"]
+__all__ = ["Unit", "addresses", "compiled_unit", "numba_installed", "prefetch"]
 
 Unit = Any  # numba's CFunc: `ctypes` calls it from Python, `address` is what other units call
 
@@ -66,7 +66,9 @@ def compiled_unit(
     for callee in _callees_first(function, set(done)):
         inline = callee in getattr(sys.modules[callee.__module__], "INLINE", ())
         digest.update(_identity(callee) + bytes([inline]))
-        if callee is not function:
+        if callee.__name__ == "prefetch":
+            done["prefetch"] = _prefetch()
+        elif callee is not function:
             shared = _compiled_before if external.keys().isdisjoint(_called(callee)) else {}
             if callee not in shared:
                 # Nobody but other compiled code calls it: no need for the way in from Python or C.
@@ -82,6 +84,34 @@ def compiled_unit(
 
 #: Functions that call nothing of another unit, and so can stand in several.
 _compiled_before: dict[Any, Any] = {}
+
+
+def prefetch(column: Any, place: int) -> None:
+    """Ask for the cache line of a place in an array before it is needed; plain Python has no use for that."""
+
+
+@functools.cache
+def _prefetch() -> Any:
+    """Return what stands in for `prefetch` in compiled code: the processor's own instruction."""
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def typed(_: Any, pointer: Any, place: Any) -> Any:
+        def generate(context: Any, builder: Any, __: Any, arguments: Any) -> Any:
+            line = builder.bitcast(builder.gep(arguments[0], [arguments[1]]), ir.IntType(8).as_pointer())
+            number = ir.IntType(32)
+            kind = ir.FunctionType(ir.VoidType(), [line.type, number, number, number])
+            called = builder.module.globals.get("llvm.prefetch.p0") or ir.Function(
+                builder.module, kind, "llvm.prefetch.p0"
+            )
+            # To be read, into all levels of the cache, of data.
+            builder.call(called, [line, number(0), number(3), number(1)])
+            return context.get_dummy_value()
+
+        return types.void(pointer, place), generate
+
+    return intrinsic(typed)
 
 
 def addresses(*arrays: Any) -> list[Any]:

@@ -21,6 +21,7 @@ from carom.physics.double_double import two_sum
 from carom.solvers.cells import change_cell, insert_all
 from carom.solvers.collision import collide_pair, collide_wall, move, reported_time
 from carom.solvers.layout import (
+    AHEAD,
     ANEW,
     AT_INSTANT,
     BOUNDED,
@@ -68,6 +69,7 @@ from carom.solvers.layout import (
     Columns,
     index,
 )
+from carom.solvers.lookahead import fetch_disc, fetch_surroundings, runner_up
 from carom.solvers.prediction import expected, find_earliest, next_exit, pair_event_time, store
 from carom.solvers.tournament import earliest, least_other, lesser, next_at, set_time
 
@@ -230,7 +232,7 @@ def run(
             return STANDSTILL
         # Which discs' futures change, and how. That of a disc that leaves its cell hangs on three more cells.
         i, j, step = NOBODY, NOBODY, ANEW
-        edge, across = 0, 0
+        edge, across, ahead = 0, 0, NOBODY
         if tally[READY] < discs:
             if tally[READY] == 0:
                 insert_all(s)
@@ -241,6 +243,9 @@ def run(
             time = tree[i]
             if not time < math.inf or reported_time(clock, time) > until:
                 return DONE
+            if size[AHEAD] != 0:
+                ahead = runner_up(s, i)
+                fetch_disc(s, ahead)
             step = next_step(s, i)
             if step == BOUNDED:
                 solve(s, i)
@@ -303,6 +308,8 @@ def run(
                     store(s, changed, low, high, found)
                 if step != GUESSED:
                     next_exit(s, changed)
+                if k == 0 and ahead != NOBODY:
+                    fetch_surroundings(s, ahead)
             set_time(s, changed, lesser(body[changed * ROW + PAIR], body[changed * ROW + LEAVE]))
 
 

@@ -54,6 +54,9 @@ _BODY = "float64*"
 #: Doubles of a vector register (256 bits): compiled, a scan bounds so many pairs at a time.
 _LANES = 4
 
+#: Discs from which it pays to look ahead: their columns no longer fit into a cache.
+_AHEAD_FROM = 4096
+
 
 def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
     """Return `carom.solvers.kernel.run` compiled; the solutions of a pair and of a wall are units of their own.
@@ -173,7 +176,18 @@ class KernelState:
             np.zeros(TALLIES, np.int64),
             np.array([start.restitution, start.wall_restitution, contact_duration_s, *grid[:3], *window]),
             np.array(
-                [n, len(start.walls), *grid[3:], grid[3] + 2, size * SLOTS, 0, _LANES, len(levels) - 1, *levels],
+                [
+                    n,
+                    len(start.walls),
+                    *grid[3:],
+                    grid[3] + 2,
+                    size * SLOTS,
+                    0,
+                    _LANES,
+                    int(n >= _AHEAD_FROM),
+                    len(levels) - 1,
+                    *levels,
+                ],
                 np.int64,
             ),
         )

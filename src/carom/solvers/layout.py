@@ -103,7 +103,7 @@ RESTITUTION, WALL_RESTITUTION, CONTACT_TIME, CORNER_X, CORNER_Y, WIDTH, KEEP_FRO
 
 # size: how much there is of everything; LANES is of how many numbers a scan computes at a time; from OFFSET on, where
 # each level of the tree begins.
-DISCS, WALLS, COLUMNS, ROWS, STRIDE, CHAINS, CAPACITY, LANES, TOP, OFFSET = range(10)
+DISCS, WALLS, COLUMNS, ROWS, STRIDE, CHAINS, CAPACITY, LANES, AHEAD, TOP, OFFSET = range(11)
 
 # tally: work counts, and the counts by which a run is judged.
 (

@@ -1,0 +1,70 @@
+"""What the event-driven kernel will need soon: asked for while it is still busy with something else.
+
+With many discs nearly all that an event needs is far away in memory, and each piece says only where the next one is: the
+disc, then its partner and its cells, then the discs in these. While one event is dealt with, what the next one will
+need is fetched, as far as it can be known. No result depends on it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from carom.physics.compilation import prefetch
+from carom.solvers.layout import (
+    CELL,
+    COLUMN_BITS,
+    COLUMN_MASK,
+    NOBODY,
+    OFFSET,
+    PARTNER,
+    ROW,
+    SLOTS,
+    STRIDE,
+    TOP,
+    index,
+)
+from carom.solvers.tournament import least_sibling
+
+if TYPE_CHECKING:
+    from carom.solvers.layout import Columns
+
+__all__ = ["INLINE", "fetch_disc", "fetch_surroundings", "runner_up"]
+
+
+def runner_up(s: Columns, i: int) -> int:
+    """Return the disc that is likely to come next after disc `i`, the earliest: the tree's last two levels tell."""
+    tree, winner, size = s.tree, s.winner, s.size
+    last = size[TOP] - 1
+    upper, lower = size[OFFSET + last], size[OFFSET + last - 1]
+    time, place = least_sibling(tree, upper, i >> 3 * last)
+    other_time, other_place = least_sibling(tree, lower, i >> 3 * (last - 1))
+    return index(winner[upper + place] if time < other_time else winner[lower + other_place])
+
+
+def fetch_disc(s: Columns, i: int) -> None:
+    """Fetch the rows of disc `i`."""
+    prefetch(s.body, i * ROW)
+    prefetch(s.link, i * ROW)
+    prefetch(s.tree, i)
+    prefetch(s.tree, s.size[OFFSET + 1] + (i >> 3))
+    prefetch(s.winner, s.size[OFFSET + 1] + (i >> 3))
+
+
+def fetch_surroundings(s: Columns, i: int) -> None:
+    """Fetch the rows of the partner of disc `i`, and the cells around."""
+    place, partner = index(s.link[i * ROW + CELL]), index(s.link[i * ROW + PARTNER])
+    row, column, stride = place >> COLUMN_BITS, place & COLUMN_MASK, s.size[STRIDE]
+    if partner != NOBODY:
+        prefetch(s.body, partner * ROW)
+        prefetch(s.link, partner * ROW)
+        prefetch(s.tree, partner)
+        prefetch(s.inverse_mass, partner)
+    prefetch(s.inverse_mass, i)
+    for k in range(3):
+        line = ((row + k - 1) * stride + column) * SLOTS
+        prefetch(s.cells, line - SLOTS)
+        prefetch(s.cells, line + 2 * SLOTS - 1)
+
+
+#: Called at one place.
+INLINE = (runner_up, fetch_disc, fetch_surroundings)
