@@ -69,7 +69,7 @@ from carom.solvers.layout import (
     Columns,
     index,
 )
-from carom.solvers.lookahead import fetch_disc, fetch_surroundings, runner_up
+from carom.solvers.lookahead import fetch_disc, fetch_neighbours, fetch_surroundings, runner_up
 from carom.solvers.prediction import expected, find_earliest, next_exit, pair_event_time, store
 from carom.solvers.tournament import earliest, least_other, lesser, next_at, set_time
 
@@ -311,6 +311,8 @@ def run(
                 if k == 0 and ahead != NOBODY:
                     fetch_surroundings(s, ahead)
             set_time(s, changed, lesser(body[changed * ROW + PAIR], body[changed * ROW + LEAVE]))
+        if ahead != NOBODY:
+            fetch_neighbours(s, ahead)
 
 
 #: Called at one place, or so short that it costs less than a call.

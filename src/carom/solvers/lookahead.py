@@ -28,7 +28,7 @@ from carom.solvers.tournament import least_sibling
 if TYPE_CHECKING:
     from carom.solvers.layout import Columns
 
-__all__ = ["INLINE", "fetch_disc", "fetch_surroundings", "runner_up"]
+__all__ = ["INLINE", "fetch_disc", "fetch_neighbours", "fetch_surroundings", "runner_up"]
 
 
 def runner_up(s: Columns, i: int) -> int:
@@ -66,5 +66,16 @@ def fetch_surroundings(s: Columns, i: int) -> None:
         prefetch(s.cells, line + 2 * SLOTS - 1)
 
 
+def fetch_neighbours(s: Columns, i: int) -> None:
+    """Fetch the rows of the discs in the cells around disc `i`."""
+    place, stride = index(s.link[i * ROW + CELL]), s.size[STRIDE]
+    corner = ((place >> COLUMN_BITS) - 1) * stride + (place & COLUMN_MASK) - 1
+    for line in range(3):
+        base = (corner + line * stride) * SLOTS
+        for k in range(3 * SLOTS):
+            j = index(s.cells[base + k])
+            prefetch(s.body, (j if j > 0 else 0) * ROW)
+
+
 #: Called at one place.
-INLINE = (runner_up, fetch_disc, fetch_surroundings)
+INLINE = (runner_up, fetch_disc, fetch_neighbours, fetch_surroundings)
