@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from carom.physics.compilation import prefetch
 from carom.solvers.layout import (
     CELL,
+    LAST,
     COLUMN_BITS,
     COLUMN_MASK,
     NOBODY,
@@ -52,14 +53,21 @@ def fetch_disc(s: Columns, i: int) -> None:
 
 def fetch_surroundings(s: Columns, i: int) -> None:
     """Fetch the rows of the partner of disc `i`, and the cells around."""
-    place, partner = index(s.link[i * ROW + CELL]), index(s.link[i * ROW + PARTNER])
-    row, column, stride = place >> COLUMN_BITS, place & COLUMN_MASK, s.size[STRIDE]
+    partner = index(s.link[i * ROW + PARTNER])
     if partner != NOBODY:
         prefetch(s.body, partner * ROW)
         prefetch(s.link, partner * ROW)
         prefetch(s.tree, partner)
         prefetch(s.inverse_mass, partner)
     prefetch(s.inverse_mass, i)
+    prefetch(s.link, index(s.link[i * ROW + LAST]) * ROW)
+    fetch_cells(s, i)
+
+
+def fetch_cells(s: Columns, i: int) -> None:
+    """Fetch the cells around disc `i`."""
+    place, stride = index(s.link[i * ROW + CELL]), s.size[STRIDE]
+    row, column = place >> COLUMN_BITS, place & COLUMN_MASK
     for k in range(3):
         line = ((row + k - 1) * stride + column) * SLOTS
         prefetch(s.cells, line - SLOTS)
@@ -75,7 +83,10 @@ def fetch_neighbours(s: Columns, i: int) -> None:
         for k in range(3 * SLOTS):
             j = index(s.cells[base + k])
             prefetch(s.body, (j if j > 0 else 0) * ROW)
+    partner = index(s.link[i * ROW + PARTNER])
+    if partner != NOBODY:
+        fetch_cells(s, partner)
 
 
 #: Called at one place.
-INLINE = (runner_up, fetch_disc, fetch_neighbours, fetch_surroundings)
+INLINE = (fetch_cells, runner_up, fetch_disc, fetch_neighbours, fetch_surroundings)
