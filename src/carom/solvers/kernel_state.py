@@ -51,6 +51,9 @@ __all__ = ["KernelState", "compiled_kernel"]
 
 _BODY = "float64*"
 
+#: Bytes of a cache line.
+_LINE = 64
+
 #: Doubles of a vector register (256 bits): compiled, a scan bounds so many pairs at a time.
 _LANES = 4
 
@@ -142,8 +145,7 @@ class KernelState:
             window: Impacts reported within these times are kept.
         """
         n = len(start)
-        body = _cache_lines(n * ROW)
-        rows = body.reshape(n, ROW)
+        rows = np.zeros((n, ROW))
         rows[:, X : Y + 1] = start.position_m
         rows[:, VX : VY + 1] = start.velocity_m_s
         rows[:, OWN_TIME] = 0.0
@@ -159,18 +161,16 @@ class KernelState:
         size = (grid[3] + 2) * (grid[4] + 2)
         near = near_walls(grid, start.walls, float(start.radius_m.max()))
         levels, length = level_offsets(n)
-        tree = _cache_lines(length)
-        tree[:] = math.inf
-        return cls(
-            body,
+        columns = cls(
+            rows.ravel(),
             link.ravel(),
             np.full(size * SLOTS + n, NOBODY, np.int32),
             np.zeros(BATCH, np.int32),
-            _cache_lines(FIELD),
+            np.zeros(FIELD),
             np.array(start.walls, np.float64).ravel(),
             near,
             1.0 / start.mass_kg,
-            tree,
+            np.full(length, math.inf),
             np.zeros(length, np.int32),
             np.zeros(CLOCKS),
             np.zeros(TALLIES, np.int64),
@@ -191,6 +191,7 @@ class KernelState:
                 np.int64,
             ),
         )
+        return columns.as_arrays()
 
     def as_lists(self) -> KernelState:
         """Return a copy on lists, for the plain kernel: Python reads a list many times faster than an array."""
@@ -198,12 +199,19 @@ class KernelState:
         return replace(self, **columns)
 
     def as_arrays(self) -> KernelState:
-        """Return a copy on arrays of the types that the compiled kernel takes."""
-        columns: dict[str, Any] = {name: np.array(getattr(self, name), kind) for name, kind in _TYPES.items()}
-        for name in ("body", "tree"):
-            aligned = _cache_lines(len(columns[name]))
-            aligned[:] = columns[name]
-            columns[name] = aligned
+        """Return a copy on arrays of the types that the compiled kernel takes.
+
+        They lie in one piece of memory, which a system gives large pages if it is large: so there are far fewer pages to
+        be looked up. Each begins at a cache line, so that a row of eight floats is one.
+        """
+        columns: dict[str, Any] = {name: np.asarray(getattr(self, name), kind) for name, kind in _TYPES.items()}
+        lines = {name: -(-column.nbytes // _LINE) for name, column in columns.items()}
+        room = np.empty((sum(lines.values()) + 1) * _LINE, np.uint8)
+        begin = -room.ctypes.data % _LINE
+        for name, column in columns.items():
+            columns[name] = room[begin : begin + column.nbytes].view(column.dtype)
+            columns[name][:] = column
+            begin += lines[name] * _LINE
         return replace(self, **columns)
 
     def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
@@ -224,10 +232,3 @@ class KernelState:
     def nbytes(self) -> int:
         """Bytes that the arrays take; 0 where they are lists."""
         return sum(getattr(getattr(self, name), "nbytes", 0) for name in _TYPES)
-
-
-def _cache_lines(length: int) -> NDArray[np.float64]:
-    """Return an array of zeros that begins at a cache line (64 bytes), so that a row of eight floats is one line."""
-    room = np.zeros(length + 8)
-    skip = (-room.ctypes.data % 64) // 8
-    return room[skip : skip + length]

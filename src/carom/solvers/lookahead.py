@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 from carom.physics.compilation import prefetch
 from carom.solvers.layout import (
     CELL,
-    LAST,
     COLUMN_BITS,
     COLUMN_MASK,
+    LAST,
     NOBODY,
     OFFSET,
     PARTNER,
