@@ -175,6 +175,60 @@ def first_in_order(s: Columns, least: float) -> int:
     return found
 
 
+def settle(s: Columns, i: int, step: int) -> tuple[int, int]:
+    """Make sure of the next event of disc `i`, an impact: that it is certain, and the next of all.
+
+    Args:
+        s: All columns.
+        i: The disc of the least time in the tree.
+        step: What its next event asks for: BOUNDED or CERTAIN.
+
+    Returns:
+        A disc, and what is to be done with it: CERTAIN where its impact is the next of all.
+    """
+    body, tree = s.body, s.tree
+    if step == BOUNDED:
+        solve(s, i)
+    time = lesser(body[i * ROW + PAIR], body[i * ROW + LEAVE])
+    # Mostly it is the next of all by far. Then its disc is predicted anew: no need to tell the tree of its time first.
+    if time < least_other(s, i, same_impact(s, i, time)):
+        return i, CERTAIN
+    if tree[i] != time:
+        return i, LATER
+    s.tally[TIES] += 1
+    i = first_in_order(s, time)
+    step = next_step(s, i)
+    if step != BOUNDED:
+        return i, step
+    solve(s, i)
+    return i, LATER
+
+
+def foresee(s: Columns, i: int, step: int, edge: int, across: int) -> None:
+    """Predict what is next for disc `i`.
+
+    Args:
+        s: All columns.
+        i: The disc, a movable one.
+        step: How its future has changed: ANEW, GUESSED (all impacts, but not its leaving its cell), or EDGE.
+        edge: First of three more cells to look at, where it is EDGE; `across` is the way from each to the next.
+        across: See `edge`.
+    """
+    low, high, partner = math.inf, math.inf, NOBODY
+    first, lines, to_line, to_cell = edge, 1, 0, across
+    if step == EDGE:
+        low, high, partner = expected(s, i)
+    else:
+        place, stride = index(s.link[i * ROW + CELL]), index(s.size[STRIDE])
+        first = ((place >> COLUMN_BITS) - 1) * stride + (place & COLUMN_MASK) - 1
+        lines, to_line, to_cell = 3, stride, 1
+    low, high, found = find_earliest(s, i, first, lines, to_line, to_cell, low, high, partner)
+    if step != EDGE or found != partner:
+        store(s, i, low, high, found)
+    if step != GUESSED:
+        next_exit(s, i)
+
+
 def run(
     body: Column,
     link: Column,
@@ -224,15 +278,14 @@ def run(
     s = Columns(
         body, link, cells, nearby, field, walls, near_wall, inverse_mass, tree, winner, clock, tally, law, size, records
     )
-    discs, stride, capacity = index(size[DISCS]), index(size[STRIDE]), size[CAPACITY]
+    discs, capacity = index(size[DISCS]), size[CAPACITY]
     bodies = discs + size[WALLS]
     standstill = min(STANDSTILL_IMPACTS * bodies * bodies, MOST_STANDSTILL_IMPACTS + bodies * bodies // 2)
     while True:
         if tally[AT_INSTANT] > standstill:
             return STANDSTILL
-        # Which discs' futures change, and how. That of a disc that leaves its cell hangs on three more cells.
-        i, j, step = NOBODY, NOBODY, ANEW
-        edge, across, ahead = 0, 0, NOBODY
+        # Which discs' futures change, and how.
+        i, j, step, edge, across, ahead = NOBODY, NOBODY, ANEW, 0, 0, NOBODY
         if tally[READY] < discs:
             if tally[READY] == 0:
                 insert_all(s)
@@ -240,29 +293,16 @@ def run(
             tally[READY] += 1
         else:
             i = earliest(s)
-            time = tree[i]
-            if not time < math.inf or reported_time(clock, time) > until:
+            if not tree[i] < math.inf or reported_time(clock, tree[i]) > until:
                 return DONE
             if size[AHEAD] != 0:
                 ahead = runner_up(s, i)
                 fetch_disc(s, ahead)
             step = next_step(s, i)
-            if step == BOUNDED:
-                solve(s, i)
-                step = CERTAIN
+            if step in (BOUNDED, CERTAIN):
+                i, step = settle(s, i, step)
             if step == CERTAIN:
                 time = lesser(body[i * ROW + PAIR], body[i * ROW + LEAVE])
-                # Mostly it is the next of all by far; then its disc is predicted anew: no need to tell the tree first.
-                if not time < least_other(s, i, same_impact(s, i, time)):
-                    step = LATER
-                    if tree[i] == time:
-                        tally[TIES] += 1
-                        i = first_in_order(s, time)
-                        step = next_step(s, i)
-                        if step == BOUNDED:
-                            solve(s, i)
-                            step = LATER
-            if step == CERTAIN:
                 now = reported_time(clock, time if time > clock[NOW] else clock[NOW])
                 if now > until:
                     return DONE
@@ -289,31 +329,24 @@ def run(
                     step = ANEW
             elif step == GUESSED:
                 tally[STALE] += 1
+                if is_stale(link, i):
+                    tally[STALE] += 1
+                    step = ANEW
+            elif step == GUESSED:
+                tally[STALE] += 1
         for k in range(2):
             changed = i if k == 0 else j
             # A disc that never moves need not look for those that meet it: they see it.
             if changed < 0 or link[changed * ROW + MOVES] == 0:
                 continue
             if step != LATER:
-                low, high, partner = math.inf, math.inf, NOBODY
-                first, lines, to_line, to_cell = edge, 1, 0, across
-                if step == EDGE:
-                    low, high, partner = expected(s, changed)
-                else:
-                    place = index(link[changed * ROW + CELL])
-                    first = ((place >> COLUMN_BITS) - 1) * stride + (place & COLUMN_MASK) - 1
-                    lines, to_line, to_cell = 3, stride, 1
-                low, high, found = find_earliest(s, changed, first, lines, to_line, to_cell, low, high, partner)
-                if step != EDGE or found != partner:
-                    store(s, changed, low, high, found)
-                if step != GUESSED:
-                    next_exit(s, changed)
-                if k == 0 and ahead != NOBODY:
-                    fetch_surroundings(s, ahead)
+                foresee(s, changed, step, edge, across)
+            if ahead != NOBODY:
+                fetch_surroundings(s, ahead)
             set_time(s, changed, lesser(body[changed * ROW + PAIR], body[changed * ROW + LEAVE]))
         if ahead != NOBODY:
             fetch_neighbours(s, ahead)
 
 
 #: Called at one place, or so short that it costs less than a call.
-INLINE = (same_impact, next_step, is_stale, solve, impact_of, new_epoch)
+INLINE = (foresee, impact_of, is_stale, next_step, same_impact, settle, solve)

@@ -32,6 +32,7 @@ from carom.solvers.layout import (
     TALLIES,
     VX,
     VY,
+    Columns,
     X,
     Y,
 )
@@ -201,8 +202,8 @@ class KernelState:
     def as_arrays(self) -> KernelState:
         """Return a copy on arrays of the types that the compiled kernel takes.
 
-        They lie in one piece of memory, which a system gives large pages if it is large: so there are far fewer pages to
-        be looked up. Each begins at a cache line, so that a row of eight floats is one.
+        They lie in one piece of memory, for which a system takes large pages if it is large: that leaves far fewer of
+        them to be looked up. Each begins at a cache line, so that a row of eight floats is one.
         """
         columns: dict[str, Any] = {name: np.asarray(getattr(self, name), kind) for name, kind in _TYPES.items()}
         lines = {name: -(-column.nbytes // _LINE) for name, column in columns.items()}
@@ -218,11 +219,14 @@ class KernelState:
         """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
         self.size[CAPACITY] = len(records) // RECORD
         self.size[LANES] = 1 if compiled is None else _LANES
-        columns = [getattr(self, name) for name in _TYPES]
+        columns = self.columns(records)
         if compiled is None:
-            plain: Any = kernel.run
-            return int(plain(*columns, records, until, impacts))
-        return int(compiled.ctypes(*addresses(*columns, records), until, impacts))
+            return kernel.run(*columns, until, impacts)
+        return int(compiled.ctypes(*addresses(*columns), until, impacts))
+
+    def columns(self, records: Column) -> Columns:
+        """Return what the kernel works on."""
+        return Columns(**{name: getattr(self, name) for name in _TYPES}, records=records)
 
     def paths(self) -> NDArray[np.float64]:
         """Return position, velocity and own time of each disc, shape ``(n, 8)``, in the columns of the layout."""

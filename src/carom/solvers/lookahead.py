@@ -1,7 +1,7 @@
 """What the event-driven kernel will need soon: asked for while it is still busy with something else.
 
-With many discs nearly all that an event needs is far away in memory, and each piece says only where the next one is: the
-disc, then its partner and its cells, then the discs in these. While one event is dealt with, what the next one will
+With many discs nearly all that an event needs is far away in memory, and each piece says only where the next one is:
+the disc, then its partner and its cells, then the discs in these. While one event is dealt with, what the next one will
 need is fetched, as far as it can be known. No result depends on it.
 """
 
@@ -33,7 +33,7 @@ __all__ = ["INLINE", "fetch_disc", "fetch_neighbours", "fetch_surroundings", "ru
 
 
 def runner_up(s: Columns, i: int) -> int:
-    """Return the disc that is likely to come next after disc `i`, the earliest: the tree's last two levels tell."""
+    """Return the disc that most likely comes next after disc `i`, the earliest: two levels of the tree tell."""
     tree, winner, size = s.tree, s.winner, s.size
     last = size[TOP] - 1
     upper, lower = size[OFFSET + last], size[OFFSET + last - 1]

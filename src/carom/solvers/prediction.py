@@ -85,7 +85,7 @@ _TERM_ERROR = 2.0**24
 
 
 def pair_event_time(body: Column, i: int, j: int) -> float:
-    """Return the time at which discs `i` and `j` meet on their present paths, infinity for never; not both stand still."""
+    """Return the time at which discs `i` and `j` meet on their present paths, infinity for never."""
     a, o = (i * ROW, j * ROW) if i < j else (j * ROW, i * ROW)
     start = body[a + OWN_TIME] if body[a + OWN_TIME] > body[o + OWN_TIME] else body[o + OWN_TIME]
     wait, other_wait = start - body[a + OWN_TIME], start - body[o + OWN_TIME]

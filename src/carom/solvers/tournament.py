@@ -1,9 +1,8 @@
 """The queue of the event-driven kernel: an 8-ary tournament tree of the earliest time of every disc.
 
 Each group of eight times is one cache line; its least time stands in the level above, and beside it (`winner`) the disc
-that it belongs to. Level 0 holds the discs' own times. `levels` holds the offset of each level in `tree`; the last level
-is the single least time of all. Compared with a binary heap there is nothing to move and nothing to delete: a disc's
-time is overwritten.
+that it belongs to. Level 0 holds the discs' own times; the last level is the single least time of all. Compared with a
+binary heap there is nothing to move and nothing to delete: a disc's time is overwritten.
 """
 
 from __future__ import annotations
@@ -91,11 +90,16 @@ def least_other(s: Columns, i: int, j: int) -> float:
     least = math.inf
     for level in range(size[TOP]):
         own = size[OFFSET + level]
-        for k in range(1, 8):
-            least = lesser(least, tree[own + (i ^ k)] if i ^ k != j else math.inf)
-        if i >> 3 != j >> 3:
+        if i >> 3 == j >> 3 and i != j:
             for k in range(1, 8):
-                least = lesser(least, tree[own + (j ^ k)])
+                if i ^ k != j:
+                    least = lesser(least, tree[own + (i ^ k)])
+        else:
+            time, _ = least_sibling(tree, own, i)
+            least = lesser(least, time)
+            if i != j:
+                time, _ = least_sibling(tree, own, j)
+                least = lesser(least, time)
         i >>= 3
         j >>= 3
     return least
