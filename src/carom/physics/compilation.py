@@ -106,13 +106,16 @@ def addresses(*arrays: Any) -> list[Any]:
 
 
 def _compiled(recipe: Recipe, symbol: str, linked: list[Unit]) -> bytes:
-    from carom.physics.translation import External, translate
+    from carom.physics.lowering import lowered
 
     external = {
-        each.function.__name__: External(unit.symbol, each.result, each.arguments)
+        each.function.__name__: (unit.symbol, each.result, each.arguments)
         for each, unit in zip(recipe.linked, linked, strict=True)
     }
-    return machine_code.object_file(translate(recipe.function, symbol, recipe.result, recipe.arguments, external))
+    functions = list(_callees(recipe.function, set(external), {}))
+    return machine_code.object_file(
+        symbol, *lowered(functions, symbol, recipe.result, recipe.arguments, external)
+    )
 
 
 def _source(recipe: Recipe) -> str:
@@ -149,5 +152,5 @@ def _identity(function: Any) -> bytes:
 def _translator() -> bytes:
     """Return a digest of the source by which functions become machine code."""
     home = Path(__file__).parent
-    files = [home / "machine_code.py", *sorted((home / "translation").glob("*.py"))]
+    files = [home / "machine_code.py", home / "lowering.py"]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).digest()

@@ -28,13 +28,25 @@ def target_name() -> str:
     return " ".join(map(str, (*parts, llvm.get_host_cpu_features().flatten())))
 
 
-def object_file(code: str) -> bytes:
-    """Return a module of LLVM's intermediate representation as an object file for this machine."""
+def object_file(symbol: str, *codes: str) -> bytes:
+    """Return modules of LLVM's intermediate representation, linked together, as an object file for this machine.
+
+    Args:
+        symbol: The function for whose sake it is made. Nothing else can be found in it but the pointers by which that
+            calls other units and the C library.
+        codes: The modules.
+    """
     import llvmlite.binding as llvm
 
     machine = _machine(near=True)
-    module = llvm.parse_assembly(code)
-    module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
+    module, *others = map(llvm.parse_assembly, codes)
+    for each in (module, *others):
+        each.triple, each.data_layout = llvm.get_process_triple(), str(machine.target_data)
+    for each in others:
+        module.link_in(each)
+    for each in (*module.functions, *module.global_variables):
+        if not (each.is_declaration or each.name.startswith((symbol, "llvm."))):
+            each.linkage = llvm.Linkage.internal
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=_LEVEL)
     options.loop_vectorization, options.slp_vectorization = True, False

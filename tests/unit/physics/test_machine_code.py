@@ -28,7 +28,7 @@ define i64 @copy(ptr noalias %to, ptr noalias %from, i64 %bytes) {
 
 def test_code_that_calls_the_c_library_is_loaded_too() -> None:
     """Where LLVM makes calls of what is not in the module, the code is made to reach it wherever it is."""
-    address = machine_code.address_of("copy", machine_code.object_file(COPY), {})
+    address = machine_code.address_of("copy", machine_code.object_file("copy", COPY), {})
     source, target = np.arange(1000.0), np.zeros(1000)
     function = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int64)(address)
     assert function(target.ctypes.data, source.ctypes.data, source.nbytes) == 12
