@@ -10,7 +10,7 @@ from carom import Disc, Outcome, Scene, run, solve_pic, solve_pic_framewise
 from carom.physics.pair_time import pair_time
 from carom.stress.own import Check, checks, collapsing, galperin, galperin_error, mixed_gas
 
-pytest.importorskip("llvmlite")
+pytest.importorskip("numba")
 
 IMPACTS = 100_000
 

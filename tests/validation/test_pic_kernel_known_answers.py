@@ -14,7 +14,7 @@ from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.event_driven import EventDrivenRun
 from carom.solvers.layout import PUSHED
 
-pytest.importorskip("llvmlite")
+pytest.importorskip("numba")
 
 
 def galperin(k: int, *, compiled: bool | None = None) -> EventDrivenRun:

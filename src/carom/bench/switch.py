@@ -50,8 +50,8 @@ _ROUNDS = 5
 def unit_seconds(name: str) -> tuple[float, float]:
     """Return seconds to compile a unit, and to load it: one time, and a median."""
     code = (
-        "import time; from carom.bench.switch import UNITS\n"
-        f"begin = time.process_time(); UNITS[{name!r}](); print(time.process_time() - begin)"
+        "import os; from carom.bench.switch import UNITS\n"
+        f"begin = sum(os.times()[:4]); UNITS[{name!r}](); print(sum(os.times()[:4]) - begin)"  # numba's process counts
     )
     with tempfile.TemporaryDirectory() as directory:
         environment = os.environ | {"CAROM_CACHE_DIR": directory}

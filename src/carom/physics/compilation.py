@@ -1,27 +1,34 @@
-"""The same functions, compiled: one source runs as plain Python and, where llvmlite is installed, as machine code.
+"""The same functions, compiled: one source runs as plain Python and, where numba is installed, as machine code.
 
 A function and all of Carom's functions that it calls become one *unit*: a C function on numbers and on pointers into
 arrays. The originals stay as they are. Contraction and reordering stay off, so both forms give the same bits. What a
-unit calls of another unit stays in that other, which several can share. A unit's object file is kept on disk under a
-digest of all that went into it (`carom.physics.object_cache`), and a later start only loads it.
+unit calls of another unit stays in that other, which several can share. numba turns a unit into LLVM's intermediate
+representation (`carom.physics.lowering`), and LLVM that into an object file (`carom.physics.machine_code`), which is
+kept on disk under a digest of all that went into it (`carom.physics.object_cache`); a later start only loads it.
 """
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import hashlib
 import importlib.util
 import marshal
+import os
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
+from carom.errors import CaromError
 from carom.physics import machine_code, object_cache
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Iterator
 
 __all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached", "prefetch"]
 
@@ -57,20 +64,18 @@ class Unit:
     """A compiled function.
 
     Attributes:
-        symbol: What other units call it by.
         address: Where it is.
         ctypes: It, to be called from Python.
     """
 
-    symbol: str
     address: int
     ctypes: Callable[..., Any]
 
 
 @functools.cache
 def compiler_installed() -> bool:
-    """Whether llvmlite can be imported; looking does not import it."""
-    return importlib.util.find_spec("llvmlite") is not None
+    """Whether numba, and llvmlite with it, can be imported; looking imports neither."""
+    return importlib.util.find_spec("numba") is not None
 
 
 def is_cached(recipe: Recipe) -> bool:
@@ -83,17 +88,21 @@ def compiled_unit(recipe: Recipe) -> Unit:
     """Return a unit: from this process, from the disk, or compiled now.
 
     Raises:
-        TranslationError: The function uses a part of Python that cannot be compiled.
+        CaromError: numba could not compile it.
     """
-    name, linked = recipe.name(), [compiled_unit(each) for each in recipe.linked]
-    symbol, key = f"carom_{name}", f"{name} {machine_code.target_name()}"
+    name = recipe.name()
+    symbol, key = _symbol(name), f"{name} {machine_code.target_name()}"
     emitted = object_cache.read(_source(recipe), name, key)
-    if emitted is None:
-        emitted = _compiled(recipe, symbol, linked)
-        object_cache.write(_source(recipe), name, key, emitted)
-    address = machine_code.address_of(symbol, emitted, {unit.symbol: unit.address for unit in linked})
+    with contextlib.ExitStack() as stack:
+        if emitted is None:  # begun first, so that numba works on what is linked at the same time
+            lowering = stack.enter_context(_lowering(recipe, symbol))
+        linked = {_symbol(each.name()): compiled_unit(each).address for each in recipe.linked}
+        if emitted is None:
+            emitted = machine_code.object_file(symbol, *lowering())
+            object_cache.write(_source(recipe), name, key, emitted)
+    address = machine_code.address_of(symbol, emitted, linked)
     call = ctypes.CFUNCTYPE(_ctype(recipe.result), *map(_ctype, recipe.arguments))
-    return Unit(symbol, address, call(address))
+    return Unit(address, call(address))
 
 
 def prefetch(column: Any, place: int) -> None:
@@ -105,17 +114,62 @@ def addresses(*arrays: Any) -> list[Any]:
     return [array.ctypes.data_as(_ctype(f"{array.dtype.name}*")) for array in arrays]
 
 
-def _compiled(recipe: Recipe, symbol: str, linked: list[Unit]) -> bytes:
-    from carom.physics.lowering import lowered
+@contextlib.contextmanager
+def _lowering(recipe: Recipe, symbol: str) -> Iterator[Callable[[], list[str]]]:
+    """Have numba work on a unit in a process of its own, which does not outlive this context; yield what waits for it.
 
-    external = {
-        each.function.__name__: (unit.symbol, each.result, each.arguments)
-        for each, unit in zip(recipe.linked, linked, strict=True)
-    }
-    functions = list(_callees(recipe.function, set(external), {}))
-    return machine_code.object_file(
-        symbol, *lowered(functions, symbol, recipe.result, recipe.arguments, external)
+    None of numba's settings that the environment names hold there, and numba does not optimise what LLVM will.
+    """
+    linked = {each.function.__name__: each for each in recipe.linked}
+    sources = tuple(map(_parts, _callees(recipe.function, set(linked), {})))
+    externals = tuple((name, _symbol(each.name()), each.result, each.arguments) for name, each in linked.items())
+    settings = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    paths = os.pathsep.join(path or os.curdir for path in sys.path)
+    with tempfile.TemporaryFile() as request:
+        request.write(marshal.dumps((symbol, recipe.result, recipe.arguments, sources, externals)))
+        request.seek(0)
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "carom.physics.lowering"],
+            stdin=request,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            env=settings | {"NUMBA_OPT": "0", "PYTHONPATH": paths},
+        )
+
+    def answer() -> list[str]:
+        codes, complaint = process.communicate()
+        if process.returncode != 0:
+            raise CaromError(
+                f"numba could not compile {recipe.function.__module__}.{recipe.function.__name__}:\n"
+                f"{complaint.decode(errors='replace').strip()}\n"
+                "Try another version of numba (pip install -U 'carom[fast]'), or go without (compiled=False)."
+            )
+        modules: list[str] = marshal.loads(codes)  # noqa: S302 - of the process just started
+        return modules
+
+    with process:
+        try:
+            yield answer
+        finally:
+            process.kill()
+
+
+def _parts(function: Any) -> tuple[Any, ...]:
+    """Return all of a function that its machine code hangs on, see `carom.physics.lowering.Source`."""
+    code, names = function.__code__, function.__globals__
+    found = [(name, names[name]) for name in code.co_names if name in names]
+    return (
+        code,
+        function.__module__,
+        tuple((name, value) for name, value in found if isinstance(value, int | float)),
+        tuple((name, value._fields) for name, value in found if hasattr(value, "_fields")),
+        tuple((name, value.__name__) for name, value in found if isinstance(value, ModuleType)),
+        function in names.get("INLINE", ()),  # what its module says costs less than a call
     )
+
+
+def _symbol(name: str) -> str:
+    return f"carom_{name}"
 
 
 def _source(recipe: Recipe) -> str:
@@ -140,12 +194,9 @@ def _callees(function: Any, linked: set[str], seen: dict[Any, None]) -> Iterable
 
 
 def _identity(function: Any) -> bytes:
-    """Return what a function's machine code hangs on: byte code, numbers it finds by name, whether it is inlined."""
-    code, names = function.__code__, function.__globals__
-    numbers = [(name, names[name]) for name in code.co_names if isinstance(names.get(name), int | float)]
-    numbers += [(name, names[name]._fields) for name in code.co_names if hasattr(names.get(name), "_fields")]
-    inline = function in names.get("INLINE", ())
-    return marshal.dumps((code.co_name, code.co_code, repr(code.co_consts), code.co_names, numbers, inline))
+    """Return the same as `_parts` does, without what two starts of Python write in two ways."""
+    code, *parts = _parts(function)
+    return marshal.dumps((code.co_name, code.co_code, repr(code.co_consts), code.co_names, *parts))
 
 
 @functools.cache

@@ -1,20 +1,78 @@
-"""Functions in LLVM's intermediate representation: numba's part in compiling."""
+"""Functions in LLVM's intermediate representation: numba's part in compiling, as a process of its own.
+
+It reads one unit from its input, as `Request` says, and writes two modules. So numba, which takes a second to load, and
+the settings that it is told here never touch the process that wants the unit; and several units are made at once.
+"""
 
 from __future__ import annotations
 
 import functools
-from types import FunctionType
-from typing import TYPE_CHECKING, Any
+import gc
+import importlib
+import marshal
+import sys
+from collections import namedtuple
+from types import CodeType, FunctionType
+from typing import Any, NamedTuple
 
 from carom.physics.machine_code import LIBRARY, pointer_name
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+__all__ = ["External", "Request", "Source", "lowered", "main"]
 
-__all__ = ["External", "lowered"]
 
-External = tuple[str, str, tuple[str, ...]]
-"""A function outside the module: its symbol, the type of its result, and those of its arguments."""
+class External(NamedTuple):
+    """A function outside the module.
+
+    Attributes:
+        name: What the source calls it.
+        symbol: What machine code calls it.
+        result: Type of its result.
+        arguments: Types of its arguments.
+    """
+
+    name: str
+    symbol: str
+    result: str
+    arguments: tuple[str, ...]
+
+
+class Source(NamedTuple):
+    """A function, in parts that can be sent.
+
+    Attributes:
+        code: Its byte code.
+        module: Where it was defined.
+        numbers: Numbers that it finds by name.
+        tuples: Names and fields of the named tuples that it finds by name.
+        modules: Modules that it finds by name, and theirs.
+        inline: Whether its code takes the place of each call.
+    """
+
+    code: CodeType
+    module: str
+    numbers: tuple[tuple[str, float], ...]
+    tuples: tuple[tuple[str, tuple[str, ...]], ...]
+    modules: tuple[tuple[str, str], ...]
+    inline: bool
+
+
+class Request(NamedTuple):
+    """What makes a unit.
+
+    Attributes:
+        symbol: What it is to be called in machine code.
+        result: Type of its result, "float64" or "int64".
+        arguments: Types of its arguments; "float64*" is a pointer into an array.
+        sources: Its function, and those that it calls, directly or not.
+        linked: Functions that are called by pointers, which the loader sets.
+    """
+
+    symbol: str
+    result: str
+    arguments: tuple[str, ...]
+    sources: tuple[Source, ...]
+    linked: tuple[External, ...]
+
 
 #: LLVM's names of the types of results and arguments.
 _KINDS = {"float64": "double", "int64": "i64"}
@@ -67,98 +125,105 @@ _OPTIONS = {
 }
 
 
-def lowered(
-    functions: Sequence[Callable[..., Any]],
-    symbol: str,
-    result: str,
-    arguments: tuple[str, ...],
-    linked: Mapping[str, External],
-) -> tuple[str, str]:
-    """Return two modules of LLVM's intermediate representation, to be linked: numba's, and what makes a unit of it.
+def main() -> None:
+    """Answer one request."""
+    gc.disable()  # it takes a twentieth of the time, and finds little
+    answer, sys.stdout = sys.stdout.buffer, sys.stderr
+    symbol, result, arguments, sources, linked = marshal.load(sys.stdin.buffer)  # noqa: S302 - of the parent process
+    request = Request(
+        symbol, result, arguments, tuple(Source(*each) for each in sources), tuple(External(*each) for each in linked)
+    )
+    answer.write(marshal.dumps(lowered(request)))
 
-    Args:
-        functions: The function and those that it calls, directly or not; the function first.
-        symbol: What it is to be called in machine code.
-        result: Type of its result, "float64" or "int64".
-        arguments: Types of its arguments; "float64*" is a pointer into an array.
-        linked: Functions that are called by pointers, which the loader sets, by their names in the source.
-    """
+
+def lowered(request: Request) -> tuple[str, str]:
+    """Return two modules of LLVM's intermediate representation, to be linked: numba's, and what makes a unit of it."""
     import llvmlite.binding as llvm  # type: ignore[import-untyped] # it has no annotations
     import numba
 
-    for external, _, _ in linked.values():
-        llvm.add_symbol(external, 1)  # numba loads what it compiles, so it looks for what that calls; it is never run
     njit: Any = numba.njit  # its annotations are incomplete
-    done: dict[str, Any] = {
-        name: numba.types.ExternalFunction(external, _numba_type(kind)(*map(_numba_type, kinds)))
-        for name, (external, kind, kinds) in linked.items()
-    }
-    copies = []
-    for function in functions:
-        copy = FunctionType(function.__code__, dict(function.__globals__), function.__name__)
-        copy.__module__ = function.__module__
-        copies.append(copy)
-        if function.__name__ == "prefetch":
-            done["prefetch"] = _prefetch()
+    done: dict[str, Any] = {}
+    for each in request.linked:
+        llvm.add_symbol(
+            each.symbol, 1
+        )  # numba loads what it compiles, so it looks for what that calls; it is never run
+        signature = _numba_type(each.result)(*map(_numba_type, each.arguments))
+        done[each.name] = numba.types.ExternalFunction(each.symbol, signature)
+    functions = {source.code.co_name: _function(source) for source in request.sources}
+    for source, (name, function) in zip(request.sources, functions.items(), strict=True):
+        if name == "prefetch":
+            done[name] = _prefetch()
         else:
-            inline = function in function.__globals__.get("INLINE", ())  # what its module says costs less than a call
-            done[function.__name__] = _for_any_value(njit(**_OPTIONS, forceinline=inline)(copy))
-    for copy in copies:
-        copy.__globals__.update(done)
-    whole = done[functions[0].__name__]
-    signature = _numba_type(result)(*map(_numba_type, arguments))
+            done[name] = _for_any_value(njit(**_OPTIONS, forceinline=source.inline)(function))
+    for function in functions.values():
+        function.__globals__.update(done)
+    whole = done[request.sources[0].code.co_name]
+    signature = _numba_type(request.result)(*map(_numba_type, request.arguments))
     whole.compile(signature)
     code: str = whole.inspect_llvm(signature.args)
-    return code, _unit(whole.overloads[signature.args].fndesc.llvm_func_name, symbol, result, arguments, linked)
+    return code, _unit(whole.overloads[signature.args].fndesc.llvm_func_name, request)
+
+
+def _function(source: Source) -> FunctionType:
+    names: dict[str, Any] = {"__name__": source.module, **dict(source.numbers)}
+    names |= {name: _named_tuple(name, fields) for name, fields in source.tuples}
+    names |= {name: importlib.import_module(module) for name, module in source.modules}
+    return FunctionType(source.code, names, source.code.co_name)
+
+
+@functools.cache
+def _named_tuple(name: str, fields: tuple[str, ...]) -> Any:
+    return namedtuple(name, fields)
 
 
 def _for_any_value(function: Any) -> Any:
     """Return numba's function, made to compile no copy of itself for each number that stands in a call of it."""
-    from numba.core.types import unliteral
+    from numba.core import types
+
+    unliteral: Any = types.unliteral
 
     template = function.get_call_template
     function.get_call_template = lambda given, named: template([unliteral(each) for each in given], named)
     return function
 
 
-def _unit(
-    name: str, symbol: str, result: str, arguments: tuple[str, ...], linked: Mapping[str, External]
-) -> str:
+def _unit(name: str, request: Request) -> str:
     """Return the way into numba's function as a C function, and the ways out of it."""
-    called = (*LIBRARY, *(external for external, _, _ in linked.values()))
-    texts = [f"@{pointer_name(symbol, other)} = dso_local global ptr null" for other in called]
-    texts.append(_PRELUDE.format(**{other: pointer_name(symbol, other) for other in LIBRARY}))
-    for external, kind, kinds in linked.values():
-        result_kind, parameters, passed = _signature(kind, kinds)
+    symbol, pointers = request.symbol, {other: pointer_name(request.symbol, other) for other in LIBRARY}
+    pointers |= {each.symbol: pointer_name(symbol, each.symbol) for each in request.linked}
+    texts = [f"@{pointer} = dso_local global ptr null" for pointer in pointers.values()]
+    texts.append(_PRELUDE.format(**{other: pointers[other] for other in LIBRARY}))
+    for each in request.linked:
+        result, declared = _c_types(each.result, each.arguments)
         texts.append(
-            f"define {result_kind} @{external}({parameters}) nounwind alwaysinline {{\n"
-            f"  %to = load ptr, ptr @{pointer_name(symbol, external)}, !invariant.load !{{}}\n"
-            f"  %r = call {result_kind} %to({passed})\n  ret {result_kind} %r\n}}"
+            f"define {result} @{each.symbol}({declared}) nounwind alwaysinline {{\n"
+            f"  %to = load ptr, ptr @{pointers[each.symbol]}, !invariant.load !{{}}\n"
+            f"  %r = call {result} %to({declared})\n  ret {result} %r\n}}"
         )
-    result_kind, parameters, passed = _signature(result, arguments)
+    result, declared = _c_types(request.result, request.arguments)
     texts.append(
-        f"declare i32 @{name}(ptr, ptr, {parameters})\n"
+        f"declare i32 @{name}(ptr, ptr, {declared})\n"
         # The kernel is some 2 % faster where a write to one column is known to leave the others as they are.
-        f"define {result_kind} @{symbol}({parameters.replace('ptr', 'ptr noalias')}) nounwind {{\n"
-        f"  %to = alloca {result_kind}\n  %error = alloca ptr\n"
-        f"  call i32 @{name}(ptr %to, ptr %error, {passed}) alwaysinline\n"
-        f"  %r = load {result_kind}, ptr %to\n  ret {result_kind} %r\n}}"
+        f"define {result} @{symbol}({declared.replace('ptr', 'ptr noalias')}) nounwind {{\n"
+        f"  %to = alloca {result}\n  %error = alloca ptr\n"
+        f"  call i32 @{name}(ptr %to, ptr %error, {declared}) alwaysinline\n"
+        f"  %r = load {result}, ptr %to\n  ret {result} %r\n}}"
     )
     return "\n".join(texts)
 
 
-def _signature(result: str, arguments: tuple[str, ...]) -> tuple[str, str, str]:
-    """Return in LLVM's terms the type of a result, and arguments as they are declared and as they are passed."""
+def _c_types(result: str, arguments: tuple[str, ...]) -> tuple[str, str]:
+    """Return LLVM's types of a result and of arguments, these with names."""
     kinds = ["ptr" if name.endswith("*") else _KINDS[name] for name in arguments]
-    named = ", ".join(f"{kind} %a{k}" for k, kind in enumerate(kinds))
-    return _KINDS[result], named, named
+    return _KINDS[result], ", ".join(f"{kind} %a{k}" for k, kind in enumerate(kinds))
 
 
 def _numba_type(name: str) -> Any:
     import numba
 
-    kind = getattr(numba.types, name.rstrip("*"))
-    return numba.types.CPointer(kind) if name.endswith("*") else kind
+    types: Any = numba.types
+    kind = getattr(types, name.rstrip("*"))
+    return types.CPointer(kind) if name.endswith("*") else kind
 
 
 @functools.cache
@@ -183,3 +248,7 @@ def _prefetch() -> Any:
         return types.void(pointer, place), generate
 
     return intrinsic(typed)
+
+
+if __name__ == "__main__":
+    main()

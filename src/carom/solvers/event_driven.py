@@ -100,7 +100,7 @@ class EventDrivenRun:
 
     Raises:
         InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `compiled`
-            without llvmlite.
+            without numba.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class EventDrivenRun:
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         if compiled and not compiler_installed():
-            raise InputError("compiled needs llvmlite, which is not installed: pip install 'carom[fast]'")
+            raise InputError("compiled needs numba, which is not installed: pip install 'carom[fast]'")
         self.log = KeptImpacts()
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
@@ -148,7 +148,7 @@ class EventDrivenRun:
         room = (_PLAIN_ROOM if self._plain else _ROOM) * RECORD if self._record else 0
         self._records = [0.0] * room if self._plain else np.zeros(room)
         if self._plain and compiled is None and len(start) >= COMPILED_FROM_DISCS:
-            self.notes = ("llvmlite is not installed: ran as plain Python; pip install 'carom[fast]'",)
+            self.notes = ("numba is not installed: ran as plain Python; pip install 'carom[fast]'",)
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.

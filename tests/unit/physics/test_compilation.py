@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
 import os
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,23 +15,24 @@ import numpy as np
 import pytest
 
 from carom.bench.time_of_impact import pairs_of_class
+from carom.errors import CaromError
 from carom.physics import compilation, machine_code, object_cache
 from carom.physics import time_of_impact as module
-from carom.physics.compilation import Recipe, Unit, addresses, compiled_unit, is_cached
+from carom.physics.compilation import Recipe, addresses, compiled_unit, is_cached
 
-WITHOUT_LLVMLITE = """
+WITHOUT_NUMBA = """
 import math, sys
-sys.modules["llvmlite"] = None          # importing it fails, as where it is not installed
+sys.modules["numba"] = sys.modules["llvmlite"] = None  # importing them fails, as where they are not installed
 import importlib.util
 found = importlib.util.find_spec
-importlib.util.find_spec = lambda name, *rest: None if name == "llvmlite" else found(name, *rest)
+importlib.util.find_spec = lambda name, *rest: None if name == "numba" else found(name, *rest)
 import numpy as np
 import carom
 from carom.bench.gas import hard_disc_gas
 from carom.solvers.event_driven import EventDrivenRun
 run = EventDrivenRun(hard_disc_gas(400, 0.3))
 run.advance_to(math.inf, 5)
-assert run.impacts == 5 and "llvmlite is not installed" in run.notes[0], run.notes
+assert run.impacts == 5 and "numba is not installed" in run.notes[0], run.notes
 p = np.tile([0.0, 0.0], (5, 1))
 assert (carom.time_of_impact(p, [1.0, 0.0], 0.5, [3.0, 0.0], [0.0, 0.0], 0.5) == 2.0).all()
 try:
@@ -36,18 +40,18 @@ try:
 except carom.CaromError as error:
     assert "carom[fast]" in str(error)
 else:
-    raise SystemExit("a compiled run without llvmlite was not refused")
+    raise SystemExit("a compiled run without numba was not refused")
 """
 
 
-def test_everything_runs_where_llvmlite_is_not_installed() -> None:
-    """Without llvmlite many discs run as plain Python and say so; a compiled run is refused with the remedy."""
-    subprocess.run([sys.executable, "-c", WITHOUT_LLVMLITE], check=True)
+def test_everything_runs_where_numba_is_not_installed() -> None:
+    """Without numba many discs run as plain Python and say so; a compiled run is refused with the remedy."""
+    subprocess.run([sys.executable, "-c", WITHOUT_NUMBA], check=True)
 
 
 def test_large_arrays_are_compiled_once_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
     """From a number of elements on the array form is compiled, with the same bits; sooner where that is cached."""
-    pytest.importorskip("llvmlite")
+    pytest.importorskip("numba")
     columns = pairs_of_class("as they come", 500, 4)
     expected = module.pair_times(*columns, compiled=False)
     for name, cached in (("COMPILED_FROM", False), ("CACHED_FROM", True)):
@@ -109,6 +113,9 @@ TOTAL = Recipe(total, "float64", ("float64*", "int64"))
 LINE = Recipe(line, "float64", ("float64",))
 
 
+CODES: dict[str, list[str]] = {}
+
+
 def sum_of(recipe: Recipe) -> float:
     """Return what `total` of 1, 2 and 4 gives, compiled anew or loaded anew."""
     values = np.array([1.0, 2.0, 4.0])
@@ -117,9 +124,20 @@ def sum_of(recipe: Recipe) -> float:
 
 @pytest.fixture
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return an empty directory in which units are kept."""
-    pytest.importorskip("llvmlite")
+    """Return an empty directory in which units are kept; what numba makes of a unit is made once for all tests."""
+    pytest.importorskip("numba")
     monkeypatch.setenv("CAROM_CACHE_DIR", str(tmp_path))
+    lowering = compilation._lowering  # noqa: SLF001 - numba takes seconds for what most of these tests don't ask about
+
+    @contextlib.contextmanager
+    def remembered(recipe: Recipe, symbol: str) -> Iterator[Callable[[], list[str]]]:
+        if symbol in CODES:
+            yield lambda: CODES[symbol]
+        else:
+            with lowering(recipe, symbol) as answer:
+                yield lambda: CODES.setdefault(symbol, answer())
+
+    monkeypatch.setattr(compilation, "_lowering", remembered)
     return tmp_path
 
 
@@ -174,9 +192,9 @@ def test_a_unit_is_cached_once_it_has_been_compiled(cache: Path) -> None:
 
 
 def test_a_cached_unit_is_not_compiled_again(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With its file there, loading a unit translates nothing."""
+    """With its file there, loading a unit starts no compiler."""
     sum_of(TOTAL)
-    monkeypatch.setattr(compilation, "_compiled", None)
+    monkeypatch.setattr(compilation, "_lowering", None)
     assert sum_of(TOTAL) == 1.75
     assert cache.exists()
 
@@ -200,16 +218,7 @@ def test_a_unit_of_another_machine_is_not_loaded(cache: Path, monkeypatch: pytes
     sum_of(TOTAL)
     monkeypatch.undo()
     monkeypatch.setenv("CAROM_CACHE_DIR", str(cache))
-    made: list[Recipe] = []
-    compile_unit = compilation._compiled  # noqa: SLF001 - that it is compiled shows nowhere else
-
-    def compile_and_count(recipe: Recipe, symbol: str, linked: list[Unit]) -> bytes:
-        made.append(recipe)
-        return compile_unit(recipe, symbol, linked)
-
-    monkeypatch.setattr(compilation, "_compiled", compile_and_count)
     assert sum_of(TOTAL) == 1.75
-    assert made == [TOTAL]
     assert len(list(cache.glob("total_*.unit"))) == 2
 
 
@@ -222,22 +231,79 @@ def test_a_unit_works_where_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch)
 
 
 FIRST_START = """
-import math, sys
-from carom.bench.gas import hard_disc_gas
-from carom.solvers.event_driven import EventDrivenRun
-run = EventDrivenRun(hard_disc_gas(16, 0.3), compiled=True)
-run.advance_to(math.inf, 100)
-print({"numba", "carom.physics.translation", "pydantic"} & set(sys.modules), run.velocities().sum().hex())
+import sys
+from carom.bench.time_of_impact import pairs_of_class
+from carom.physics.time_of_impact import pair_times
+times = pair_times(*pairs_of_class("as they come", 500, 4), compiled=True)
+print({"numba", "carom.physics.lowering"} & set(sys.modules), times.sum().hex())
 """
 
 
 def test_processes_that_compile_at_once_leave_one_good_file_each_unit(cache: Path) -> None:
-    """Three first starts at the same time all succeed; a later start loads what they left, without the translator."""
+    """Three first starts at the same time all succeed; a later start loads what they left, without numba."""
     environment = os.environ | {"CAROM_CACHE_DIR": str(cache)}
     command = [sys.executable, "-c", FIRST_START]
     starts = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
     answers = {start.communicate()[0].split()[-1] for start in starts}
     assert [start.returncode for start in starts] == [0, 0, 0]
-    assert sorted(path.name.partition("_")[0] for path in cache.iterdir()) == ["pair", "run", "wall"]
+    assert sorted(path.name.partition("_")[0] for path in cache.iterdir()) == ["fill"]
     loaded = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
     assert loaded.split() == ["set()", *answers]
+
+
+def rounds(x: float) -> float:
+    """Return what comes of functions of the C library, of a square root, and of a loop that clears."""
+    mantissa, exponent = math.frexp(x)
+    return math.ldexp(mantissa, exponent - 2) * math.sqrt(x)
+
+
+def clears(column: np.ndarray, n: int) -> int:
+    """Clear a column: of such a loop LLVM makes a call of `memset`."""
+    for k in range(n):
+        column[k] = -1
+    return n
+
+
+@pytest.mark.usefixtures("cache")
+def test_units_that_call_the_c_library() -> None:
+    """Functions of the C library, called by name or put in by LLVM, do what they do in Python."""
+    unit = compiled_unit.__wrapped__(Recipe(rounds, "float64", ("float64",)))
+    for x in (0.0, 5e-324, 0.7, 1e300):
+        assert unit.ctypes(x) == rounds(x)
+    column = np.zeros(100_000, np.int32)
+    compiled_unit.__wrapped__(Recipe(clears, "int64", ("int32*", "int64"))).ctypes(*addresses(column), len(column))
+    assert (column == -1).all()
+
+
+def refused(x: float) -> float:
+    """Return what a number has not."""
+    return float(len(x))  # type: ignore[arg-type]
+
+
+@pytest.mark.usefixtures("cache")
+def test_what_numba_cannot_compile_is_an_error_that_says_what_to_do() -> None:
+    """Where numba fails, its own words, the function's name, and a way on reach the user as one error of ours."""
+    with pytest.raises(CaromError, match=r"(?s)test_compilation\.refused.*TypingError.*compiled=False"):
+        compiled_unit.__wrapped__(Recipe(refused, "float64", ("float64",)))
+
+
+@pytest.mark.usefixtures("cache")
+def test_no_setting_of_numba_reaches_a_unit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Settings of numba in the environment, such as the one that has it compile nothing, change no unit."""
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+    assert compiled_unit.__wrapped__(Recipe(leaf, "float64", ("float64",))).ctypes(3.0) == 0.75
+
+
+@pytest.mark.usefixtures("cache")
+def test_an_interruption_ends_the_compiler_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A start that is interrupted while numba works leaves no process behind."""
+    started: list[subprocess.Popen[bytes]] = []
+
+    def interrupted(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
+        started.append(process)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(subprocess.Popen, "communicate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        compiled_unit.__wrapped__(LINE)
+    assert [process.returncode is not None for process in started] == [True]

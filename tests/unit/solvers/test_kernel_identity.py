@@ -13,7 +13,7 @@ from carom.solvers import event_driven
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.event_driven import EventDrivenRun
 
-pytest.importorskip("llvmlite")
+pytest.importorskip("numba")
 
 
 def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
