@@ -46,7 +46,7 @@ _CHUNK = 8192
 
 #: Elements from which the compiled form pays for being compiled, for being loaded where that was done before
 #: (``python -m carom.bench.switch``), and for being called: so few take NumPy as long.
-COMPILED_FROM = 2_500_000
+COMPILED_FROM = 36_000_000
 CACHED_FROM = 400_000
 LOADED_FROM = 16
 

@@ -57,7 +57,7 @@ COMPILED_FROM_DISCS = 400
 #: loaded, and where it must be compiled first. So many take plain Python as long (``python -m carom.bench.switch``), so
 #: going over then costs at most about twice the better choice.
 PLAIN_IMPACTS = 300
-UNCACHED_IMPACTS = 6000
+UNCACHED_IMPACTS = 70_000
 
 #: Impacts a call of the compiled kernel, after which progress is reported: a tenth of a second or so.
 _CHUNK = 50_000

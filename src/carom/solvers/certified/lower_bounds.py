@@ -47,7 +47,7 @@ SHARP_BITS = 54
 PLAIN_UP_TO = 16
 #: Impacts in this process from which the compiled form pays for being compiled, and for being loaded where that was
 #: done before: at 64 discs so many take NumPy as long (``python -m carom.bench.switch``).
-COMPILED_FROM = 750
+COMPILED_FROM = 10_000
 CACHED_FROM = 100
 _impacts = [0]
 
