@@ -49,7 +49,8 @@ def object_file(symbol: str, *codes: str) -> bytes:
             each.linkage = llvm.Linkage.internal
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=_LEVEL)
-    options.loop_vectorization, options.slp_vectorization = True, False
+    # The kernel is some 3 % faster without LLVM's vectors of loops, and as much without those of straight code.
+    options.loop_vectorization = options.slp_vectorization = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     declared = [each.name for each in module.functions if each.is_declaration]
