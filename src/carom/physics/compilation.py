@@ -25,12 +25,22 @@ from types import FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import CaromError
-from carom.physics import machine_code, object_cache
+from carom.physics import machine_code, object_cache, translations
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
-__all__ = ["Recipe", "Unit", "addresses", "compiled_unit", "compiler_installed", "is_cached", "prefetch"]
+__all__ = [
+    "Recipe",
+    "Unit",
+    "addresses",
+    "compiled_unit",
+    "compiler_installed",
+    "is_cached",
+    "is_translated",
+    "prefetch",
+    "translation",
+]
 
 
 @dataclass(frozen=True)
@@ -83,6 +93,11 @@ def is_cached(recipe: Recipe) -> bool:
     return all(map(is_cached, recipe.linked)) and object_cache.holds(_source(recipe), recipe.name())
 
 
+def is_translated(recipe: Recipe) -> bool:
+    """Whether a unit came with the package, so that LLVM alone can compile it; looking imports nothing."""
+    return all(map(is_translated, recipe.linked)) and translations.holds(recipe.name())
+
+
 @functools.cache
 def compiled_unit(recipe: Recipe) -> Unit:
     """Return a unit: from this process, from the disk, or compiled now.
@@ -94,11 +109,12 @@ def compiled_unit(recipe: Recipe) -> Unit:
     symbol, key = _symbol(name), f"{name} {machine_code.target_name()}"
     emitted = object_cache.read(_source(recipe), name, key)
     with contextlib.ExitStack() as stack:
-        if emitted is None:  # begun first, so that numba works on what is linked at the same time
+        codes = translations.read(name) if emitted is None else None
+        if emitted is None and codes is None:  # begun first, so that numba works on what is linked at the same time
             lowering = stack.enter_context(_lowering(recipe, symbol))
         linked = {_symbol(each.name()): compiled_unit(each).address for each in recipe.linked}
         if emitted is None:
-            emitted = machine_code.object_file(symbol, *lowering())
+            emitted = machine_code.object_file(symbol, *(codes or lowering()))
             object_cache.write(_source(recipe), name, key, emitted)
     address = machine_code.address_of(symbol, emitted, linked)
     call = ctypes.CFUNCTYPE(_ctype(recipe.result), *map(_ctype, recipe.arguments))
@@ -112,6 +128,16 @@ def prefetch(column: Any, place: int) -> None:
 def addresses(*arrays: Any) -> list[Any]:
     """Return pointers to the data of NumPy arrays, as a unit takes them."""
     return [array.ctypes.data_as(_ctype(f"{array.dtype.name}*")) for array in arrays]
+
+
+def translation(recipe: Recipe) -> list[str]:
+    """Return a unit as numba makes it, in LLVM's intermediate representation: what comes with a package.
+
+    Raises:
+        CaromError: numba could not compile it.
+    """
+    with _lowering(recipe, _symbol(recipe.name())) as answer:
+        return answer()
 
 
 @contextlib.contextmanager

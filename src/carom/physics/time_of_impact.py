@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed, is_cached
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed, is_cached, is_translated
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.pair_time import (
     approach,
@@ -38,15 +38,25 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Pair = tuple[Array, Array]
 
-__all__ = ["CACHED_FROM", "COMPILED_FROM", "LOADED_FROM", "fill_times", "pair_times", "time_of_impact"]
+__all__ = [
+    "CACHED_FROM",
+    "COMPILED_FROM",
+    "FILL",
+    "LOADED_FROM",
+    "TRANSLATED_FROM",
+    "fill_times",
+    "pair_times",
+    "time_of_impact",
+]
 
 #: Elements at a time: few enough for the temporaries of a step to stay in the second-level cache, many enough for the
 #: cost of calling NumPy not to dominate. Chosen, not tuned.
 _CHUNK = 8192
 
-#: Elements from which the compiled form pays for being compiled, for being loaded where that was done before
-#: (``python -m carom.bench.switch``), and for being called: so few take NumPy as long.
+#: Elements from which the compiled form pays for being compiled by numba and LLVM, or by LLVM alone; for being loaded
+#: where that was done before (``python -m carom.bench.switch``); and for being called: so few take NumPy as long.
 COMPILED_FROM = 36_000_000
+TRANSLATED_FROM = 2_500_000
 CACHED_FROM = 400_000
 LOADED_FROM = 16
 
@@ -131,18 +141,22 @@ def fill_times(
     return count
 
 
-_FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",))
 
 
 @functools.cache
 def _compiled_fill() -> Unit:
-    return compiled_unit(_FILL)
+    return compiled_unit(FILL)
 
 
 def _compiled_pays(count: int) -> bool:
     if _is_loaded():
         return count >= LOADED_FROM
-    return count >= COMPILED_FROM or (count >= CACHED_FROM and is_cached(_FILL))
+    return (
+        count >= COMPILED_FROM
+        or (count >= TRANSLATED_FROM and is_translated(FILL))
+        or (count >= CACHED_FROM and is_cached(FILL))
+    )
 
 
 def _is_loaded() -> bool:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import compiler_installed, is_cached
+from carom.physics.compilation import compiler_installed, is_cached, is_translated
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
 from carom.solvers.kernel_state import KernelState, compiled_kernel, kernel_recipe
@@ -53,10 +53,12 @@ __all__ = ["EventDrivenRun", "RunState"]
 
 #: Discs from which a run starts compiled: a choice; its lists cost 16 ms at 400.
 COMPILED_FROM_DISCS = 400
-#: Impacts after which a run that began as plain Python goes over to the compiled kernel, where that need only be
-#: loaded, and where it must be compiled first. So many take plain Python as long (``python -m carom.bench.switch``), so
-#: going over then costs at most about twice the better choice.
+#: Impacts after which a run that began as plain Python goes over to the compiled kernel: where that need only be
+#: loaded; where LLVM must make it of a translation that came with the package; and where numba must translate it first.
+#: So many take plain Python as long (``python -m carom.bench.switch``), so going over costs at most about twice the
+#: better choice.
 PLAIN_IMPACTS = 300
+TRANSLATED_IMPACTS = 7_000
 UNCACHED_IMPACTS = 70_000
 
 #: Impacts a call of the compiled kernel, after which progress is reported: a tenth of a second or so.
@@ -183,8 +185,10 @@ class EventDrivenRun:
 
     def _go_over(self) -> None:
         """Go over from plain Python to the compiled kernel, in the middle of the run, if that pays already."""
-        if self._patience < UNCACHED_IMPACTS and not is_cached(kernel_recipe()):
-            self._patience = UNCACHED_IMPACTS
+        recipe = kernel_recipe()
+        pays = TRANSLATED_IMPACTS if is_translated(recipe) else UNCACHED_IMPACTS
+        if self._patience < pays and not is_cached(recipe):
+            self._patience = pays
             return
         self._state = self._state.as_arrays()
         self._compiled = compiled_kernel()

@@ -16,9 +16,9 @@ import pytest
 
 from carom.bench.time_of_impact import pairs_of_class
 from carom.errors import CaromError
-from carom.physics import compilation, machine_code, object_cache
+from carom.physics import compilation, machine_code, object_cache, translations
 from carom.physics import time_of_impact as module
-from carom.physics.compilation import Recipe, addresses, compiled_unit, is_cached
+from carom.physics.compilation import Recipe, addresses, compiled_unit, is_cached, is_translated, translation
 
 WITHOUT_NUMBA = """
 import math, sys
@@ -249,6 +249,23 @@ def test_processes_that_compile_at_once_leave_one_good_file_each_unit(cache: Pat
     assert sorted(path.name.partition("_")[0] for path in cache.iterdir()) == ["fill"]
     loaded = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
     assert loaded.split() == ["set()", *answers]
+
+
+@pytest.mark.usefixtures("cache")
+def test_a_translation_that_came_with_the_package_spares_numba(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where numba did its part when the package was built, LLVM alone makes the unit; a spoilt file counts as none."""
+    home = tmp_path / "units"
+    home.mkdir()
+    monkeypatch.setattr(translations, "_HOME", home)
+    assert not is_translated(TOTAL)
+    translations.write(home, TOTAL.name(), translation(TOTAL))
+    assert is_translated(TOTAL)
+    with monkeypatch.context() as without_numba:
+        without_numba.setattr(compilation, "_lowering", None)
+        assert sum_of(TOTAL) == 1.75
+    (file,) = home.iterdir()
+    file.write_bytes(file.read_bytes()[:-9])
+    assert translations.read(TOTAL.name()) is None
 
 
 def rounds(x: float) -> float:

@@ -92,7 +92,8 @@ def test_going_over_to_the_compiled_kernel_in_mid_run_changes_nothing(monkeypatc
     """A run that begins as plain Python and goes over to the compiled kernel equals a run in one form."""
     start = starts()["elastic"]
     monkeypatch.setattr(event_driven, "PLAIN_IMPACTS", 200)
-    monkeypatch.setattr(event_driven, "UNCACHED_IMPACTS", 400)
+    for name in ("UNCACHED_IMPACTS", "TRANSLATED_IMPACTS"):
+        monkeypatch.setattr(event_driven, name, 400)
     mixed = EventDrivenRun(start)
     mixed.advance_to(math.inf, 1000)
     assert mixed.counts["compiled"] == 1
