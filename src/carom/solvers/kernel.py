@@ -30,6 +30,7 @@ from carom.solvers.layout import (
     CERTAIN,
     COLUMN_BITS,
     COLUMN_MASK,
+    CONTACT_TIME,
     CROSSINGS,
     DISCS,
     DONE,
@@ -104,6 +105,8 @@ def new_epoch(s: Columns) -> None:
         if s.link[i * ROW + MOVES] != 0:
             move(body, i, now)
         body[i * ROW + OWN_TIME] = 0.0
+        if s.law[CONTACT_TIME] > 0.0:
+            s.last_impact[i] -= now
     # The epoch is a pair of floats: what the first loses by rounding, the second keeps.
     total, rest = two_sum(clock[EPOCH], now)
     clock[EPOCH_REST] += rest
@@ -238,6 +241,7 @@ def run(
     walls: Column,
     near_wall: Column,
     inverse_mass: Column,
+    last_impact: Column,
     tree: Column,
     winner: Column,
     clock: Column,
@@ -261,6 +265,7 @@ def run(
         walls: See `body`.
         near_wall: See `body`.
         inverse_mass: See `body`.
+        last_impact: See `body`.
         tree: See `body`.
         winner: See `body`.
         clock: See `body`.
@@ -276,7 +281,22 @@ def run(
         STANDSTILL.
     """
     s = Columns(
-        body, link, cells, nearby, field, walls, near_wall, inverse_mass, tree, winner, clock, tally, law, size, records
+        body,
+        link,
+        cells,
+        nearby,
+        field,
+        walls,
+        near_wall,
+        inverse_mass,
+        last_impact,
+        tree,
+        winner,
+        clock,
+        tally,
+        law,
+        size,
+        records,
     )
     discs, capacity = index(size[DISCS]), size[CAPACITY]
     bodies = discs + size[WALLS]

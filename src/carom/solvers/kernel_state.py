@@ -84,6 +84,7 @@ _TYPES = {
     "walls": np.float64,
     "near_wall": np.uint8,
     "inverse_mass": np.float64,
+    "last_impact": np.float64,
     "tree": np.float64,
     "winner": np.int32,
     "clock": np.float64,
@@ -106,6 +107,7 @@ class KernelState:
         walls: Four floats a wall.
         near_wall: Which walls are near each cell.
         inverse_mass: 1/kg, 0 for a disc that never moves.
+        last_impact: Time of each disc's last impact, where a contact takes time.
         tree: Tournament tree of the earliest predicted time of each disc.
         winner: The disc that each least time in it belongs to.
         clock: Times.
@@ -122,6 +124,7 @@ class KernelState:
     walls: Column
     near_wall: Column
     inverse_mass: Column
+    last_impact: Column
     tree: Column
     winner: Column
     clock: Column
@@ -171,6 +174,7 @@ class KernelState:
             np.array(start.walls, np.float64).ravel(),
             near,
             1.0 / start.mass_kg,
+            np.full(n if contact_duration_s > 0 else 0, -math.inf),
             np.full(length, math.inf),
             np.zeros(length, np.int32),
             np.zeros(CLOCKS),

@@ -192,6 +192,20 @@ def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
     assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
 
 
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -1.0)])
+@pytest.mark.parametrize("discs", [2, 5])
+def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float, float], discs: int) -> None:
+    """A trace says how many impacts each disc had, by every solver, also where it keeps no impact."""
+    scene = scene_of(random_start(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
+    scene = scene.model_copy(update={"gravity_m_s2": gravity})
+    kept = solve_pic(scene)
+    bodies = np.concatenate([kept.impacts["first"], kept.impacts["second"]])
+    expected = np.bincount(bodies[bodies >= 0], minlength=discs)
+    for trace in (kept, solve_pic(scene, record="none")):
+        assert trace.impacts_per_disc is not None
+        assert trace.impacts_per_disc.tolist() == expected.tolist()
+
+
 def test_progress_samples_and_stops() -> None:
     """Progress is reported, positions are sampled only when asked for, and a run stops at a time or a count."""
     scene = scene_of(starts()["elastic"], 4.0)
