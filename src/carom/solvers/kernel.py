@@ -349,11 +349,6 @@ def run(
                     step = ANEW
             elif step == GUESSED:
                 tally[STALE] += 1
-                if is_stale(link, i):
-                    tally[STALE] += 1
-                    step = ANEW
-            elif step == GUESSED:
-                tally[STALE] += 1
         for k in range(2):
             changed = i if k == 0 else j
             # A disc that never moves need not look for those that meet it: they see it.
