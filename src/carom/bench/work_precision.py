@@ -20,7 +20,7 @@ from carom.runner.cell_score import CellKey, CellResult, cell_key
 from carom.runner.cross_check import chosen_engines, distinct_profiles
 from carom.runner.environment import Environment, environment
 from carom.runner.journal import Journal
-from carom.runner.phase import phases as evenly_spread
+from carom.runner.phases import even_phases
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import Pool, sweep
 from carom.scene import Scene
@@ -240,7 +240,7 @@ def plan_cells(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: Plan)
             for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True)):
                 for profile in distinct_profiles(info, plan.profiles, dt_s):
                     cells += [
-                        Cell(scene, info.name, profile, dt_s, refinement, phase) for phase in evenly_spread(plan.phases)
+                        Cell(scene, info.name, profile, dt_s, refinement, phase) for phase in even_phases(plan.phases)
                     ]
     return cells
 
