@@ -14,7 +14,7 @@ from carom.cli.progress import progress_bar
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.bench.work_precision import Plan
+    from carom.bench.plan import Plan
     from carom.report.bench_figure import Diagram
     from carom.runner.sweep import Pool
     from carom.scene import Scene
@@ -86,8 +86,9 @@ def bench(
     if grow:
         _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
         return
+    from carom.bench.plan import Plan
     from carom.bench.timing_journal import TimingJournal
-    from carom.bench.work_precision import Plan, work_precision
+    from carom.bench.work_precision import work_precision
     from carom.report.bench_figure import Diagram
     from carom.report.bench_terminal import bench_lines
     from carom.report.bench_write import write_bench
@@ -142,7 +143,7 @@ def bench(
 
 def step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``."""
-    from carom.bench.work_precision import STEPS, geometric_steps
+    from carom.bench.plan import STEPS, geometric_steps
 
     if ".." not in text:
         return (seconds(text),)

@@ -10,7 +10,7 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
-from carom.bench.work_precision import Bench, SceneBench
+from carom.bench.results import Bench, SceneBench
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
 from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
 from carom.report.extra import require_report_extra

@@ -18,9 +18,11 @@ from carom.bench.convergence import Convergence
 from carom.bench.error_kind import ErrorKind
 from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
+from carom.bench.plan import Plan, geometric_steps
+from carom.bench.results import Point, cheapest, pareto_front
 from carom.bench.timing import CellTiming, Config, time_scene
 from carom.bench.timing_journal import TimingJournal
-from carom.bench.work_precision import Plan, Point, cheapest, geometric_steps, pareto_front, work_precision
+from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
 from carom.errors import InputError, UnknownNameError
