@@ -143,7 +143,7 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
-@pytest.mark.filterwarnings("ignore")
+@pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
 def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no scheduler answers, one error says so with the address."""
     from carom.runner import cluster

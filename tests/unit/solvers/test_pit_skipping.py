@@ -120,7 +120,7 @@ def test_bounds_are_renewed_before_rounding_could_use_up_their_margin(monkeypatc
     plain = solve_pit(scene, skipping=False)
     monkeypatch.setattr(pit_skipping, "MOST_FRAMES", 50)
     run = SkippingRun(scene)
-    run._bounds_hold_to = 50  # noqa: SLF001 # what the patched module would have begun with
+    run._bounds_hold_to = 50  # noqa: SLF001 - what the patched module would have begun with
     after(run, [k / 60 for k in range(1, 600)] + [10.0], 600)
     assert run.frames_looked_at >= 600 // 50
     assert impact_array(run.log.records).tobytes() == plain.impacts.tobytes()
