@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from typing import TYPE_CHECKING
 
 from carom import Disc, Scene
+from carom.bench.arguments import count, parser, run
 from carom.bench.gas import gas_scene
 from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
 from carom.trace import impact_array
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from carom.solvers.pit import PitRun
 
 __all__ = ["main"]
@@ -78,7 +80,7 @@ def compare_few(discs: int) -> str:
     return f"{discs:7d} discs: plain floats take {_seconds(few, 1, 300) / _seconds(many, 1, 300):.2g} of arrays' time"
 
 
-def main(sizes: tuple[int, ...] = (100, 1000)) -> None:
+def main(sizes: Sequence[int]) -> None:
     """Print the tables."""
     print(compare_two_discs())
     print(
@@ -92,4 +94,6 @@ def main(sizes: tuple[int, ...] = (100, 1000)) -> None:
 
 
 if __name__ == "__main__":
-    main(*([tuple(int(float(a)) for a in sys.argv[1:])] if len(sys.argv) > 1 else []))
+    command = parser("carom.bench.pit", __doc__)
+    command.add_argument("sizes", nargs="*", type=count, default=(100, 1000), metavar="discs", help="sizes of the gas")
+    run(command, main)
