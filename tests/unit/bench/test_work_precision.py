@@ -284,6 +284,7 @@ def test_every_error_has_its_words() -> None:
     assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
 
 
+@pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
     """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
@@ -297,7 +298,10 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
         while time.monotonic() < deadline and not (journal.exists() and read_journal(journal)):
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        try:
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.kill()  # of no effect on one that has ended
     assert process.returncode == 130
     assert "--resume goes on from there" in errors
     assert "Traceback" not in errors
