@@ -176,7 +176,7 @@ def resident_after(worlds):
 warm = resident_after(50)
 resident_after(1000)
 # The allocator gives memory back when it likes: what a world keeps for ever is in the least of several readings, too.
-print(min(resident_after(50) for _ in range(10)) - warm)
+print(min(resident_after(20) for _ in range(5)) - warm)
 """
 
 
