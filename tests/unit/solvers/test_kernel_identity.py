@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,8 +21,8 @@ def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
     return run.log.array().tobytes(), run.positions().tobytes(), run.velocities().tobytes()
 
 
-def run_for(start: DiscArrays, impacts: int, **options: object) -> EventDrivenRun:
-    run = EventDrivenRun(start, **options)  # type: ignore[arg-type]
+def run_for(start: DiscArrays, impacts: int, **options: Any) -> EventDrivenRun:
+    run = EventDrivenRun(start, **options)
     run.advance_to(math.inf, impacts)
     return run
 
