@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from carom.physics.double_double import two_sum
 from carom.solvers.cells import change_cell, insert_all
 from carom.solvers.collision import collide_pair, collide_wall, move, reported_time
+from carom.solvers.exits import next_exit
 from carom.solvers.layout import (
     AHEAD,
     ANEW,
@@ -71,7 +72,7 @@ from carom.solvers.layout import (
     index,
 )
 from carom.solvers.lookahead import fetch_disc, fetch_neighbours, fetch_surroundings, runner_up
-from carom.solvers.prediction import expected, find_earliest, next_exit, pair_event_time, store
+from carom.solvers.prediction import expected, find_earliest, pair_event_time, store
 from carom.solvers.tournament import earliest, least_other, lesser, next_at, set_time
 
 if TYPE_CHECKING:
