@@ -28,7 +28,7 @@ class Columns(NamedTuple):
         near_wall: Which walls are near each cell.
         inverse_mass: 1/kg, 0 for a disc that never moves.
         last_impact: Time of each disc's last impact, where a contact takes time (TC model), else empty.
-        tree: Tournament tree of the lesser of the two.
+        tree: Tournament tree of the earliest predicted time of each disc.
         winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
