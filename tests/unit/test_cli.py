@@ -171,6 +171,7 @@ def test_help_imports_nothing_heavy() -> None:
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc which processes are left")
+@pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
     """Ctrl-C in a long run ends it with exit code 130 and a sentence, leaves no report and no process behind."""
     report = tmp_path / "report"
@@ -196,7 +197,10 @@ def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
     assert children
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=30)
+    try:
+        _, error = process.communicate(timeout=30)
+    finally:
+        process.kill()  # of no effect on one that has ended
     assert process.returncode == 130
     assert "interrupted" in error
     assert "Traceback" not in error

@@ -75,7 +75,7 @@ def test_a_scene_error_counts_the_problems_that_it_does_not_show() -> None:
 def test_a_scene_error_survives_pickling() -> None:
     """A worker process can send a scene error home whole."""
     error = SceneError([Problem(("discs", 0, "mass_kg"), "must be greater than 0, got 0")], source="x.json")
-    copy = pickle.loads(pickle.dumps(error))  # noqa: S301 (our own bytes)
+    copy = pickle.loads(pickle.dumps(error))  # noqa: S301 - our own bytes
     assert type(copy) is SceneError
     assert copy.problems == error.problems
     assert copy.source == error.source

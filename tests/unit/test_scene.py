@@ -335,7 +335,7 @@ def test_scenes_survive_pickling() -> None:
         discs=[disc(mass_kg=INF), disc(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
         walls=[{"point_m": [0, -1], "normal": [0.1, 1]}],
     )
-    assert pickle.loads(pickle.dumps(made)) == made  # noqa: S301 (our own bytes)
+    assert pickle.loads(pickle.dumps(made)) == made  # noqa: S301 - our own bytes
 
 
 def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:

@@ -83,7 +83,7 @@ def test_a_trace_survives_pickling() -> None:
         ],
     )
     trace = solve_pic(scene)
-    copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 (our own bytes)
+    copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 - our own bytes
     assert copy.impacts.tobytes() == trace.impacts.tobytes()
     assert copy.outcome is trace.outcome
     assert copy.scene == scene

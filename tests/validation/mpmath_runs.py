@@ -12,7 +12,7 @@ import random
 import sys
 from typing import Any, NamedTuple
 
-from mpmath import mp, mpf  # type: ignore[import-untyped]
+from mpmath import mp, mpf
 
 from carom import CertifiedTrace, Disc, Scene, SceneError, Wall, certify
 from carom.solvers.certified import Ending
@@ -134,7 +134,7 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
 
 def mixed_scene(seed: int) -> Scene:
     """Make a scene of 2 to 6 discs of all masses, in a turned box, by a wall or free, with e from 0.2 to 1."""
-    rng = random.Random(seed)  # noqa: S311 -- test data, no secret
+    rng = random.Random(seed)
     while True:
         discs = []
         for _ in range(rng.randint(2, 6)):
@@ -162,7 +162,7 @@ def mixed_scene(seed: int) -> Scene:
 
 def falling_scene(seed: int) -> Scene:
     """Make a mixed scene fall; its immovable discs become light ones."""
-    rng = random.Random(-1 - seed)  # noqa: S311 -- test data, no secret
+    rng = random.Random(-1 - seed)
     scene = mixed_scene(seed)
     gravity = rng.choice([(0.0, -9.81), (rng.uniform(-5, 5), rng.uniform(-5, 5))])
     discs = [disc.model_copy(update={"mass_kg": 0.5}) if disc.immovable else disc for disc in scene.discs]

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf  # type: ignore[import-untyped]
+from mpmath import mp, mpf
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, falling_scene
 
 import carom

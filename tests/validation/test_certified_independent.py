@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from mpmath import mp  # type: ignore[import-untyped]
+from mpmath import mp
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene
 
 import carom

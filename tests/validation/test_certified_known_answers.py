@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf  # type: ignore[import-untyped]
+from mpmath import mp, mpf
 
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
@@ -94,7 +94,7 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
 @pytest.mark.parametrize("seed", range(5))
 def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
     """Every inversion of the velocities is an impact, where two straight lines cross (Jepsen, 1965)."""
-    rng = random.Random(seed)  # noqa: S311 -- test data, no secret
+    rng = random.Random(seed)
     ghost = sorted(rng.sample(range(1, 1000), 7))
     speed = rng.sample(range(-500, 500), 7)
     scene = line([g / 8 + 0.25 * k for k, g in enumerate(ghost)], [v / 16 for v in speed], [1.0] * 7, duration_s=1e6)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import pytest
-from mpmath import mp, mpf, sqrt  # type: ignore[import-untyped]
+from mpmath import mp, mpf, sqrt
 
 from carom import Disc, Scene, SceneError, Wall, solve_pic, solve_pic_framewise
 
@@ -113,7 +113,7 @@ def oracle(scene: Scene, count: int, shake: random.Random | None = None) -> list
 
 def random_scene(seed: int) -> Scene:
     """Make a small scene: 2 to 5 discs, with walls in every second scene and inelastic in every third."""
-    rng = random.Random(seed)  # noqa: S311 -- test data, no secret
+    rng = random.Random(seed)
     while True:
         discs = [
             Disc(
@@ -143,7 +143,7 @@ def random_scene(seed: int) -> Scene:
 def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int) -> None:
     """Each of the first impacts of a random scene is the oracle's, as closely as its condition lets float64 be."""
     scene = random_scene(seed)
-    shake = random.Random(-seed)  # noqa: S311 -- test data, no secret
+    shake = random.Random(-seed)
     with mp.workdps(DIGITS):
         truth = oracle(scene, 12)
         truth = [event for event in truth if event.time < scene.duration_s]

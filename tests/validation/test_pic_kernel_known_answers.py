@@ -10,6 +10,7 @@ from tests.unit.solvers.scenes import random_start
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 from carom.bench.gas import hard_disc_gas
+from carom.solvers import kernel
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.event_driven import EventDrivenRun
 from carom.solvers.layout import PUSHED
@@ -230,6 +231,19 @@ def test_inelastic_collapse_ends_with_an_outcome_or_by_the_tc_model() -> None:
     for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
         run = EventDrivenRun(gas, record="none", compiled=True, contact_duration_s=contact_duration_s)
         assert run.advance_to(100.0, 2_000_000) in expected
+
+
+def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An impact soon after a new epoch is elastic only if the disc's own last impact is recent."""
+    start = random_start(np.random.default_rng(4), 5, restitution=0.9)
+    found = []
+    for impacts_per_epoch in (1, 1000):
+        monkeypatch.setattr(kernel, "EPOCH_IMPACTS", impacts_per_epoch)
+        run = EventDrivenRun(start, compiled=False, contact_duration_s=0.3)
+        run.advance_to(math.inf, 40)
+        found.append((run.counts["epochs"], run.velocities()))
+    assert found[0][0] > found[1][0] == 0
+    np.testing.assert_allclose(found[0][1], found[1][1], rtol=1e-9)
 
 
 def test_one_disc_into_two_touching_ones_is_flagged() -> None:

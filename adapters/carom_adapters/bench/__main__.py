@@ -1,7 +1,6 @@
-"""What the seam costs: an adapter's timed path over a hand-written loop of its engine's own interface, same steps.
+"""What the seam costs, an adapter's timed path over a loop written by hand: ``python -m carom_adapters.bench``.
 
-Run as ``python -m carom_adapters.bench``. Both take turns, in processor time, and the ratio is the
-median of the rounds'.
+Both take the same steps of the engine, in turns, in processor time; the ratio is the median of the rounds'.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import warnings
 from collections.abc import Callable, Iterator
 
 from carom.adapter import Disc, Scene
+from carom.bench.arguments import parser, run
 from carom.registry import load_adapter, unavailable_reason
 from carom_adapters.bench.loops import LOOPS
 
@@ -113,4 +113,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(parser("carom_adapters.bench", __doc__), main)

@@ -18,7 +18,7 @@ from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.errors import InputError
 from carom.runner.cell_score import Measures, cell_key
 from carom.runner.cross_check import chosen_engines, distinct_profiles, reference_trace
-from carom.runner.phase import phases as evenly_spread
+from carom.runner.phases import even_phases
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import Pool, sweep
 from carom.scene import Scene
@@ -284,7 +284,7 @@ def _require_demand(demand: Demand) -> None:
 
 def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[float]:
     """Return phases spread evenly, then those at which a look falls just before each of the hardest impacts."""
-    found = list(evenly_spread(phases))
+    found = list(even_phases(phases))
     for impact in hardest[:AIMED]:
         aimed = (JUST_BEFORE - impact.time_s / dt_s) % 1.0
         if aimed not in found:

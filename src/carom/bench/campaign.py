@@ -12,9 +12,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from argparse import SUPPRESS
 from dataclasses import dataclass
 from pathlib import Path
 
+from carom.bench.arguments import count, parser, run
 from carom.runner.journal import Journal, canonical
 from carom.runner.local import LocalPool
 from carom.runner.results import Cell
@@ -95,7 +97,7 @@ def campaign(cells: int, kills: int, folder: Path, jobs: int = 2) -> Campaign:
 
 
 def _command(cells: int, path: Path, jobs: int) -> list[str]:
-    return [sys.executable, "-m", "carom.bench.campaign", "--sitting", str(cells), str(path), str(jobs)]
+    return [sys.executable, "-m", "carom.bench.campaign", str(cells), "--sitting", str(path), "--jobs", str(jobs)]
 
 
 def _run(cells: int, path: Path, jobs: int) -> None:
@@ -111,10 +113,13 @@ def _lines(path: Path) -> int:
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
 
-def main(cells: int = 10_000, kills: int = 3) -> None:
+def main(cells: int, kills: int, sitting: Path | None, jobs: int) -> None:
     """Print what came of it; the exit code is 1 where the journals differ."""
+    if sitting is not None:
+        _sitting(cells, sitting, jobs)
+        return
     with tempfile.TemporaryDirectory(prefix="carom-campaign-") as folder:
-        found = campaign(cells, kills, Path(folder), os.cpu_count() or 1)
+        found = campaign(cells, kills, Path(folder), jobs)
     print(f"{found.cells} cells; left alone: {found.undisturbed_s:.0f} s")
     print(f"killed after {', '.join(map(str, found.kills))} lines ({found.torn} of them torn): {found.killed_s:.0f} s")
     print(f"journals: {found.lines} lines, {'the same content' if found.equal else 'DIFFERENT CONTENT'}")
@@ -123,7 +128,9 @@ def main(cells: int = 10_000, kills: int = 3) -> None:
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--sitting"]:
-        _sitting(int(sys.argv[2]), Path(sys.argv[3]), int(sys.argv[4]))
-    else:
-        main(*map(int, sys.argv[1:3]))
+    command = parser("carom.bench.campaign", __doc__)
+    command.add_argument("cells", nargs="?", type=count, default=10_000, help="cells of the sweep")
+    command.add_argument("kills", nargs="?", type=count, default=3, help="how often it is killed")
+    command.add_argument("--sitting", type=Path, metavar="JOURNAL", help=SUPPRESS)  # one that is killed: for `_command`
+    command.add_argument("--jobs", type=count, default=os.cpu_count() or 1, help="processes of the sweep")
+    run(command, main)

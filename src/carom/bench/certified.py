@@ -7,7 +7,6 @@ which float64 PIC agrees with the certified run.
 
 from __future__ import annotations
 
-import sys
 import time
 import timeit
 from typing import NamedTuple
@@ -15,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom import certify, solve_pic
+from carom.bench.arguments import parser, run
 from carom.bench.gas import gas_scene
 from carom.comparator import horizon_of
 from carom.errors import MissingExtraError
@@ -94,4 +94,6 @@ def main(*, with_long: bool = False) -> None:
 
 
 if __name__ == "__main__":
-    main(with_long="--long" in sys.argv[1:])
+    command = parser("carom.bench.certified", __doc__)
+    command.add_argument("--long", dest="with_long", action="store_true", help="also 30,000 impacts of 64 discs")
+    run(command, main)

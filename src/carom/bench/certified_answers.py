@@ -6,10 +6,10 @@ They are committed in ``tests/validation/certified``: a test that reads them nee
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from carom.bench.arguments import parser, run
 from carom.bench.gas import gas_scene
 from carom.scenes import Tag, catalogue
 from carom.solvers.certified import certify, enclosures
@@ -34,7 +34,7 @@ def answer_scenes() -> Iterator[Scene]:
     yield gas_scene(16, 0.4, duration_s=100.0).model_copy(update={"name": "bench/gas-16"})
 
 
-def main(folder: Path = DEFAULT_FOLDER) -> None:
+def main(folder: Path) -> None:
     """Write one file a scene."""
     folder.mkdir(parents=True, exist_ok=True)
     for scene in answer_scenes():
@@ -45,4 +45,6 @@ def main(folder: Path = DEFAULT_FOLDER) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:2]))
+    command = parser("carom.bench.certified_answers", __doc__)
+    command.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER, help="where to write one file a scene")
+    run(command, main)

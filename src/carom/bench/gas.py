@@ -47,18 +47,19 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
 
 
-def gas_scene(discs: int, packing: float, seed: int = 1, *, duration_s: float = 1e4) -> Scene:
-    """Return the same gas as a scene whose discs touch neither walls nor each other at the start.
+def gas_scene(discs: int, packing: float, seed: int = 1, *, duration_s: float = 1e4, touching: bool = False) -> Scene:
+    """Return the same gas as a scene.
 
     Args:
         discs: Number of discs.
         packing: Share of the box's area that they cover.
         seed: Of the velocities.
         duration_s: Duration, seconds.
+        touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
     """
     from carom.scene import Disc, Scene, Wall
 
-    shrink = 1 - 2.0**-10
+    shrink = 1.0 if touching else 1 - 2.0**-10
     gas = hard_disc_gas(discs, packing / shrink**2, seed)
     return Scene(
         name=f"gas of {discs} discs, packing {packing:g}",

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.bench.convergence import fit_power
-from carom.bench.gas import hard_disc_gas
+from carom.bench.gas import gas_scene
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
 from carom.runner.cross_check import chosen_engines
@@ -19,7 +19,6 @@ from carom.runner.environment import Environment, environment
 from carom.runner.messages import Failure
 from carom.runner.plan import capabilities_of, unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
-from carom.scene import Disc, Scene, Wall
 
 __all__ = [
     "OWN_SIZES",
@@ -28,7 +27,6 @@ __all__ = [
     "GrowthCurve",
     "GrowthPoint",
     "GrowthTask",
-    "gas_scene",
     "growth",
     "same_method",
 ]
@@ -81,14 +79,15 @@ class GrowthTask:
 
     def carry_out(self) -> Grown:
         """Return what it took."""
-        scene = gas_scene(self.discs)
+        scene = gas_scene(self.discs, PACKING, duration_s=STEPS * DT_S)
         adapter = load_adapter(self.engine)
         reason = unsupported_reason(scene, capabilities_of(adapter, self.profile), DT_S)
         if reason:
             raise AdapterError(reason)
         settings = profile_settings(adapter, self.profile, DT_S)
         # What importing an engine and compiling a kernel take is no part of a world.
-        warm = adapter.prepare(scene if self.discs <= WARM else gas_scene(WARM), settings)
+        small = scene if self.discs <= WARM else gas_scene(WARM, PACKING, duration_s=STEPS * DT_S)
+        warm = adapter.prepare(small, settings)
         warm.advance(1)
         warm.close()
         del warm
@@ -106,18 +105,6 @@ class GrowthTask:
             finally:
                 world.close()
         return Grown(statistics.median(prepared), statistics.median(advanced), before, _resident_bytes("VmHWM"))
-
-
-def gas_scene(discs: int) -> Scene:
-    """Return a gas of so many equal discs in a square box, as a scene that lasts as long as it is timed."""
-    gas = hard_disc_gas(discs, PACKING)
-    rows = zip(gas.position_m.tolist(), gas.velocity_m_s.tolist(), gas.radius_m.tolist(), strict=True)
-    return Scene(
-        name=f"gas of {discs}",
-        discs=[Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=r) for p, v, r in rows],
-        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.walls],
-        duration_s=STEPS * DT_S,
-    )
 
 
 def _resident_bytes(field: str) -> int:

@@ -7,10 +7,12 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
 from carom import Disc, Scene, solve_pic
+from carom.bench.arguments import count, parser, run
 from carom.bench.gas import hard_disc_gas
 from carom.physics.pair_time import approach, encounter, separation
 from carom.solvers.event_driven import EventDrivenRun
@@ -99,7 +101,7 @@ def two_disc_microseconds() -> float:
     return min(timings) * 1e6
 
 
-def main(sizes: tuple[int, ...] = (1_000, 100_000, 1_000_000)) -> None:
+def main(sizes: Sequence[int]) -> None:
     """Print the tables."""
     print(f"first or warm start, from nothing to 100 impacts: {start_seconds():.2f} s; again: {start_seconds():.2f} s")
     print(f"two discs, one solve: {two_disc_microseconds():.0f} us")
@@ -112,4 +114,7 @@ def main(sizes: tuple[int, ...] = (1_000, 100_000, 1_000_000)) -> None:
 
 
 if __name__ == "__main__":
-    main(*([tuple(int(float(a)) for a in sys.argv[1:])] if len(sys.argv) > 1 else []))
+    command = parser("carom.bench.pic", __doc__)
+    sizes = (1_000, 100_000, 1_000_000)
+    command.add_argument("sizes", nargs="*", type=count, default=sizes, metavar="discs", help="sizes of the gas")
+    run(command, main)

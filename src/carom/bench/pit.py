@@ -3,37 +3,24 @@
 from __future__ import annotations
 
 import statistics
-import sys
 import time
 from typing import TYPE_CHECKING
 
-from carom import Disc, Scene, Wall
-from carom.bench.gas import hard_disc_gas
+from carom import Disc, Scene
+from carom.bench.arguments import count, parser, run
+from carom.bench.gas import gas_scene
 from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
 from carom.trace import impact_array
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from carom.solvers.pit import PitRun
 
-__all__ = ["gas_scene", "main"]
+__all__ = ["main"]
 
 _RATE_HZ = 60.0
 _PACKING = 0.3
-
-
-def gas_scene(discs: int, packing: float, duration_s: float = 10.0) -> Scene:
-    """Return the gas of the benchmarks as a scene."""
-    start = hard_disc_gas(discs, packing)
-    return Scene(
-        name=f"gas of {discs}",
-        discs=[
-            Disc(position_m=p, velocity_m_s=v, radius_m=r, mass_kg=m)
-            for p, v, r, m in zip(start.position_m, start.velocity_m_s, start.radius_m, start.mass_kg, strict=True)
-        ],
-        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in start.walls],
-        duration_s=duration_s,
-        frame_rate_hz=_RATE_HZ,
-    )
 
 
 def _seconds(run: PitRun, first: int, frames: int) -> float:
@@ -93,7 +80,7 @@ def compare_few(discs: int) -> str:
     return f"{discs:7d} discs: plain floats take {_seconds(few, 1, 300) / _seconds(many, 1, 300):.2g} of arrays' time"
 
 
-def main(sizes: tuple[int, ...] = (100, 1000)) -> None:
+def main(sizes: Sequence[int]) -> None:
     """Print the tables."""
     print(compare_two_discs())
     print(
@@ -107,4 +94,6 @@ def main(sizes: tuple[int, ...] = (100, 1000)) -> None:
 
 
 if __name__ == "__main__":
-    main(*([tuple(int(float(a)) for a in sys.argv[1:])] if len(sys.argv) > 1 else []))
+    command = parser("carom.bench.pit", __doc__)
+    command.add_argument("sizes", nargs="*", type=count, default=(100, 1000), metavar="discs", help="sizes of the gas")
+    run(command, main)

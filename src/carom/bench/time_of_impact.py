@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.bench.arguments import parser, run
 from carom.errors import MissingExtraError
 from carom.physics.compilation import compiler_installed
 from carom.physics.time_of_impact import pair_times
@@ -153,4 +154,4 @@ def main(count: int = 100_000, checked: int = 10_000) -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(parser("carom.bench.time_of_impact", __doc__), main)

@@ -6,243 +6,25 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
-from carom.bench.convergence import Order, fit_order
+from carom.bench.convergence import fit_order
 from carom.bench.error_kind import ErrorKind, error_of
-from carom.bench.noise import Noise
-from carom.bench.timing import CellTiming, Config, SceneTiming, time_scene
+from carom.bench.plan import Plan, plan_cells
+from carom.bench.results import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.bench.timing import Config, SceneTiming, time_scene
 from carom.bench.timing_journal import TimingJournal
-from carom.comparator.verdict import THRESHOLDS
-from carom.errors import InputError, UnknownNameError
-from carom.registry import EngineInfo
 from carom.runner.cell_score import CellKey, CellResult, cell_key
-from carom.runner.cross_check import chosen_engines, distinct_profiles
-from carom.runner.environment import Environment, environment
+from carom.runner.cross_check import chosen_engines
+from carom.runner.environment import environment
 from carom.runner.journal import Journal
-from carom.runner.phase import phases as evenly_spread
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import Pool, sweep
 from carom.scene import Scene
 
-__all__ = [
-    "Bench",
-    "Curve",
-    "Plan",
-    "Point",
-    "SceneBench",
-    "cheapest",
-    "default_steps",
-    "geometric_steps",
-    "pareto_front",
-    "plan_cells",
-    "work_precision",
-]
-
-#: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
-#: 1/60 s, in so many steps as a fitted order needs to have a confidence interval worth reading.
-FINEST = 60 / 10_000
-STEPS = 6
+__all__ = ["work_precision"]
 
 Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What a bench is to do.
-
-    Attributes:
-        engines: Names of adapters; None for all.
-        dts: Steps, seconds; None for each scene's own series.
-        profiles: Names of profiles.
-        phases: How many starts, evenly spread over a step, each cell is scored at.
-        error: Which error.
-        target: The error for which the cheapest way is looked for.
-        rounds: Rounds of the timing pass.
-        seed: Of the order of its visits.
-        budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
-        time_limit_s: A run that takes longer is ended.
-        timing: Whether to time at all.
-    """
-
-    engines: tuple[str, ...] | None = None
-    dts: tuple[float, ...] | None = None
-    profiles: tuple[str, ...] = ("default", "tuned")
-    phases: int = 4
-    error: ErrorKind = ErrorKind.IMPACT
-    target: float = 1e-3
-    rounds: int = 7
-    seed: int = 1
-    budget_s: float = 80.0
-    time_limit_s: float = 60.0
-    timing: bool = True
-
-
-@dataclass(frozen=True)
-class Point:
-    """One engine's profile at one step on one scene.
-
-    Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
-        dt_s: Step, seconds.
-        error: Largest error over all starts; NaN where no impact was found or nothing was run.
-        error_median: The median over the starts.
-        error_least: The least.
-        phases: How many starts were scored.
-        expected: Impacts of the reference, over all starts.
-        missed: Impacts missed, over all starts.
-        spurious: Impacts invented, over all starts.
-        reason: Why there is no error, empty where there is one.
-        timing: Its clocks; None where it was not timed.
-        untimed: Why it was not timed.
-    """
-
-    engine: str
-    profile: str
-    dt_s: float
-    error: float
-    error_median: float
-    error_least: float
-    phases: int
-    expected: int
-    missed: int
-    spurious: int
-    reason: str = ""
-    timing: CellTiming | None = None
-    untimed: str = ""
-
-    @property
-    def sound(self) -> bool:
-        """Whether every impact was found and none invented, at every start: only then an error says it all."""
-        return not self.reason and not self.missed and not self.spurious and not math.isnan(self.error)
-
-    @property
-    def config(self) -> Config:
-        """The point's configuration."""
-        return Config(self.engine, self.profile, self.dt_s)
-
-
-@dataclass(frozen=True)
-class Curve:
-    """All points of one engine's profile on one scene, from the coarsest step on.
-
-    Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
-        points: From coarse to fine.
-        order: The fitted order of convergence, of the sound points.
-        cheapest: The point of least run time that meets the target; None where none does.
-    """
-
-    engine: str
-    profile: str
-    points: tuple[Point, ...]
-    order: Order
-    cheapest: Point | None
-
-
-@dataclass(frozen=True)
-class SceneBench:
-    """What was found on one scene.
-
-    Attributes:
-        scene: The scene.
-        curves: By engine and profile.
-        front: Points that no other one but PIC beats in both error and run time, from fast to exact.
-        cheapest: The point of least run time that meets the target; None where none does.
-        noise: What the machine made of fixed work while this scene was timed; None where it was not.
-        rounds: Rounds of its timing pass.
-        timed_at: When it was timed, UTC; an earlier sitting's where the bench was resumed.
-    """
-
-    scene: Scene
-    curves: tuple[Curve, ...]
-    front: tuple[Point, ...]
-    cheapest: Point | None
-    noise: Noise | None
-    rounds: int
-    timed_at: str
-
-
-@dataclass(frozen=True)
-class Bench:
-    """A finished bench.
-
-    Attributes:
-        scenes: One entry a scene.
-        plan: What was asked for.
-        engines: What was known of each engine.
-        environment: Machine and versions.
-        command: The command that makes this again.
-        elapsed_s: Wall-clock seconds.
-    """
-
-    scenes: tuple[SceneBench, ...]
-    plan: Plan
-    engines: tuple[EngineInfo, ...]
-    environment: Environment
-    command: str
-    elapsed_s: float
-
-
-def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
-    """Return so many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
-
-    Raises:
-        InputError: An end is no positive number, or there are fewer than two steps.
-    """
-    for name, value in (("the coarsest step", coarsest_s), ("the finest step", finest_s)):
-        if not 0 < value < math.inf:
-            raise InputError(f"{name} must be a positive number of seconds, got {value}")
-    if count < 2:
-        raise InputError(f"a series of steps needs two of them or more, got {count}")
-    coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
-    rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
-    ends = rates[0], rates[-1]
-    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # a float holds 1/60 to 1e-16
-        rates = [float(round(rate)) for rate in rates]
-        return tuple(1.0 / rate for rate in dict.fromkeys(rates))
-    return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)
-
-
-def default_steps(scene: Scene) -> tuple[float, ...]:
-    """Return the series of steps that a scene is run at where none are asked for."""
-    frame_s = 1.0 / scene.frame_rate_hz
-    return geometric_steps(frame_s, frame_s * FINEST, STEPS)
-
-
-def plan_cells(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: Plan) -> list[Cell]:
-    """Return every cell of the scoring pass.
-
-    Raises:
-        InputError: There is no scene, two have one name, or a number of the plan is out of range.
-        UnknownNameError: No engine asked for has a profile of the plan.
-    """
-    if not scenes:
-        raise InputError("there is no scene to bench")
-    names = [scene.name for scene in scenes]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
-    if plan.rounds < 1:
-        raise InputError(f"rounds must be 1 or more, got {plan.rounds}")
-    for name, value in (("budget", plan.budget_s), ("time limit", plan.time_limit_s), ("target", plan.target)):
-        if not value > 0:
-            raise InputError(f"the {name} must be a positive number, got {value}")
-    offered = {profile for info in infos for profile in info.profiles}
-    for profile in plan.profiles:
-        if profile not in offered:
-            there_are = ", ".join(sorted(offered)) or "none"
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {there_are}")
-    cells = []
-    for scene in scenes:
-        for info in infos:
-            for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True)):
-                for profile in distinct_profiles(info, plan.profiles, dt_s):
-                    cells += [
-                        Cell(scene, info.name, profile, dt_s, refinement, phase) for phase in evenly_spread(plan.phases)
-                    ]
-    return cells
 
 
 def work_precision(
@@ -399,23 +181,3 @@ def _scene_bench(
         timing.rounds if timing else 0,
         timed_at,
     )
-
-
-def _run_s(point: Point) -> float:
-    return point.timing.advance_s.median if point.timing else math.inf
-
-
-def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
-    """Return the sound, timed points that no other one beats in both run time and error, from fast to exact."""
-    front: list[Point] = []
-    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (_run_s(p), p.error)):
-        # Two methods that do the same differ by rounding, which is no accuracy to pay for.
-        if not front or point.error < front[-1].error - THRESHOLDS.rounding:
-            front.append(point)
-    return tuple(front)
-
-
-def cheapest(points: Sequence[Point], target: float) -> Point | None:
-    """Return the sound point of least run time whose error is at most the target, None where there is none."""
-    meeting = [point for point in points if point.sound and point.timing and point.error <= target]
-    return min(meeting, key=_run_s, default=None)

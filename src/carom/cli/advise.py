@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import console, guarded, scenes_named
+from carom.cli.common import console, guarded, plain_scenes_named
+from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
 from carom.cli.progress import progress_bar
 from carom.errors import InputError
 
@@ -25,22 +26,13 @@ def advise(
         float,
         typer.Option("--miss-probability", help="Share of starts at which an impact may be missed, 0 to below 1."),
     ] = 0.0,
-    engine: Annotated[
-        list[str] | None, typer.Option("--engine", "-e", help="Engine to try, repeatable. All by default.")
-    ] = None,
-    profile: Annotated[
-        list[str] | None,
-        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
-    ] = None,
+    engine: EngineNames = None,
+    profile: ProfileNames = None,
     phases: Annotated[
         int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each step is tried at.")
     ] = 8,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
-    ] = None,
-    time_limit: Annotated[
-        float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
-    ] = 60.0,
+    jobs: Jobs = None,
+    time_limit: TimeLimit = 60.0,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
@@ -55,18 +47,16 @@ def advise(
     from carom.report.advice import advice_sentences, advice_table
     from carom.report.bench_terminal import rich_table
     from carom.runner.local import LocalPool
-    from carom.scene import Scene
 
-    found = scenes_named([scene])
+    found = plain_scenes_named([scene])
     if len(found) != 1:
         raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
     for name, value in (("--budget", budget), ("--time-limit", time_limit)):
         if not value > 0:
             raise InputError(f"{name} must be a positive number of seconds, got {value}")
-    plain = found[0] if isinstance(found[0], Scene) else found[0].scene
     with LocalPool(jobs, time_limit) as pool, progress_bar() as progress:
         advice = find(
-            plain,
+            found[0],
             Demand(angle(direction_error), miss_probability),
             pool,
             engine,

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from carom.bench.error_kind import ErrorKind
-from carom.cli.common import EXIT_INTERRUPTED, console, guarded, scenes_named, seconds
+from carom.cli.common import EXIT_INTERRUPTED, command_line, console, guarded, plain_scenes_named, seconds
+from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
 from carom.cli.progress import progress_bar
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.bench.work_precision import Plan
+    from carom.bench.plan import Plan
     from carom.report.bench_figure import Diagram
     from carom.runner.sweep import Pool
     from carom.scene import Scene
@@ -29,9 +28,7 @@ def bench(
         list[str] | None,
         typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern."),
     ] = None,
-    engine: Annotated[
-        list[str] | None, typer.Option("--engine", "-e", help="Engine, repeatable. All by default.")
-    ] = None,
+    engine: EngineNames = None,
     dt: Annotated[
         list[str] | None,
         typer.Option(
@@ -40,10 +37,7 @@ def bench(
             "By default six steps from each scene's own frame to one 167 times finer.",
         ),
     ] = None,
-    profile: Annotated[
-        list[str] | None,
-        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
-    ] = None,
+    profile: ProfileNames = None,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
     ] = Path("carom-bench"),
@@ -66,13 +60,8 @@ def bench(
     budget: Annotated[
         float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
     ] = 80.0,
-    time_limit: Annotated[
-        float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
-    ] = 60.0,
-    jobs: Annotated[
-        int | None,
-        typer.Option("--jobs", "-j", min=1, help="Cells scored at a time. As many as there are cores by default."),
-    ] = None,
+    time_limit: TimeLimit = 60.0,
+    jobs: Jobs = None,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
@@ -97,8 +86,9 @@ def bench(
     if grow:
         _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
         return
+    from carom.bench.plan import Plan
     from carom.bench.timing_journal import TimingJournal
-    from carom.bench.work_precision import Plan, work_precision
+    from carom.bench.work_precision import work_precision
     from carom.report.bench_figure import Diagram
     from carom.report.bench_terminal import bench_lines
     from carom.report.bench_write import write_bench
@@ -136,7 +126,7 @@ def bench(
                 journal=journal,
                 timings=timings,
                 progress=progress,
-                command=shlex.join(["carom", *sys.argv[1:]]),
+                command=command_line(),
             )
     except KeyboardInterrupt:
         typer.echo(f"carom: interrupted; what is finished is in {scored}, and --resume goes on from there", err=True)
@@ -153,7 +143,7 @@ def bench(
 
 def step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``."""
-    from carom.bench.work_precision import STEPS, geometric_steps
+    from carom.bench.plan import STEPS, geometric_steps
 
     if ".." not in text:
         return (seconds(text),)
@@ -192,7 +182,7 @@ def _grow(
             budget_s=budget_s,
             time_limit_s=time_limit_s,
             progress=progress,
-            command=shlex.join(["carom", *sys.argv[1:]]),
+            command=command_line(),
         )
     page = write_growth(found, out)
     printer = console()
@@ -203,11 +193,9 @@ def _grow(
 
 
 def _scenes(names: list[str]) -> list[Scene]:
-    from carom.scene import Scene
-
     if not names:
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
-    return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]
+    return plain_scenes_named(names)
 
 
 def _axes(asked: list[str] | None, there_are: tuple[Diagram, ...]) -> tuple[Diagram, ...]:

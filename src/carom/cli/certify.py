@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_VIOLATION, console, guarded, scenes_named
+from carom.cli.common import EXIT_INTERRUPTED, EXIT_VIOLATION, console, guarded, plain_scenes_named
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -47,15 +47,13 @@ def certify(
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
     from carom.report.certified_table import certified_summary, certified_table
-    from carom.scene import Scene
     from carom.solvers.certified import Ending, enclosures
 
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     worst = 0
     documents = []
-    for entry in scenes_named(scenes):
-        scene = entry if isinstance(entry, Scene) else entry.scene
+    for scene in plain_scenes_named(scenes):
         found = _certify(scene, digits, max_impacts, time_budget, max_precision)
         if as_json or out is not None:
             document = enclosures(found)

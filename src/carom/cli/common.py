@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import shlex
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -24,8 +25,10 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "EXIT_UNAVAILABLE",
     "EXIT_VIOLATION",
+    "command_line",
     "console",
     "guarded",
+    "plain_scenes_named",
     "scenes_named",
     "seconds",
 ]
@@ -71,6 +74,11 @@ def console() -> Console:
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
 
 
+def command_line() -> str:
+    """Return the command that makes a result again, for the result to show."""
+    return shlex.join(["carom", *sys.argv[1:]])
+
+
 def seconds(text: str) -> float:
     """Read a step such as ``1/240`` or ``0.004``."""
     from fractions import Fraction
@@ -96,3 +104,10 @@ def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
         is_file = Path(name).suffix in {".toml", ".json"} or Path(name).is_file()
         found += [load_scene(name)] if is_file else find_scenes([name])
     return found
+
+
+def plain_scenes_named(names: list[str]) -> list[Scene]:
+    """As `scenes_named`, but of the catalogue the scenes alone."""
+    from carom.scene import Scene
+
+    return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_CRASHED, EXIT_UNAVAILABLE, EXIT_VIOLATION, console, guarded, scenes_named, seconds
+from carom.cli.common import (
+    EXIT_CRASHED,
+    EXIT_UNAVAILABLE,
+    EXIT_VIOLATION,
+    command_line,
+    console,
+    guarded,
+    scenes_named,
+    seconds,
+)
+from carom.cli.options import EngineNames, Jobs, TimeLimit
+from carom.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from carom.runner import Results
@@ -38,9 +47,7 @@ def run(
             "All of the catalogue by default."
         ),
     ] = None,
-    engine: Annotated[
-        list[str] | None, typer.Option("--engine", "-e", help="Engine to run, repeatable. All by default.")
-    ] = None,
+    engine: EngineNames = None,
     dt: Annotated[
         list[str] | None,
         typer.Option(
@@ -64,12 +71,8 @@ def run(
             "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
-    ] = None,
-    time_limit: Annotated[
-        float, typer.Option("--time-limit", help="Seconds after which an engine that gives no answer is ended.")
-    ] = 60.0,
+    jobs: Jobs = None,
+    time_limit: TimeLimit = 60.0,
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
@@ -148,18 +151,9 @@ def _cross_check(
     *,
     drawn: bool,
 ) -> Results:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from carom.runner import cross_check
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("", total=None)
-
-        def progress(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what)
-
+    with progress_bar() as progress:
         return cross_check(
             scenes,
             engine,
@@ -173,7 +167,7 @@ def _cross_check(
             phases=phases,
             samples=drawn,
             progress=progress,
-            command=shlex.join(["carom", *sys.argv[1:]]),
+            command=command_line(),
         )
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, console, guarded
+from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, command_line, console, guarded
+from carom.cli.options import EngineNames, Jobs, ProfileNames
+from carom.cli.progress import progress_bar
 
 if TYPE_CHECKING:
     from carom.stress.results import StressResults
@@ -26,13 +26,8 @@ def stress(
             "All by default; --list shows them."
         ),
     ] = None,
-    engine: Annotated[
-        list[str] | None, typer.Option("--engine", "-e", help="Engine to attack, repeatable. All by default.")
-    ] = None,
-    profile: Annotated[
-        list[str] | None,
-        typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
-    ] = None,
+    engine: EngineNames = None,
+    profile: ProfileNames = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="The quick form: under a minute, with fewer rungs and nearer ends.")
     ] = False,
@@ -47,9 +42,7 @@ def stress(
             "number.",
         ),
     ] = Path("stress"),
-    jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Cells at a time. As many as there are cores by default.")
-    ] = None,
+    jobs: Jobs = None,
     time_limit: Annotated[
         float | None,
         typer.Option("--time-limit", help="Seconds after which an engine that gives no answer has given way."),
@@ -100,18 +93,9 @@ def _campaign(
     jobs: int | None,
     time_limit: float | None,
 ) -> StressResults:
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from carom.stress.campaign import stress as attack
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task("", total=None)
-
-        def progress(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what)
-
+    with progress_bar() as progress:
         return attack(
             names,
             engine,
@@ -122,5 +106,5 @@ def _campaign(
             jobs=jobs,
             time_limit_s=time_limit,
             progress=progress,
-            command=shlex.join(["carom", *sys.argv[1:]]),
+            command=command_line(),
         )

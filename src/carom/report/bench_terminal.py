@@ -8,7 +8,7 @@ from rich import box
 from rich.table import Table
 from rich.text import Text
 
-from carom.bench.work_precision import Bench
+from carom.bench.results import Bench
 from carom.report.bench_tables import TableOf, all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
 
 __all__ = ["bench_lines", "rich_table"]

@@ -10,10 +10,10 @@ from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
 
-from carom.bench.work_precision import Bench, SceneBench
+from carom.bench.results import Bench, SceneBench
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
 from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
-from carom.report.extra import require_report_extra
+from carom.report.extra import rendered, require_report_extra
 from carom.report.jsonl import strict
 from carom.report.write import replace_all
 
@@ -127,13 +127,4 @@ def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
 
 def render_page(title: str, parts: Sequence[Mapping[str, object]], foot: Sequence[str], seed: int) -> str:
     """Return a page of a bench; every name is escaped."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("carom.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("bench.html.j2").render(title=title, scenes=parts, stamp=foot, seed=seed)
+    return rendered("bench.html.j2", title=title, scenes=parts, stamp=foot, seed=seed)

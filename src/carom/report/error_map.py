@@ -119,7 +119,7 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
         axes.set_xticks(np.log10(ticks), [f"{tick:g}" for tick in ticks])
         axes.set_xlim(across[0], across[-1])
         axes.set_ylim(up[0], up[-1])
-        axes.set_xlabel("relative speed × step / radius")  # noqa: RUF001 # the multiplication sign is meant
+        axes.set_xlabel("relative speed × step / radius")  # noqa: RUF001 - the multiplication sign is meant
         axes.set_ylabel("impact parameter / contact distance", labelpad=2)
         bar = figure.colorbar(image, cax=figure.add_axes((0.86, 0.16, 0.025, 0.80)))
         bar.outline.set_edgecolor(INK)

@@ -10,7 +10,7 @@ from carom.report.certified_reach import CERTIFIED_NOTE
 from carom.report.chart import velocity_chart, wrong_chart
 from carom.report.divergences import Divergence
 from carom.report.error_map import MAP_SCENES, build_error_map, error_map_figure
-from carom.report.extra import require_report_extra
+from carom.report.extra import rendered
 from carom.report.picture import Pair, draw_pair
 from carom.report.price import price_lines
 from carom.report.view import View
@@ -33,18 +33,9 @@ def html(view: View) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    require_report_extra()
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("carom.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     trend = view.trend
-    return environment.get_template("report.html.j2").render(
+    return rendered(
+        "report.html.j2",
         view=view,
         phrases=phrases,
         wording=wording,

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from carom.report import wording
-from carom.report.extra import require_report_extra
+from carom.report.extra import rendered
 from carom.report.markdown import _table as markdown_table
 from carom.report.markdown import _text as markdown_text
 from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, columns, groups, reasons, summary
@@ -133,17 +133,8 @@ def _environment(results: StressResults) -> list[list[str]]:
 
 
 def _html(results: StressResults) -> str:
-    require_report_extra()
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("carom.report"),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("stress.html.j2").render(
+    return rendered(
+        "stress.html.j2",
         title=TITLE,
         results=results,
         sentences=summary(results),

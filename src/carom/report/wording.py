@@ -79,7 +79,7 @@ def percent(share: float) -> str:
 
 def ratio(value: float | None) -> str:
     """Return how many times as long something takes."""
-    return ABSENT if value is None else f"{number(value)} ×"  # noqa: RUF001 # the multiplication sign is meant
+    return ABSENT if value is None else f"{number(value)} ×"  # noqa: RUF001 - the multiplication sign is meant
 
 
 def count(n: int, one: str, many: str = "") -> str:

@@ -16,7 +16,7 @@ from carom.runner.cross_check import reference_trace
 from carom.runner.drive import observe_run
 from carom.runner.execute import refusal
 from carom.runner.messages import Failure
-from carom.runner.phase import begun_earlier
+from carom.runner.phases import begun_earlier
 from carom.runner.results import Cell, Row, Status
 from carom.scene import Scene
 from carom.trace import Trace

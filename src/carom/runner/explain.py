@@ -90,6 +90,8 @@ def _reference(scene: Scene) -> Trace | str:
 def _pic(scene: Scene, trace: Trace) -> str:
     found = f"{len(trace.impacts)} impacts in {trace.counts.get('predictions', 0)} predictions"
     walls = "" if scene.walls else ", no wall is asked about"
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        return f"event-driven along parabolas, in plain Python{walls}: {found}"
     if len(scene.discs) == 2 and not scene.walls:
         return f"two discs, so the closed form, without queue, cells or compiler: {found}"
     if trace.counts.get("compiled"):

@@ -94,6 +94,10 @@ class LineFile:
         path: The file; made where it does not exist.
         resume: Whether a file that exists is gone on with; it is refused otherwise.
 
+    Attributes:
+        path: The file.
+        found: The whole lines that it held when it was opened.
+
     Raises:
         InputError: The file exists and `resume` is not set, or another process writes to it.
     """
@@ -118,6 +122,11 @@ class LineFile:
         if written != len(data):  # a full disc; what is torn is cut off at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
+
+    def empty(self) -> None:
+        """Drop what the file held when it was opened."""
+        os.ftruncate(self._file, 0)
+        self.found = b""
 
     def close(self) -> None:
         """Close the file; the lock goes with it."""

@@ -14,12 +14,21 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.comparator import Score
-from carom.errors import SceneError
-from carom.scene import Disc, Scene
+from carom.errors import InputError, SceneError
+from carom.scene import Scene
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace
+from carom.trace import Trace, Vector
 
-__all__ = ["PhaseSpread", "Shifted", "phase_values", "pit_miss_probability", "shifted_scenes", "spread_of"]
+__all__ = [
+    "PhaseSpread",
+    "Shifted",
+    "begun_earlier",
+    "even_phases",
+    "phase_values",
+    "pit_miss_probability",
+    "shifted_scenes",
+    "spread_of",
+]
 
 #: Of all numbers the golden ratio is the worst to approximate by fractions: its multiples leave no gap long unfilled.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
@@ -65,6 +74,17 @@ class PhaseSpread:
         return self.missed / self.phases if self.phases else math.nan
 
 
+def even_phases(count: int) -> tuple[float, ...]:
+    """Return so many phases, evenly spread over a step, the first of them 0.
+
+    Raises:
+        InputError: `count` is below 1.
+    """
+    if count < 1:
+        raise InputError(f"phases must be 1 or more, got {count}")
+    return tuple(k / count for k in range(count))
+
+
 def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
     """Return quasi-random phases in 0 to 1: multiples of the golden ratio from a start that the seed draws."""
     start = float(np.random.default_rng(seed).random())
@@ -74,9 +94,9 @@ def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
 def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Shifted, ...]:
     """Shift a scene along its own motion to each phase; what can't be shifted so is left out.
 
-    All start positions are taken ``v * phase * dt`` ahead, and the duration is shortened by as much; where an impact
-    comes before that, they are taken back by the rest of the step instead. A shift that changes which impacts happen
-    (because the way back leads through another body, or the last impact falls past the end) is none.
+    All discs are taken ``phase * dt`` ahead along their paths, and the duration is shortened by as much; where an
+    impact comes before that, they are taken back by the rest of the step instead. A shift that changes which impacts
+    happen (because the way back leads through another body, or the last impact falls past the end) is none.
 
     Args:
         reference: The scene's PIC trace.
@@ -100,21 +120,58 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tu
     return tuple(found)
 
 
+def begun_earlier(scene: Scene, by_s: float) -> Scene:
+    """Return the scene begun `by_s` seconds earlier: every disc moved back along its path, the end where it was.
+
+    The same impacts follow, `by_s` later each. Where bodies would have met on the way back (those of a cradle that
+    touch at the start, say) the scene begins later instead, if nothing is to happen before.
+
+    Args:
+        scene: The scene.
+        by_s: Seconds, 0 or more.
+
+    Raises:
+        InputError: Bodies meet within `by_s` both before the start and after it.
+    """
+    if by_s == 0.0:
+        return scene
+    for shift_s in (-by_s, by_s):
+        if shift_s < scene.duration_s and _nothing_meets(scene, shift_s):
+            return _shifted(scene, shift_s)
+    raise InputError(
+        f"the scene can't begin {by_s:.3g} s earlier or later: bodies meet within that time on either side"
+    )
+
+
+def _nothing_meets(scene: Scene, shift_s: float) -> bool:
+    """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
+    ahead = scene if shift_s > 0 else _reversed(scene)
+    return len(solve_pic(ahead, max_impacts=1, until_s=abs(shift_s)).impacts) == 0
+
+
+def _reversed(scene: Scene) -> Scene:
+    """Return the scene that runs the path before the start backwards; a parabola is the same one either way."""
+    return _with_states(scene, [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1])) for d in scene.discs])
+
+
 def _shifted(scene: Scene, shift_s: float) -> Scene:
+    """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
+    gx, gy = scene.gravity_m_s2
+    states = []
+    for disc in scene.discs:
+        (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+        place = (x + u * shift_s + 0.5 * gx * shift_s * shift_s, y + v * shift_s + 0.5 * gy * shift_s * shift_s)
+        velocity = (u + gx * shift_s, v + gy * shift_s)
+        states.append((disc.position_m, disc.velocity_m_s) if disc.immovable else (place, velocity))
+    return _with_states(scene, states, duration_s=scene.duration_s - shift_s)
+
+
+def _with_states(scene: Scene, states: Sequence[tuple[Vector, Vector]], **fields: float) -> Scene:
     discs = [
-        Disc(
-            position_m=(
-                disc.position_m[0] + disc.velocity_m_s[0] * shift_s,
-                disc.position_m[1] + disc.velocity_m_s[1] * shift_s,
-            ),
-            velocity_m_s=disc.velocity_m_s,
-            radius_m=disc.radius_m,
-            mass_kg=disc.mass_kg,
-        )
-        for disc in scene.discs
+        {**disc.model_dump(), "position_m": place, "velocity_m_s": velocity}
+        for disc, (place, velocity) in zip(scene.discs, states, strict=True)
     ]
-    fields = {name: getattr(scene, name) for name in type(scene).model_fields}
-    return Scene(**{**fields, "discs": tuple(discs), "duration_s": scene.duration_s - shift_s})
+    return Scene(**{**scene.model_dump(), "discs": discs, **fields})
 
 
 def pit_miss_probability(scene: Scene, dt_s: float) -> float:

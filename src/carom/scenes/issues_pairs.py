@@ -46,9 +46,15 @@ def _head_on(
 
 def _mujoco_441(name: str, shows: str) -> Staged:
     return _head_on(
-        name, shows, speeds=(60.0, 0.0), radius_m=(0.02, 0.01), gap_m=0.97, mass_kg=(1.0, math.inf),
-        duration_s=0.03, rate_hz=500.0,
-    )  # fmt: skip
+        name,
+        shows,
+        speeds=(60.0, 0.0),
+        radius_m=(0.02, 0.01),
+        gap_m=0.97,
+        mass_kg=(1.0, math.inf),
+        duration_s=0.03,
+        rate_hz=500.0,
+    )
 
 
 def _mujoco_2080(name: str, shows: str) -> Staged:
@@ -60,9 +66,15 @@ def _mujoco_2080(name: str, shows: str) -> Staged:
 def _bullet_2228(name: str, shows: str) -> Staged:
     # An impulse of 500 N s on a kilogram.
     return _head_on(
-        name, shows, speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf),
-        duration_s=0.1, rate_hz=60.0,
-    )  # fmt: skip
+        name,
+        shows,
+        speeds=(500.0, 0.0),
+        radius_m=(0.5, 0.5),
+        gap_m=9.3,
+        mass_kg=(1.0, math.inf),
+        duration_s=0.1,
+        rate_hz=60.0,
+    )
 
 
 def _rapier_984(name: str, shows: str) -> Staged:
@@ -76,16 +88,28 @@ def _jolt_1403(name: str, shows: str) -> Staged:
 def _reactphysics_96(name: str, shows: str) -> Staged:
     # From 2.8 and 4.0 with radius .5: a gap of .2.
     return _head_on(
-        name, shows, speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0),
-        duration_s=1.0, rate_hz=60.0,
-    )  # fmt: skip
+        name,
+        shows,
+        speeds=(1.0, 0.0),
+        radius_m=(0.5, 0.5),
+        gap_m=0.2,
+        mass_kg=(10.0, 10.0),
+        duration_s=1.0,
+        rate_hz=60.0,
+    )
 
 
 def _hard_sphere_8(name: str, shows: str) -> Staged:
     return _head_on(
-        name, shows, speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf),
-        duration_s=1.0, rate_hz=60.0,
-    )  # fmt: skip
+        name,
+        shows,
+        speeds=(1.5, 0.0),
+        radius_m=(0.2, 0.3),
+        gap_m=0.4,
+        mass_kg=(1.0, math.inf),
+        duration_s=1.0,
+        rate_hz=60.0,
+    )
 
 
 def _row(
@@ -176,8 +200,7 @@ def issues_pairs() -> list[Complaint]:
             engine="mujoco",
             thread="https://github.com/google-deepmind/mujoco/issues/441",
             reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
-            "cup "
-            "or a smaller step.",
+            "cup or a smaller step.",
             symptom=Symptom.MISSES,
             made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
         ),
@@ -225,8 +248,7 @@ def issues_pairs() -> list[Complaint]:
             about="Jolt Physics",
             thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
             reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
-            "exchanging "
-            "velocities.",
+            "exchanging velocities.",
             at_least=0.25,
             made="Speeds are the thread's; radius and gap are ours.",
         ),
@@ -260,14 +282,12 @@ def issues_pairs() -> list[Complaint]:
             about="Newton (MuJoCo Warp)",
             engine="mujoco",
             thread="https://github.com/newton-physics/newton/issues/3233",
-            reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved "
-            "in one "
-            "step instead of one after the other.",
+            reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
+            "one step instead of one after the other.",
             symptom=Symptom.LOSES_ENERGY,
             at_least=0.25,
             made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
-            "touch "
-            "exactly.",
+            "touch exactly.",
         ),
         Complaint(
             "issues/pooltool-257",
@@ -277,8 +297,7 @@ def issues_pairs() -> list[Complaint]:
             about="pooltool",
             thread="https://github.com/ekiefl/pooltool/pull/257",
             reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
-            "before "
-            "this change.",
+            "before this change.",
             at_least=0.1,
             made="The cradle is the thread's; gaps and speed are ours.",
         ),
@@ -301,8 +320,7 @@ def issues_pairs() -> list[Complaint]:
             about="pooltool",
             thread="https://github.com/ekiefl/pooltool/pull/354",
             reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
-            "collision "
-            "at once.",
+            "collision at once.",
             symptom=Symptom.INVENTS,
             made="Both cases are the thread's; sizes are ours.",
         ),
@@ -313,8 +331,7 @@ def issues_pairs() -> list[Complaint]:
             about="visualchemeng-js",
             thread="https://github.com/adm78/visualchemeng-js/issues/10",
             reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
-            "leave "
-            "the box.",
+            "leave the box.",
             symptom=Symptom.ESCAPES,
             made="Carom refuses a start that overlaps; this is the deepest overlap that it takes, that of rounding.",
         ),

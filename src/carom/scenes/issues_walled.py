@@ -200,8 +200,7 @@ def issues_walled() -> list[Complaint]:
             engine="box2d",
             thread="https://github.com/erincatto/box2d/pull/654",
             reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
-            "restitution; "
-            "this change lets users set it.",
+            "restitution; this change lets users set it.",
             at_least=0.25,
             made="The thread has no scene; all sizes are ours.",
         ),
@@ -213,8 +212,7 @@ def issues_walled() -> list[Complaint]:
             about="Rapier",
             thread="https://github.com/dimforge/rapier/issues/919",
             reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
-            "time "
-            "skip the restitution.",
+            "time skip the restitution.",
             at_least=0.25,
             made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
         ),
@@ -226,8 +224,7 @@ def issues_walled() -> list[Complaint]:
             about="Rapier",
             thread="https://github.com/dimforge/rapier/issues/615",
             reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
-            "default, "
-            "was the cause.",
+            "default, was the cause.",
             symptom=Symptom.LOSES_ENERGY,
             made="The thread has no sizes; all are ours.",
         ),
@@ -274,7 +271,6 @@ def issues_walled() -> list[Complaint]:
             reported="In a break the cue ball goes through another ball: the collision is missed.",
             symptom=Symptom.MISSES,
             made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
-            "and "
-            "there is neither friction nor a cushion.",
+            "and there is neither friction nor a cushion.",
         ),
     ]

@@ -14,7 +14,6 @@ from carom.solvers.layout import (
     EPOCH_REST,
     LAST,
     MOVES,
-    NOBODY,
     NORMAL_X,
     NORMAL_Y,
     NOW,
@@ -73,9 +72,10 @@ def note_instant(s: Columns, time: float) -> None:
 
 def restitution_now(s: Columns, i: int, time: float, restitution: float) -> float:
     """Return the restitution of an impact of disc `i` at `time`: 1 so soon after its last that they are one contact."""
-    body, a = s.body, i * ROW
-    if s.link[a + MOVES] != 0 and s.link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < s.law[CONTACT_TIME]:
-        return 1.0
+    if s.law[CONTACT_TIME] > 0.0 and s.link[i * ROW + MOVES] != 0:
+        if time - s.last_impact[i] < s.law[CONTACT_TIME]:
+            restitution = 1.0
+        s.last_impact[i] = time
     return restitution
 
 

@@ -77,6 +77,7 @@ class RunState:
         link: Impact counts and last partners, shape ``(n, 8)``.
         clock: Times.
         tally: Counts.
+        last_impact: Time of each disc's last impact, where a contact takes time, else empty.
         time_s: How far the run has been taken.
     """
 
@@ -84,6 +85,7 @@ class RunState:
     link: NDArray[np.int32]
     clock: NDArray[np.float64]
     tally: NDArray[np.int64]
+    last_impact: NDArray[np.float64]
     time_s: float
 
 
@@ -141,6 +143,7 @@ class EventDrivenRun:
         if resume is not None:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
             state.clock[:], state.tally[:] = resume.clock, resume.tally
+            state.last_impact[:] = resume.last_impact
             self.time_s = resume.time_s
         self._plain = not (
             compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed())
@@ -219,6 +222,7 @@ class EventDrivenRun:
             np.array(self._state.link, np.int32).reshape(-1, ROW),
             np.array(self._state.clock, np.float64),
             tally,
+            np.array(self._state.last_impact, np.float64),
             self.time_s,
         )
 

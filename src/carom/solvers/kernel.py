@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 from carom.physics.double_double import two_sum
 from carom.solvers.cells import change_cell, insert_all
 from carom.solvers.collision import collide_pair, collide_wall, move, reported_time
+from carom.solvers.exits import next_exit
 from carom.solvers.layout import (
     AHEAD,
     ANEW,
@@ -30,6 +31,7 @@ from carom.solvers.layout import (
     CERTAIN,
     COLUMN_BITS,
     COLUMN_MASK,
+    CONTACT_TIME,
     CROSSINGS,
     DISCS,
     DONE,
@@ -70,7 +72,7 @@ from carom.solvers.layout import (
     index,
 )
 from carom.solvers.lookahead import fetch_disc, fetch_neighbours, fetch_surroundings, runner_up
-from carom.solvers.prediction import expected, find_earliest, next_exit, pair_event_time, store
+from carom.solvers.prediction import expected, find_earliest, pair_event_time, store
 from carom.solvers.tournament import earliest, least_other, lesser, next_at, set_time
 
 if TYPE_CHECKING:
@@ -104,6 +106,8 @@ def new_epoch(s: Columns) -> None:
         if s.link[i * ROW + MOVES] != 0:
             move(body, i, now)
         body[i * ROW + OWN_TIME] = 0.0
+        if s.law[CONTACT_TIME] > 0.0:
+            s.last_impact[i] -= now
     # The epoch is a pair of floats: what the first loses by rounding, the second keeps.
     total, rest = two_sum(clock[EPOCH], now)
     clock[EPOCH_REST] += rest
@@ -238,6 +242,7 @@ def run(
     walls: Column,
     near_wall: Column,
     inverse_mass: Column,
+    last_impact: Column,
     tree: Column,
     winner: Column,
     clock: Column,
@@ -261,6 +266,7 @@ def run(
         walls: See `body`.
         near_wall: See `body`.
         inverse_mass: See `body`.
+        last_impact: See `body`.
         tree: See `body`.
         winner: See `body`.
         clock: See `body`.
@@ -276,7 +282,22 @@ def run(
         STANDSTILL.
     """
     s = Columns(
-        body, link, cells, nearby, field, walls, near_wall, inverse_mass, tree, winner, clock, tally, law, size, records
+        body,
+        link,
+        cells,
+        nearby,
+        field,
+        walls,
+        near_wall,
+        inverse_mass,
+        last_impact,
+        tree,
+        winner,
+        clock,
+        tally,
+        law,
+        size,
+        records,
     )
     discs, capacity = index(size[DISCS]), size[CAPACITY]
     bodies = discs + size[WALLS]
@@ -324,11 +345,6 @@ def run(
                 tally[CROSSINGS] += 1
                 edge, across = change_cell(s, i)
                 step = EDGE
-                if is_stale(link, i):
-                    tally[STALE] += 1
-                    step = ANEW
-            elif step == GUESSED:
-                tally[STALE] += 1
                 if is_stale(link, i):
                     tally[STALE] += 1
                     step = ANEW

@@ -27,7 +27,8 @@ class Columns(NamedTuple):
         walls: A point and a normal each.
         near_wall: Which walls are near each cell.
         inverse_mass: 1/kg, 0 for a disc that never moves.
-        tree: Tournament tree of the lesser of the two.
+        last_impact: Time of each disc's last impact, where a contact takes time (TC model), else empty.
+        tree: Tournament tree of the earliest predicted time of each disc.
         winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
@@ -44,6 +45,7 @@ class Columns(NamedTuple):
     walls: Column
     near_wall: Column
     inverse_mass: Column
+    last_impact: Column
     tree: Column
     winner: Column
     clock: Column

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
+    from carom.solvers.ballistic.run import BallisticRun
 
-__all__ = ["FramewiseRun", "solve_pic_framewise"]
+__all__ = ["FramewiseRun", "framewise_run", "solve_pic_framewise"]
 
 
 class FramewiseRun:
@@ -39,6 +40,7 @@ class FramewiseRun:
         self.log = ImpactLog(scene)
         self.time_s = 0.0
         self.predictions = 0
+        self.notes: tuple[str, ...] = ()
         self._now_s = 0.0  # since the epoch
         self._reported_s = 0.0
         self._kept: dict[tuple[int, int], float] = {}
@@ -74,6 +76,11 @@ class FramewiseRun:
         """Velocities now, metres a second, shape ``(n, 2)``."""
         return self.bodies.velocities()
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far."""
+        return {"predictions": self.predictions}
+
     def _upcoming(self) -> Iterator[tuple[float, int, int]]:
         bodies = self.bodies
         n = len(bodies)
@@ -102,6 +109,18 @@ class FramewiseRun:
         self._kept = {key: time for key, time in self._kept.items() if not changed.intersection(key)}
 
 
+def framewise_run(scene: Scene) -> FramewiseRun | BallisticRun:
+    """Return a run that can be taken forward frame by frame.
+
+    Under gravity it is the event-driven one: a disc's state is that at its last impact, so that frames change nothing.
+    """
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.ballistic.run import BallisticRun
+
+        return BallisticRun(scene)
+    return FramewiseRun(scene)
+
+
 def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
 
@@ -115,16 +134,13 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
     rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
     if not 0 < rate < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.ballistic.solve import solve_framewise_ballistic
-
-        return solve_framewise_ballistic(scene, rate)
-    run = FramewiseRun(scene)
+    run = framewise_run(scene)
     frames = scene.step_count(1.0 / rate)
     outcome = Outcome.COMPLETED
     for frame in range(1, frames + 1):
         last = frame == frames
-        outcome = run.advance_frame(scene.duration_s if last else frame / rate, closed=last)
+        frame_s = scene.duration_s if last else frame / rate
+        outcome = run.advance_frame(frame_s, closed=last) if isinstance(run, FramewiseRun) else run.advance_to(frame_s)
         if outcome is not Outcome.COMPLETED:
             break
     return Trace(
@@ -137,5 +153,6 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         outcome=outcome,
         dt_s=1.0 / rate,
         ambiguous=tuple(run.log.ambiguous),
-        counts={"frames": frames, "predictions": run.predictions},
+        counts={"frames": frames, **run.counts},
+        notes=run.notes,
     )

@@ -6,6 +6,10 @@ frame, its normal is turned by what the discs moved meanwhile, and one whose ove
 
 `FrameSampledRun` is that, and the definition. `SkippingRun` and `ManyDiscsRun` leave out what can find nothing, and
 give the same impacts, velocities and positions to the bit.
+
+Under gravity discs move along exact parabolas between the frames. What is sampled is the overlap, and nothing else:
+free fall itself has no error, so that what PIT is off by is what looking once a frame costs. Engines add to it the
+error of their integrator.
 """
 
 from __future__ import annotations
@@ -14,7 +18,7 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.solvers.bodies import Bodies, require_supported
+from carom.solvers.bodies import Bodies
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit_many import ManyDiscsRun
 from carom.solvers.pit_skipping import SkippingRun
@@ -46,8 +50,7 @@ class FrameSampledRun:
     """
 
     def __init__(self, scene: Scene) -> None:
-        require_supported(scene, "PIT")
-        self.bodies = Bodies(scene)
+        self.bodies = _bodies(scene)
         self.log = ImpactLog(scene)
         self.time_s = 0.0
         self.pair_tests = 0
@@ -95,10 +98,15 @@ class FrameSampledRun:
         return self.bodies.velocities()
 
 
-if TYPE_CHECKING:
-    from carom.solvers.ballistic.frames import BallisticFrames
+def _bodies(scene: Scene) -> Bodies:
+    if scene.gravity_m_s2 == (0.0, 0.0):
+        return Bodies(scene)
+    from carom.solvers.ballistic.bodies import FallingBodies
 
-    PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun | BallisticFrames
+    return FallingBodies(scene)
+
+
+PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
 
 
 def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
@@ -109,11 +117,7 @@ def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
         skipping: Whether to leave out looks that can find nothing; the result is the same to the bit. Under gravity
             none is left out.
     """
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.ballistic.frames import BallisticFrames
-
-        return BallisticFrames(scene)
-    if not skipping:
+    if not skipping or scene.gravity_m_s2 != (0.0, 0.0):
         return FrameSampledRun(scene)
     n = len(scene.discs)
     return ManyDiscsRun(scene) if n * (n - 1) // 2 + n * len(scene.walls) > MANY_PAIRS else SkippingRun(scene)
@@ -135,10 +139,6 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
     rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
     if not 0 < rate < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.ballistic.solve import solve_pit_ballistic
-
-        return solve_pit_ballistic(scene, rate)
     run = pit_run(scene, skipping=skipping)
     frames = scene.step_count(1.0 / rate)
     # In parts: a long run of millions of frames would otherwise begin with a list of them.

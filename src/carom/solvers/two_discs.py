@@ -63,4 +63,5 @@ def solve_two_discs(scene: Scene, end_s: float, max_impacts: int | None = None) 
         end_time_s=end_s,
         outcome=outcome,
         counts={"impacts": count, "predictions": count + 1},
+        impacts_per_disc=np.array([count, count]),
     )

@@ -91,9 +91,9 @@ def stress(
     versions = {method.engine: method.version for method in columns if method.version}
     here = environment(versions)
     stamp = {"quick": quick, "carom": here.carom, "versions": versions, "time_limit_s": limit}
-    if not resume and scenes.exists():
-        shutil.rmtree(scenes)
     with Journal(out / JOURNAL, stamp, resume=resume) as journal:
+        if not resume and scenes.exists():
+            shutil.rmtree(scenes)
         todo = [
             (task, method)
             for task in tasks

@@ -40,7 +40,7 @@ class Guesses(PenaltyWorld):
 
     def __init__(self, scene, settings):
         super().__init__(scene, settings)
-        self.velocity += 1e-9 * np.array([[random.random(), random.random()] for _ in scene.discs])  # noqa: S311
+        self.velocity += 1e-9 * np.array([[random.random(), random.random()] for _ in scene.discs])
 
 
 class Rounds(PenaltyWorld):
@@ -54,7 +54,7 @@ class Talks(PenaltyWorld):
     """Prints."""
 
     def advance(self, steps):
-        print("step", self.steps)  # noqa: T201
+        print("step", self.steps)  # noqa: T201 - what is wrong with it
         super().advance(steps)
 
 

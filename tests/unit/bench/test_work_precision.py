@@ -18,9 +18,11 @@ from carom.bench.convergence import Convergence
 from carom.bench.error_kind import ErrorKind
 from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
+from carom.bench.plan import Plan, geometric_steps
+from carom.bench.results import Bench, Point, cheapest, pareto_front
 from carom.bench.timing import CellTiming, Config, time_scene
 from carom.bench.timing_journal import TimingJournal
-from carom.bench.work_precision import Plan, Point, cheapest, geometric_steps, pareto_front, work_precision
+from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
 from carom.errors import InputError, UnknownNameError
@@ -92,7 +94,7 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     """PIT converges with order 1, PIC is exact, each point is timed and held against PIT; all of it can be resumed."""
     plan = Plan(engines=("pit", "pic"), dts=(1 / 60, 1 / 240, 1 / 960), profiles=("tuned",), phases=2, rounds=3)
 
-    def run(resume: bool) -> object:
+    def run(resume: bool) -> Bench:
         with (
             Journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             TimingJournal(tmp_path / "timings.jsonl", resume=resume) as timings,
@@ -101,12 +103,12 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
 
     first = run(resume=False)
     again = run(resume=True)
-    assert getattr(first, "scenes", None) == getattr(again, "scenes", 0)
+    assert first.scenes == again.scenes
     assert len(read_journal(tmp_path / "journal.jsonl")) == 12
     with Journal(tmp_path / "journal.jsonl", resume=True) as journal:
         bench = work_precision([scene], replace(plan, timing=False), LocalPool(1), journal=journal)
     assert bench.scenes[0].noise is None
-    found = {curve.engine: curve for curve in getattr(first, "scenes")[0].curves}  # noqa: B009 - of either run
+    found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
     assert found["pit"].order.exponent == pytest.approx(1.0, abs=0.35)
     for curve in found.values():
@@ -115,7 +117,7 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
             assert entry.timing.rounds >= 3
             assert entry.timing.ratio is not None
             assert entry.timing.whole_s.median >= entry.timing.advance_s.median
-    assert all(entry.timing.ratio == Spread(1.0, 1.0, 1.0) for entry in found["pit"].points)
+    assert {entry.timing and entry.timing.ratio for entry in found["pit"].points} == {Spread(1.0, 1.0, 1.0)}
 
 
 def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
@@ -282,6 +284,7 @@ def test_every_error_has_its_words() -> None:
     assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
 
 
+@pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
     """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
@@ -295,7 +298,10 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
         while time.monotonic() < deadline and not (journal.exists() and read_journal(journal)):
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
-        _, errors = process.communicate(timeout=30)
+        try:
+            _, errors = process.communicate(timeout=30)
+        finally:
+            process.kill()  # of no effect on one that has ended
     assert process.returncode == 130
     assert "--resume goes on from there" in errors
     assert "Traceback" not in errors

@@ -68,8 +68,8 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
 
 def test_impacts_at_one_instant_far_apart_may_change_places() -> None:
     """Many discs that strike the walls at the very start do so in any order: that ends no horizon."""
-    from carom.bench.pit import gas_scene
+    from carom.bench.gas import gas_scene
 
-    reference = solve_pic(gas_scene(16, 0.3, 1.0))
+    reference = solve_pic(gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1
     assert estimate_horizon(reference) is None

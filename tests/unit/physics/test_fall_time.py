@@ -10,7 +10,7 @@ import pytest
 from flint import acb, acb_poly, ctx
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from mpmath import mp, mpf, sqrt  # type: ignore[import-untyped]
+from mpmath import mp, mpf, sqrt
 
 from carom.physics.fall_encounter import encounter_time, first_fall_below_zero
 from carom.physics.fall_time import descent_time, fall_time, return_time

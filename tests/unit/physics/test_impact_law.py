@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
@@ -240,7 +241,7 @@ def test_arrays_broadcast_and_give_what_single_calls_give() -> None:
             np.testing.assert_array_equal([after1[i, j], after2[i, j]], single)
 
 
-GOOD = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "normal": [1, 0], "restitution": 1.0}
+GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "normal": [1, 0], "restitution": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -263,7 +264,7 @@ GOOD = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "normal": [1, 0], "res
 def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:
     """An argument outside the law's domain is refused by its name, with the value found."""
     with pytest.raises(InputError) as caught:
-        resolve_impact(**{**GOOD, name: value})  # type: ignore[arg-type]
+        resolve_impact(**{**GOOD, name: value})
     assert str(caught.value) == says
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mpmath import mp, mpf  # type: ignore[import-untyped]
+from mpmath import mp, mpf
 from numpy.typing import NDArray
 
 from carom.errors import InputError
@@ -330,7 +331,7 @@ def test_shapes_broadcast(
     np.testing.assert_array_equal(times.ravel(), np.array(singles, dtype=float))
 
 
-GOOD = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2": [0, 0], "r2": 1.0}
+GOOD: dict[str, Any] = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2": [0, 0], "r2": 1.0}
 
 
 @pytest.mark.parametrize(
@@ -351,7 +352,7 @@ GOOD = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2": [0, 0], "r2":
 def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:
     """An argument outside the function's domain is refused by its name, with the value or shape found."""
     with pytest.raises(InputError) as caught:
-        time_of_impact(**{**GOOD, name: value})  # type: ignore[arg-type]
+        time_of_impact(**{**GOOD, name: value})
     assert str(caught.value).startswith(says)
 
 
@@ -359,7 +360,7 @@ def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: 
 def test_shapes_that_do_not_broadcast_are_refused(name: str, shape: tuple[int, ...]) -> None:
     """Three discs against four is a mistake, and the message shows the shapes."""
     with pytest.raises(InputError, match="do not broadcast") as caught:
-        time_of_impact(**{**GOOD, "p2": np.full((4, 2), 9.0), name: np.ones(shape)})  # type: ignore[arg-type]
+        time_of_impact(**{**GOOD, "p2": np.full((4, 2), 9.0), name: np.ones(shape)})
     assert "(4," in str(caught.value) or "(3," in str(caught.value)
 
 

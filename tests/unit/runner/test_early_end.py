@@ -7,12 +7,14 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from carom import Disc, Scene, Wall, solve_pic
+from carom import Disc, Scene, Wall, solve_pic, time_of_impact
 from carom.adapter import Observation
 from carom.registry import load_adapter
 from carom.runner.drive import observe_run
-from carom.runner.early_end import FreeFlight
+from carom.runner.early_end import FreeFlight, near_after
 from carom.scenes import find_scenes
 
 DT = 1 / 60
@@ -56,6 +58,34 @@ def test_discs_that_part_are_in_free_flight() -> None:
 def test_what_meets_or_passes_near_before_the_end_is_not(scene: Scene) -> None:
     """Bodies that will meet, or pass within a contact distance of each other, or reach a wall, are followed."""
     assert not begins_after(scene)
+
+
+@given(
+    st.tuples(*[st.integers(-1000, 1000)] * 4),
+    st.integers(-120, 120),
+    st.integers(-120, 120),
+    st.floats(1e-6, 1.0),
+)
+def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, pace: int, radius: float) -> None:
+    """In whatever unit, from whatever distance: two discs come within twice their radii before they touch."""
+    x, y, vx, vy = (0.01 * value for value in state)
+    place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
+    r = radius * 10.0**length
+    touches = time_of_impact([0.0, 0.0], [0.0, 0.0], r, place[0], speed[0], r)
+    assert float(near_after(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
+
+
+def test_a_distant_hit_is_not_rounded_away() -> None:
+    """A hit from a million million radii away, by half a radius aside, is still seen to come."""
+    far = near_after(np.array([[1e12, 0.5]]), np.array([[-1e3, 0.0]]), np.array([4.0]))
+    assert far[0] == pytest.approx(1e9, rel=1e-9)
+
+
+def test_what_floats_can_not_hold_may_happen_at_once() -> None:
+    """Where a distance or a speed is beyond the largest float, no time is given away."""
+    far, fast = np.array([[math.inf, 0.0]]), np.array([[-1.7e308, 1.7e308]])
+    assert near_after(far, np.array([[1.0, 0.0]]), np.array([1.0]))[0] == 0.0
+    assert near_after(np.array([[3.0, 0.0]]), fast, np.array([1.0]))[0] == 0.0
 
 
 def test_an_engine_that_damps_is_followed_to_the_end() -> None:

@@ -33,6 +33,13 @@ def test_an_engine_is_followed_while_anything_can_happen() -> None:
     assert "followed through all 60 steps" in plan("classics/gas", engine_names=["pit"], dts=[1 / 60])
 
 
+def test_a_falling_scene_is_planned_like_any_other() -> None:
+    """Under gravity PIC has a form of its own, and PIT looks at every frame, since no bound tells it which to skip."""
+    text = plan("gravity/falling-pair", engine_names=["pit"], dts=[1 / 60])
+    assert "PIC: event-driven along parabolas" in text
+    assert "75 of 75 frames are looked at" in text
+
+
 def test_phases_that_can_be_run_are_counted() -> None:
     """The plan counts the phases to which the scene can be shifted."""
     assert "phases: 5 of 5" in plan("paper/late", engine_names=["pit"], phases=5)

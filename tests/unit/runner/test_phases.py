@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import carom
-from carom import Disc, Scene, solve_pic
+from carom import Disc, Scene, Wall, solve_pic
 from carom.errors import InputError
-from carom.runner.phases import phase_values, pit_miss_probability, shifted_scenes
+from carom.runner.phases import begun_earlier, even_phases, phase_values, pit_miss_probability, shifted_scenes
 from carom.scenes import catalogue
 
 
@@ -45,6 +45,82 @@ def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
     )
     (one,) = shifted_scenes(solve_pic(scene), 0.5, [0.75])
     assert one.reference.impacts["time_s"].tolist() == [0.25 + 0.125]
+
+
+def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
+    """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
+    scene = Scene(
+        name="oblique",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
+        ],
+        duration_s=2.0,
+    )
+    now, earlier = solve_pic(scene), solve_pic(begun_earlier(scene, 0.01))
+    assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
+    assert earlier.impacts["normal"] == pytest.approx(now.impacts["normal"], abs=1e-14)
+    assert earlier.final_position_m == pytest.approx(now.final_position_m, abs=1e-13)
+
+
+def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
+    """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
+    parting = Scene(
+        name="parting",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(-1, 0), radius_m=0.5),
+            Disc(position_m=(1, 0), velocity_m_s=(1, 0), radius_m=0.5),
+            Disc(position_m=(5, 0), velocity_m_s=(-1, 0), radius_m=0.5),
+        ],
+        duration_s=3.0,
+    )
+    shifted = begun_earlier(parting, 0.1)
+    assert shifted.duration_s == pytest.approx(2.9)
+    assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
+    with pytest.raises(InputError, match="can't begin 2 s earlier or later"):
+        begun_earlier(parting, 2.0)
+
+
+def test_even_phases_are_spread_over_a_step() -> None:
+    """Phases begin at 0 and are evenly spread over a step, its end left out; none is no number of phases."""
+    assert even_phases(4) == (0.0, 0.25, 0.5, 0.75)
+    with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
+        even_phases(0)
+
+
+def dropped() -> Scene:
+    """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; one that can't move stands aside."""
+    return Scene(
+        name="dropped",
+        discs=[
+            Disc(position_m=(0.0, 1.0), velocity_m_s=(2.0, 0.0), radius_m=0.5),
+            Disc(position_m=(-8.0, 1.0), radius_m=0.5, mass_kg=math.inf),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        gravity_m_s2=(0.0, -4.0),
+        duration_s=1.0,
+    )
+
+
+@pytest.mark.parametrize(("phase", "ahead_s"), [(0.5, 0.125), (0.75, 0.1875)])
+def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
+    """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
+    (one,) = shifted_scenes(solve_pic(dropped()), 0.25, [phase])
+    thrown, fixed = one.scene.discs
+    assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
+    assert thrown.velocity_m_s == (2.0, -4.0 * ahead_s)
+    assert fixed == dropped().discs[1]
+    # The floor is reached after sqrt(2 h / g) = 1/2 s.
+    assert one.reference.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
+
+
+def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:
+    """Begun 1/8 s earlier, the disc is on its way up to where it stood, and reaches the floor 1/8 s later."""
+    earlier = begun_earlier(dropped(), 0.125)
+    assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
+    assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
+    assert earlier.duration_s == 1.125
+    assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(0.625, abs=1e-15)
 
 
 def missing(offset: float, advance: float) -> Scene:

@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 
 import carom.runner.sweep
-from carom import Disc, Scene, solve_pic
-from carom.errors import InputError
+from carom import Disc, Scene
 from carom.runner.cell_score import CellResult, cell_key
 from carom.runner.journal import Journal, canonical
 from carom.runner.local import LocalPool
-from carom.runner.phase import begun_earlier, phases
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import BATCH_CELLS, batches, sweep
 
@@ -109,39 +107,6 @@ def test_the_key_is_of_the_content(scene: Scene) -> None:
     assert cell_key(described) == cell_key(cell)
 
 
-def test_a_scene_begun_earlier_has_the_same_impacts_later(scene: Scene) -> None:
-    """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
-    now, earlier = solve_pic(scene), solve_pic(begun_earlier(scene, 0.01))
-    assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
-    assert earlier.impacts["normal"] == pytest.approx(now.impacts["normal"], abs=1e-14)
-    assert earlier.final_position_m == pytest.approx(now.final_position_m, abs=1e-13)
-
-
-def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
-    """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
-    parting = Scene(
-        name="parting",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-            Disc(position_m=(1, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(5, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=3.0,
-    )
-    shifted = begun_earlier(parting, 0.1)
-    assert shifted.duration_s == pytest.approx(2.9)
-    assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
-    with pytest.raises(InputError, match="can't begin 2 s earlier or later"):
-        begun_earlier(parting, 2.0)
-
-
-def test_phases_are_spread_over_a_step() -> None:
-    """Phases begin at 0 and are evenly spread over a step, its end left out; none is no number of phases."""
-    assert phases(4) == (0.0, 0.25, 0.5, 0.75)
-    with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
-        phases(0)
-
-
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
 @pytest.mark.filterwarnings("ignore")  # a worker that is killed leaves sockets behind that Python warns of
 @pytest.mark.usefixtures("hostile")
@@ -178,7 +143,7 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
 
 
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
-@pytest.mark.filterwarnings("ignore")
+@pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
 def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no scheduler answers, one error says so with the address."""
     from carom.runner import cluster

@@ -8,6 +8,7 @@ import pytest
 from carom.errors import UnknownNameError
 from carom.scene import Need
 from carom.scenes import CatalogueScene, Tag, catalogue, find_scenes
+from carom.scenes.known_answer import Staged
 
 ENTRIES = list(catalogue().values())
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
@@ -72,10 +73,10 @@ def test_a_name_near_to_nothing_points_to_the_list() -> None:
 def test_listing_builds_no_scene() -> None:
     """Names, groups and tags are known before any scene is built."""
 
-    def explode(name: str, shows: str) -> object:
+    def explode(name: str, shows: str) -> Staged:
         raise AssertionError(name + shows)
 
-    entry = CatalogueScene("group/name", "Shows nothing.", explode, frozenset({Tag.WALLS}))  # type: ignore[arg-type]
+    entry = CatalogueScene("group/name", "Shows nothing.", explode, frozenset({Tag.WALLS}))
     assert (entry.name, entry.group) == ("group/name", "group")
     assert "walls" in entry.tags
 

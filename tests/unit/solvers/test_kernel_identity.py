@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,8 +21,8 @@ def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
     return run.log.array().tobytes(), run.positions().tobytes(), run.velocities().tobytes()
 
 
-def run_for(start: DiscArrays, impacts: int, **options: object) -> EventDrivenRun:
-    run = EventDrivenRun(start, **options)  # type: ignore[arg-type]
+def run_for(start: DiscArrays, impacts: int, **options: Any) -> EventDrivenRun:
+    run = EventDrivenRun(start, **options)
     run.advance_to(math.inf, impacts)
     return run
 
@@ -192,6 +193,20 @@ def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
     assert none.positions().tobytes() == whole.positions().tobytes()
     bodies = np.concatenate([whole.log.array()["first"], whole.log.array()["second"]])
     assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -1.0)])
+@pytest.mark.parametrize("discs", [2, 5])
+def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float, float], discs: int) -> None:
+    """A trace says how many impacts each disc had, by every solver, also where it keeps no impact."""
+    scene = scene_of(random_start(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
+    scene = scene.model_copy(update={"gravity_m_s2": gravity})
+    kept = solve_pic(scene)
+    bodies = np.concatenate([kept.impacts["first"], kept.impacts["second"]])
+    expected = np.bincount(bodies[bodies >= 0], minlength=discs)
+    for trace in (kept, solve_pic(scene, record="none")):
+        assert trace.impacts_per_disc is not None
+        assert trace.impacts_per_disc.tolist() == expected.tolist()
 
 
 def test_progress_samples_and_stops() -> None:

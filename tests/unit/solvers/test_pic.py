@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import EventDrivenRun, solve_pic
 from carom.solvers.pic_framewise import FramewiseRun, solve_pic_framewise
-from carom.solvers.pit import FrameSampledRun
+from carom.solvers.pit import ManyDiscsRun, SkippingRun
 from carom.trace import Outcome, kinetic_energy
 
 from .strategies import line, scenes
@@ -195,7 +195,7 @@ def test_a_negative_limit_is_refused() -> None:
         solve_pic(line(0.0, velocities=(1.0,)), max_impacts=-1)
 
 
-@pytest.mark.parametrize("solve", [EventDrivenRun, FramewiseRun, FrameSampledRun])
+@pytest.mark.parametrize("solve", [EventDrivenRun, FramewiseRun, SkippingRun, ManyDiscsRun])
 def test_gravity_is_refused_with_its_value_and_what_to_do(solve: Any) -> None:
     """No run pretends: one without gravity refuses it by the field, its value, and what does it instead."""
     scene = Scene(name="g", duration_s=1, discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81))

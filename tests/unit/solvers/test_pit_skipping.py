@@ -120,7 +120,7 @@ def test_bounds_are_renewed_before_rounding_could_use_up_their_margin(monkeypatc
     plain = solve_pit(scene, skipping=False)
     monkeypatch.setattr(pit_skipping, "MOST_FRAMES", 50)
     run = SkippingRun(scene)
-    run._bounds_hold_to = 50  # noqa: SLF001 # what the patched module would have begun with
+    run._bounds_hold_to = 50  # noqa: SLF001 - what the patched module would have begun with
     after(run, [k / 60 for k in range(1, 600)] + [10.0], 600)
     assert run.frames_looked_at >= 600 // 50
     assert impact_array(run.log.records).tobytes() == plain.impacts.tobytes()
@@ -128,7 +128,7 @@ def test_bounds_are_renewed_before_rounding_could_use_up_their_margin(monkeypatc
 
 def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
     """At 1,000 discs, packing .3, 60 frames a second: at most a hundredth of the plain loop's tests, bit-identical."""
-    from carom.bench.pit import gas_scene
+    from carom.bench.gas import gas_scene
 
     scene = gas_scene(1000, 0.3)
     frames = [k / 60 for k in range(1, 4)]

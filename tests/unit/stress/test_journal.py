@@ -48,8 +48,22 @@ def test_another_campaigns_journal_is_refused(tmp_path: Path) -> None:
 
 
 def test_without_resume_a_journal_begins_anew(tmp_path: Path) -> None:
-    """An older journal is not read unless it is asked for."""
+    """An older journal is not read unless it is asked for, and what it held is gone."""
     path = tmp_path / "journal.jsonl"
     written(path)
     with Journal(path, STAMP, resume=False) as journal:
         assert not journal.spots
+        journal.add(SECOND)
+    with Journal(path, STAMP, resume=True) as journal:
+        assert list(journal.spots.values()) == [SECOND]
+
+
+def test_two_campaigns_do_not_write_one_journal(tmp_path: Path) -> None:
+    """While one campaign writes, another in the same folder is refused, and empties nothing."""
+    path = tmp_path / "journal.jsonl"
+    with Journal(path, STAMP, resume=False) as journal:
+        journal.add(FIRST)
+        with pytest.raises(InputError, match="another process"):
+            Journal(path, STAMP, resume=False)
+    with Journal(path, STAMP, resume=True) as journal:
+        assert list(journal.spots.values()) == [FIRST]

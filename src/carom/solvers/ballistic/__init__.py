@@ -1,1 +1,1 @@
-"""PIC and PIT under uniform gravity, for scenes of up to some hundred discs; nothing else imports this package."""
+"""PIC and PIT under uniform gravity, for up to some hundred discs; a scene without it imports nothing of this."""

@@ -194,6 +194,10 @@ class FallingBodies(Bodies):
         """Take from disc `i`, at rest on wall `k`, what is left of its speed along the normal."""
         self._leave(i, k, 0.0)
 
+    def positions_at(self, time_s: float) -> NDArray[np.float64]:
+        """Centres at `time_s` on the present parabolas, metres, shape ``(n, 2)``."""
+        return self.all_at((time_s, 0.0))[0]
+
     def all_at(self, instant: Instant) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
         states = np.array([self.state_at(i, instant) for i in range(len(self))])

@@ -1,4 +1,4 @@
-"""The solvers under gravity: scene -> trace, in the three forms that `carom.solvers` has without it."""
+"""Event-driven PIC under gravity: scene -> trace."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.solvers.ballistic.frames import BallisticFrames
 from carom.solvers.ballistic.run import BallisticRun
 from carom.trace import Outcome, Samples, Trace, impact_array
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["solve_framewise_ballistic", "solve_pic_ballistic", "solve_pit_ballistic"]
+__all__ = ["solve_pic_ballistic"]
 
 
 def solve_pic_ballistic(
@@ -67,53 +66,6 @@ def solve_pic_ballistic(
         if len(sample_times_s)
         else None,
         counts=run.counts,
+        impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,
-    )
-
-
-def solve_framewise_ballistic(scene: Scene, frame_rate_hz: float) -> Trace:
-    """Run a scene with gravity frame by frame, stopping at every impact on the way to the next frame.
-
-    The impacts are those of `solve_pic_ballistic` to the bit: a disc's state is that at its last impact, and frames
-    change nothing of it.
-    """
-    run = BallisticRun(scene)
-    frames = scene.step_count(1.0 / frame_rate_hz)
-    outcome = Outcome.COMPLETED
-    for frame in range(1, frames + 1):
-        outcome = run.advance_to(scene.duration_s if frame == frames else frame / frame_rate_hz)
-        if outcome is not Outcome.COMPLETED:
-            break
-    return Trace(
-        method="pic (Algorithm 2)",
-        scene=scene,
-        impacts=impact_array(run.log.records),
-        final_position_m=run.positions(),
-        final_velocity_m_s=run.velocities(),
-        end_time_s=run.time_s,
-        outcome=outcome,
-        dt_s=1.0 / frame_rate_hz,
-        ambiguous=tuple(run.log.ambiguous),
-        counts={"frames": frames, **run.counts},
-        notes=run.notes,
-    )
-
-
-def solve_pit_ballistic(scene: Scene, frame_rate_hz: float) -> Trace:
-    """Run a scene with gravity by PIT; see `carom.solvers.ballistic.frames`."""
-    run = BallisticFrames(scene)
-    frames = scene.step_count(1.0 / frame_rate_hz)
-    for frame in range(1, frames + 1):
-        run.advance_frame(scene.duration_s if frame == frames else frame / frame_rate_hz)
-    return Trace(
-        method="pit",
-        scene=scene,
-        impacts=impact_array(run.log.records),
-        final_position_m=run.positions(),
-        final_velocity_m_s=run.velocities(),
-        end_time_s=run.time_s,
-        outcome=Outcome.COMPLETED,
-        dt_s=1.0 / frame_rate_hz,
-        ambiguous=tuple(run.log.ambiguous),
-        counts={"frames": frames, "pair_tests": run.pair_tests},
     )

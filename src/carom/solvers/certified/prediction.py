@@ -220,7 +220,7 @@ def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, since: arb
 def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
     i, j = meeting.first, meeting.second
-    assert meeting.pair is not None  # noqa: S101 -- a decided meeting of two discs holds it
+    assert meeting.pair is not None  # noqa: S101 - a decided meeting of two discs holds it
     xi, yi, xj, yj, dx, dy, ux, uy, root, wait = meeting.pair
     law = bodies.pair_law(i, j)
     time = meeting.time

@@ -21,7 +21,7 @@ from carom.solvers.certified.result import Degeneracy, Degenerate
 __all__ = ["Choice", "Selection", "Undecided"]
 
 
-class Undecided(Exception):  # noqa: N818 -- not an error: a signal to look closer
+class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
     """The next impact is not decided at this precision; holds what to report if no precision decides it."""
 
     def __init__(self, degeneracy: Degeneracy) -> None:
@@ -134,7 +134,7 @@ class Selection:
                 if not candidate.time <= self.end_s:
                     raise Undecided(self._report(Degenerate.AT_THE_END, (candidate,), candidate.time))
                 return Choice(candidate, commutes)
-        assert blocking is not None  # noqa: S101 -- one meeting at least may be in time, and none was returned
+        assert blocking is not None  # noqa: S101 - one meeting at least may be in time, and none was returned
         raise blocking
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:

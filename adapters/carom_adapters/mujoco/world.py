@@ -1,4 +1,4 @@
-"""Adapter of MuJoCo: contacts as soft constraints, three-dimensional, 64-bit floats; discs are spheres in one plane."""
+"""A world of MuJoCo: the model that a scene becomes, its steps, and what is seen of them."""
 
 from __future__ import annotations
 
@@ -8,82 +8,26 @@ import itertools
 import math
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from carom.adapter import (
-    Accuracy,
-    AdapterError,
-    Capabilities,
-    Contact,
-    ContactTimes,
-    Engine,
-    Observation,
-    Profile,
-    Scene,
-    Setting,
-    require_sound,
-    require_supported,
-    wall_body,
+from carom.adapter import AdapterError, Contact, Observation, Scene, Setting, require_supported, wall_body
+from carom_adapters.mujoco.limits import (
+    CAPABILITIES,
+    ENABLE_SETTINGS,
+    FLAG_SETTINGS,
+    LARGEST_VALUE,
+    MJCF_INTEGRATORS,
+    OPTION_SETTINGS,
+    require_usable,
 )
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["MujocoAdapter", "adapter"]
-
-#: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
-OPTION_SETTINGS = ("integrator", "jacobian", "tolerance", "iterations", "ccd_tolerance", "ccd_iterations")
-FLAG_SETTINGS = ("warmstart", "autoreset")
-ENABLE_SETTINGS = ("speculative",)
-
-#: What MJCF calls the members of `mujoco.mjtIntegrator`.
-MJCF_INTEGRATORS = {
-    "mjINT_EULER": "Euler",
-    "mjINT_RK4": "RK4",
-    "mjINT_IMPLICIT": "implicit",
-    "mjINT_IMPLICITFAST": "implicitfast",
-    "mjINT_DISCRETE": "discrete",
-}
-
-#: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has). ``stiffness`` (1/s**2) is that of a
-#: contact, 0 for none: see `_solref`. ``solimp`` is the attribute of a geom.
-#: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step: see `_located`.
-#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
-OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape")
-
-#: Settings that are one of a few words.
-WORDS: Mapping[str, tuple[str, ...]] = {
-    "integrator": tuple(MJCF_INTEGRATORS.values()),
-    "jacobian": ("dense", "sparse", "auto"),
-    "joints": ("free", "slide"),
-    "shape": ("sphere", "cylinder"),
-}
-
-#: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
-LARGEST_VALUE = 1e10
-
-#: MuJoCo's mjMINVAL is 1e-15: it refuses a lighter body, makes up a normal for centres that are closer than this, and
-#: its solver takes no step in acceleration that is smaller. The latter two are kept well away from.
-SMALLEST_MASS_KG = 1e-15
-SMALLEST_RADIUS_M = 1e-12
-LEAST_ACCELERATION_M_S2 = 1e-12
-
-#: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
-LARGEST_MASS_KG = 1e11
+__all__ = ["MujocoWorld"]
 
 #: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
 #: steps of each.
 KEPT_MODELS = 16
-
-#: Half a million pairs, which take MuJoCo seconds to compile.
-MOST_LISTED = 1000
-
-
-#: Cylinders touch planes and each other off the middle: up to 6.3e-4 of the scene's speed (a disc in a box, at 240
-#: steps a second).
-CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
@@ -103,33 +47,6 @@ def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, f
 
 def _ignore(_text: str) -> None:
     """Drop MuJoCo's warning texts, which would go to a file in the working folder; `observe` reads the counts."""
-
-
-def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name or value, or a step, mass, radius or all
-            speeds are beyond one of MuJoCo's own constants.
-    """
-    known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
-    require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0})
-    for name, words in WORDS.items():
-        if name in settings and settings[name] not in words:
-            raise AdapterError(f"MuJoCo: {name} must be one of {', '.join(words)}, got {settings[name]!r}")
-    if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
-        raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
-    dt_s = float(settings["dt_s"])
-    fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
-    if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:
-        raise AdapterError(
-            f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
-            f"got {fastest:g} m/s in {dt_s:g} s: its solver would take the bounce for rounding"
-        )
-    for i, disc in enumerate(scene.discs):
-        if not (disc.immovable or SMALLEST_MASS_KG < disc.mass_kg <= LARGEST_MASS_KG):
-            limits = f"above {SMALLEST_MASS_KG:g} and at most {LARGEST_MASS_KG:g}, or inf"
-            raise AdapterError(f"MuJoCo: discs[{i}].mass_kg must be {limits}, got {disc.mass_kg}")
 
 
 def _attributes(**values: object) -> str:
@@ -230,8 +147,8 @@ class MujocoWorld:
     """A compiled model with data of its own."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_usable(scene, settings)
-        require_supported("MuJoCo", scene, MujocoAdapter.capabilities, float(settings["dt_s"]))
+        require_usable(scene, settings)
+        require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._start_s, self._steps = 0.0, 0
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
@@ -368,105 +285,3 @@ class MujocoWorld:
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
         del self._qpos, self._qvel, self._data, self._probe, self._model
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "joints": "free", "stiffness": 1000.0}
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        "joints": "slide",
-        "stiffness": 0.0,
-        # The same impedance at any depth, and the highest that MuJoCo takes; it cancels out of the bounce.
-        "solimp": "0.9999 0.9999 0.001 0.5 2",
-        # The bounce is an Euler step of the contact's damping; the other integrators make something else of it.
-        "integrator": "Euler",
-        # The sparse Cholesky factorisation of MuJoCo 4.0.0 is wrong (google-deepmind/mujoco#3767).
-        "jacobian": "dense",
-        # The solver ends when it can do no better.
-        "tolerance": 0.0,
-        # A state far out is gone on with, rather than put back to the start.
-        "autoreset": False,
-        # Of a disc that moves so far in a step that it may pass through another, MuJoCo makes a contact ahead of time.
-        "speculative": True,
-    }
-
-
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "speculative": False}
-
-
-def _located(dt_s: float) -> dict[str, Setting]:
-    # MuJoCo's broad phase rounds to 32 bits, and leaves out contacts shallower than about 1e-7 m; a listed pair does
-    # not go through it. And a contact ahead of its time leaves no instant to be found. A warm start would begin from
-    # what a step left that was taken back.
-    return {**_no_ccd(dt_s), "listed_pairs": True, "warmstart": False}
-
-
-def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which MuJoCo keeps single points, off the middle: free to turn, they tip over.
-    return {**_tuned(dt_s), "shape": "cylinder", "ccd_tolerance": 1e-12, "ccd_iterations": 500}
-
-
-def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "shape": "cylinder", "joints": "free"}
-
-
-class MujocoAdapter:
-    """MuJoCo with the contact spring of its users (`default`), or reversing velocities in one step (`tuned`)."""
-
-    name = "mujoco"
-    engine = Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'")
-    capabilities = Capabilities(
-        gravity=True,
-        restitution=(0.0, 1.0),
-        restitution_combine="none",
-        contact_times=ContactTimes.STEP,
-        continuous_detection=True,
-        max_speed_m_s=LARGEST_VALUE,
-        max_coordinate_m=LARGEST_VALUE,
-        min_radius_m=SMALLEST_RADIUS_M,
-        dimensions=3,
-    )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile(
-            "What a user of MuJoCo gets who asks for a bounce: as shipped, but frictionless, with an undamped contact "
-            "spring (solref -1000 0), damped for restitution below 1 by the formula of the linear oscillator.",
-            _default,
-        ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: a contact is damped so that one "
-            "Euler step reverses the velocity.",
-            _tuned,
-        ),
-        "located": Profile(
-            "The tuned settings without speculation, each step cut at the instant from which on MuJoCo's own collision "
-            "detection finds an overlap (Carom's own bisection).",
-            _located,
-            located=True,
-        ),
-        "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculated on.", _no_ccd),
-        "cylinder": Profile(
-            "The tuned settings with cylinders for spheres, kept from tipping over by the slide joints, and their "
-            "contacts found to 1e-12 (Carom's own measurements).",
-            _cylinder,
-            CYLINDER_ACCURACY,
-        ),
-        "cylinder-plain": Profile(
-            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
-            _cylinder_plain,
-        ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Compile a model.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what MuJoCo can do.
-        """
-        return MujocoWorld(scene, settings)
-
-
-adapter = MujocoAdapter()

@@ -1,93 +1,32 @@
-"""Adapter of PyBullet (Bullet 3): impulse-based, three-dimensional, 64-bit floats; discs are spheres in one plane."""
+"""A world of Bullet: the client that a scene is built in, its steps, and what is seen of them."""
 
 from __future__ import annotations
 
 import importlib
 import math
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.adapter import (
-    Accuracy,
-    AdapterError,
-    Capabilities,
-    Contact,
-    ContactTimes,
-    Disc,
-    Engine,
-    Observation,
-    Profile,
-    Scene,
-    Setting,
-    require_sound,
-    require_supported,
-    wall_body,
+from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Setting, require_supported, wall_body
+from carom_adapters.pybullet.limits import (
+    BODY_SETTINGS,
+    CAPABILITIES,
+    SHIPPED_SPEED_CLAMP_M_S,
+    WORLD_SETTINGS,
+    require_usable,
 )
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["PybulletAdapter", "adapter"]
-
-#: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
-#: belongs to the process, and a world must not change the next one.
-WORLD_SETTINGS = (
-    "numSolverIterations",
-    "solverResidualThreshold",
-    "restitutionVelocityThreshold",
-    "contactERP",
-    "contactSlop",
-    "warmStartingFactor",
-    "deterministicOverlappingPairs",
-)
-
-#: Arguments of `changeDynamics` for every body, by PyBullet's own names.
-BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
-
-#: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
-#: moments of inertia, and otherwise infinite ones.
-OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
-
-#: PyBullet takes a value below these for "not given", and says nothing.
-LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {"numSolverIterations": 1}
+__all__ = ["PybulletWorld"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
 
-#: Bullet's SIMD_EPSILON is 2.2e-16. It takes a step below that for none, a body with 1/mass below that for static, and
-#: gives discs that are closer than that a normal of its own.
-SHORTEST_STEP_S = 1e-15
-LARGEST_MASS_KG = 1e15
-SMALLEST_RADIUS_M = 1e-15
-
-#: Below this a quotient of masses may leave the range of 64-bit floats.
-SMALLEST_MASS_KG = 1e-100
-
-#: Bullet drops a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
-#: 1e12 (`btCollisionWorld::updateSingleAabb`); the box is a contact margin larger than the body.
-LARGEST_RADIUS_M = 2.8e5
-
-#: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
-LARGEST_COORDINATE_M = 1e17
-
-#: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
-#: contacts slower than the second are made inelastic (restitutionVelocityThreshold).
-SHIPPED_SPEED_CLAMP_M_S = 100.0
-SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
-
 #: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
 #: multiplying and dividing by it is exact.
 VANISHING = 2.0**-600
-
-
-#: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
-#: (a cradle with gaps, at 240 steps a second).
-CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _restitutions(scene: Scene) -> tuple[float, float]:
@@ -99,25 +38,6 @@ def _restitutions(scene: Scene) -> tuple[float, float]:
     """
     disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
     return disc, scene.wall_restitution / disc
-
-
-def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what Bullet would silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
-            Bullet's own constants.
-    """
-    require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
-    if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
-        raise AdapterError(f"PyBullet: shape must be 'sphere' or 'cylinder', got {settings['shape']!r}")
-    dt_s = float(settings["dt_s"])
-    if not SHORTEST_STEP_S <= dt_s < math.inf:
-        raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
-    for i, disc in enumerate(scene.discs):
-        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
-            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
-            raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
 
 
 #: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
@@ -153,8 +73,8 @@ class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_usable(scene, settings)
-        require_supported("PyBullet", scene, PybulletAdapter.capabilities, float(settings["dt_s"]))
+        require_usable(scene, settings)
+        require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._dt_s = float(settings["dt_s"])
         self._start_s, self._steps = 0.0, 0
@@ -352,120 +272,3 @@ class PybulletWorld:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)
         _KEPT[self._key] = (self._client, self._discs, self._movable, self._number)
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        "lateralFriction": 0.0,  # 0.5 is shipped
-        "linearDamping": 0.0,  # 0.04 is shipped; so is the angular one, which nothing that does not spin can tell
-    }
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {
-        **_default(dt_s),
-        # A multibody, the default, clamps its speed at 100 m/s and ignores continuous detection.
-        "useMaximalCoordinates": True,
-        # Bullet adds erp * depth / dt to the bounce (0.08 is shipped).
-        "contactERP": 0.0,
-        # Contacts are solved where bodies overlap, rather than from 0.02 m away, and from the first overlap on.
-        "contactProcessingThreshold": 0.0,
-        "contactSlop": 0.0,
-        # Slower contacts than this are made inelastic (0.2 m/s is shipped).
-        "restitutionVelocityThreshold": 0.0,
-        # Shared contacts are solved in an order that does not depend on addresses.
-        "deterministicOverlappingPairs": 1,
-        # All the iterations are taken, even where the residual is small: shared contacts lose energy otherwise.
-        "solverResidualThreshold": 0.0,
-        "numSolverIterations": 50,
-        # For a disc that starts so fast that it moves by more than its radius in one step, which without it may pass
-        # through another. Not for all discs: one that is only made fast by an impact is then swept into walls and
-        # neighbours that it already touches, and gains energy (eightfold in Galperin's billiard at 60 steps a second).
-        # A swept sphere as large as the disc stops it before the two overlap, and the contact is then lost.
-        "ccd_radius_fraction": 0.95,
-    }
-
-
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "ccd_radius_fraction": 0.0}
-
-
-def _cylinder(dt_s: float) -> dict[str, Setting]:
-    # Cylinders touch along a line, of which Bullet keeps single points, off the middle: free to turn, they tip over.
-    return {**_tuned(dt_s), "shape": "cylinder", "turn": False}
-
-
-def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "shape": "cylinder", "turn": True, "angularDamping": 0.0}
-
-
-class PybulletAdapter:
-    """PyBullet as it is shipped (`default`), or made to solve overlaps alone and exactly (`tuned`)."""
-
-    name = "pybullet"
-    engine = Engine(
-        "PyBullet",
-        module="pybullet",
-        distribution="pybullet",
-        install="pip install 'carom[pybullet]'",
-        no_wheel_from=(3, 12),
-    )
-    capabilities = Capabilities(
-        gravity=True,
-        restitution=(0.0, 1.0),
-        restitution_combine="product",
-        contact_times=ContactTimes.STEP,
-        continuous_detection=True,
-        max_coordinate_m=LARGEST_COORDINATE_M,
-        min_radius_m=SMALLEST_RADIUS_M,
-        max_radius_m=LARGEST_RADIUS_M,
-        dimensions=3,
-    )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile(
-            "What a user of PyBullet gets: all as shipped (a speed clamp of 100 m/s included), but frictionless, "
-            "undamped and with the scene's restitution.",
-            _default,
-            capabilities=replace(
-                capabilities,
-                continuous_detection=False,
-                max_speed_m_s=SHIPPED_SPEED_CLAMP_M_S,
-                restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
-            ),
-        ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: overlaps alone are solved and "
-            "never pushed apart, and fast discs are swept.",
-            _tuned,
-        ),
-        "located": Profile(
-            # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
-            "The tuned settings without sweeping, each step cut at the instant from which on Bullet's own collision "
-            "detection finds an overlap (Carom's own bisection).",
-            _no_ccd,
-            located=True,
-        ),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
-        "cylinder": Profile(
-            "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
-            "(Carom's own measurements).",
-            _cylinder,
-            CYLINDER_ACCURACY,
-        ),
-        "cylinder-plain": Profile(
-            "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
-            _cylinder_plain,
-        ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world in a client of its own.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what PyBullet can do.
-        """
-        return PybulletWorld(scene, settings)
-
-
-adapter = PybulletAdapter()

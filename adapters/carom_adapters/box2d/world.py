@@ -1,4 +1,4 @@
-"""Adapter of Box2D 2.3 (pybox2d): impulse-based, two-dimensional, 32-bit floats."""
+"""A world of Box2D: the bodies that a scene becomes, its steps, and what is seen of them."""
 
 from __future__ import annotations
 
@@ -6,79 +6,17 @@ import importlib
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from carom.adapter import (
-    AdapterError,
-    Capabilities,
-    Contact,
-    ContactTimes,
-    Disc,
-    Engine,
-    Observation,
-    Profile,
-    Scene,
-    Setting,
-    require_sound,
-    require_supported,
-    wall_body,
-)
+from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Setting, require_supported, wall_body
+from carom_adapters.box2d.limits import CAPABILITIES, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
 
-if TYPE_CHECKING:
-    from carom.adapter import World
+__all__ = ["Box2dWorld"]
 
-__all__ = ["Box2dAdapter", "adapter"]
-
-#: Attributes of `b2World`, by pybox2d's own names.
-WORLD_SETTINGS = ("warmStarting",)
-
-#: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
-#: 2.3.10); ``sweep``, one of
-#: `SWEEPS`; ``velocity_scale`` (see `_tuned`); and ``polygon_radius_m``, the skin of a wall's shape.
-OTHER_SETTINGS = (
-    "velocityIterations",
-    "positionIterations",
-    "sleepingAllowed",
-    "sweep",
-    "velocity_scale",
-    "polygon_radius_m",
-)
-
-#: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
-#: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet").
-SWEEPS = ("none", "shipped", "fast")
-
-#: Below these Box2D asserts, or makes no sense of them.
-LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1.0, "polygon_radius_m": 0.0}
-
-#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A millionth below it, a
-#: body is not slowed down, and what was slowed down can be told from it.
-LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
-
-#: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7; and `b2PolygonShape` joins
-#: corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
-SMALLEST_RADIUS_M = 1e-6
+#: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
 SMALLEST_WALL_M = 0.1
-
-#: Powers of ten between which masses, their quotients, and impulses at scaled velocities stay inside 32-bit floats
-#: (1e-38 to 1e38); Box2D takes a mass that is not above 0 for 1 kg.
-SMALLEST_MASS_KG = 1e-20
-LARGEST_MASS_KG = 1e20
-
-#: Times the velocity scale (2**20) and squared, this comes to 1e36.
-LARGEST_SPEED_M_S = 1e12
-
-#: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.
-LARGEST_COORDINATE_M = 1e9
-
-#: b2_velocityThreshold, compiled in: contacts that close at no more than this are made inelastic.
-THRESHOLD_M_S = 1.0
-
-#: See `_tuned`.
-VELOCITY_SCALE = 2.0**20
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
@@ -116,24 +54,6 @@ def _reach(scene: Scene, dt_s: float) -> tuple[Point, float]:
     return centre, start + (fastest + gained) * duration_s
 
 
-def _require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what Box2D would assert on, or silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name, or a step or mass is beyond 32-bit floats.
-    """
-    require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
-    if settings.get("sweep", "shipped") not in SWEEPS:
-        raise AdapterError(f"Box2D: sweep must be one of {', '.join(SWEEPS)}, got {settings['sweep']!r}")
-    dt_s = float(settings["dt_s"])
-    if not 1e-12 <= dt_s <= 1e12:  # scaled, still inside 32-bit floats
-        raise AdapterError(f"Box2D: dt_s must lie in 1e-12 to 1e12, got {dt_s}")
-    for i, disc in enumerate(scene.discs):
-        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
-            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
-            raise AdapterError(f"Box2D: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")
-
-
 def _imported() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
         # Its SWIG types have no __module__, of which CPython warns; as an error the warning would end the process.
@@ -145,8 +65,8 @@ class Box2dWorld:
     """One `b2World`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        _require_usable(scene, settings)
-        require_supported("Box2D", scene, Box2dAdapter.capabilities, float(settings["dt_s"]))
+        require_usable(scene, settings)
+        require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _imported()
         self._asked = dict(settings)
         self._scale = float(settings.get("velocity_scale", 1.0))
@@ -342,86 +262,3 @@ class Box2dWorld:
         """Let go of the world; its memory goes with the last reference."""
         self._world.contactListener = None
         del self._bodies, self._movable, self._walls, self._listener, self._world
-
-
-def _default(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        # What Box2D's manual suggests (section 2.4, "Simulating the world").
-        "velocityIterations": 8,
-        "positionIterations": 3,
-        # As shipped, a body below 1 cm/s is put to rest after half a second: that is damping.
-        "sleepingAllowed": False,
-    }
-
-
-def _tuned(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        # Contacts that close at less than 1 m/s are made inelastic, by a constant that is compiled in
-        # (b2_velocityThreshold). In a world that runs this many times faster, for as much less time, the limit is
-        # 1e-6 m/s. A power of two, so that scaling is exact.
-        "velocity_scale": VELOCITY_SCALE,
-        "velocityIterations": 50,
-        # Bodies that overlap are not pushed apart.
-        "positionIterations": 0,
-        # A swept disc is stopped 3 b2_linearSlop (1.5 cm) inside the other, at any step, so that only fast ones gain.
-        "sweep": "fast",
-        # As shipped, a polygon has a skin of 1 cm.
-        "polygon_radius_m": 0.0,
-    }
-
-
-def _no_ccd(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "sweep": "none"}
-
-
-class Box2dAdapter:
-    """Box2D as it is shipped (`default`), or made to solve overlaps alone (`tuned`)."""
-
-    name = "box2d"
-    engine = Engine("Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'")
-    capabilities = Capabilities(
-        gravity=True,
-        restitution=(0.0, 1.0),
-        restitution_combine="maximum",
-        contact_times=ContactTimes.STEP,
-        continuous_detection=True,
-        max_speed_m_s=LARGEST_SPEED_M_S,
-        max_coordinate_m=LARGEST_COORDINATE_M,
-        max_move_m=LONGEST_MOVE_M,
-        min_radius_m=SMALLEST_RADIUS_M,
-        float_bits=32,
-        restitution_threshold_m_s=THRESHOLD_M_S / VELOCITY_SCALE,
-    )
-    profiles: Mapping[str, Profile] = {
-        "default": Profile(
-            "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but frictionless, awake "
-            "and with the scene's restitution.",
-            _default,
-            capabilities=replace(capabilities, restitution_threshold_m_s=THRESHOLD_M_S),
-        ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: slow contacts bounce, overlaps "
-            "are never pushed apart, and fast discs are swept.",
-            _tuned,
-        ),
-        "located": Profile(
-            "The tuned settings without sweeping, each step cut at the instant from which on Box2D's own contact test "
-            "finds an overlap (Carom's own bisection).",
-            _no_ccd,
-            located=True,
-        ),
-        "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what Box2D can do.
-        """
-        return Box2dWorld(scene, settings)
-
-
-adapter = Box2dAdapter()

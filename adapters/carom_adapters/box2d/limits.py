@@ -1,0 +1,87 @@
+"""What Box2D can take: its settings by name, its limits, and the refusal of what is beyond them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+
+__all__ = ["CAPABILITIES", "LONGEST_MOVE_M", "THRESHOLD_M_S", "VELOCITY_SCALE", "WORLD_SETTINGS", "require_usable"]
+
+#: Attributes of `b2World`, by pybox2d's own names.
+WORLD_SETTINGS = ("warmStarting",)
+
+#: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
+#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale`` (see the profile `tuned`); and ``polygon_radius_m``, the skin
+#: of a wall's shape.
+OTHER_SETTINGS = (
+    "velocityIterations",
+    "positionIterations",
+    "sleepingAllowed",
+    "sweep",
+    "velocity_scale",
+    "polygon_radius_m",
+)
+
+#: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
+#: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet").
+SWEEPS = ("none", "shipped", "fast")
+
+#: Below these Box2D asserts, or makes no sense of them.
+LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1.0, "polygon_radius_m": 0.0}
+
+#: b2_maxTranslation is 2 m: a body that would move farther in one step is slowed down to that. A millionth below it, a
+#: body is not slowed down, and what was slowed down can be told from it.
+LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
+
+#: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7.
+SMALLEST_RADIUS_M = 1e-6
+
+#: Powers of ten between which masses, their quotients, and impulses at scaled velocities stay inside 32-bit floats
+#: (1e-38 to 1e38); Box2D takes a mass that is not above 0 for 1 kg.
+SMALLEST_MASS_KG = 1e-20
+LARGEST_MASS_KG = 1e20
+
+#: Times the velocity scale (2**20) and squared, this comes to 1e36.
+LARGEST_SPEED_M_S = 1e12
+
+#: Far below the square root of the largest 32-bit float, 1.8e19: contacts compare squared distances.
+LARGEST_COORDINATE_M = 1e9
+
+#: b2_velocityThreshold, compiled in: contacts that close at no more than this are made inelastic.
+THRESHOLD_M_S = 1.0
+
+#: See the profile `tuned`.
+VELOCITY_SCALE = 2.0**20
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    restitution_combine="maximum",
+    contact_times=ContactTimes.STEP,
+    continuous_detection=True,
+    max_speed_m_s=LARGEST_SPEED_M_S,
+    max_coordinate_m=LARGEST_COORDINATE_M,
+    max_move_m=LONGEST_MOVE_M,
+    min_radius_m=SMALLEST_RADIUS_M,
+    float_bits=32,
+    restitution_threshold_m_s=THRESHOLD_M_S / VELOCITY_SCALE,
+)
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what Box2D would assert on, or silently get wrong.
+
+    Raises:
+        AdapterError: A setting has an unknown name, or a step or mass is beyond 32-bit floats.
+    """
+    require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
+    if settings.get("sweep", "shipped") not in SWEEPS:
+        raise AdapterError(f"Box2D: sweep must be one of {', '.join(SWEEPS)}, got {settings['sweep']!r}")
+    dt_s = float(settings["dt_s"])
+    if not 1e-12 <= dt_s <= 1e12:  # scaled, still inside 32-bit floats
+        raise AdapterError(f"Box2D: dt_s must lie in 1e-12 to 1e12, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
+            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
+            raise AdapterError(f"Box2D: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")

@@ -1,0 +1,100 @@
+"""What MuJoCo can take: its settings by name, its limits, and the refusal of what is beyond them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+
+__all__ = [
+    "CAPABILITIES",
+    "ENABLE_SETTINGS",
+    "FLAG_SETTINGS",
+    "LARGEST_VALUE",
+    "MJCF_INTEGRATORS",
+    "OPTION_SETTINGS",
+    "require_usable",
+]
+
+#: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
+OPTION_SETTINGS = ("integrator", "jacobian", "tolerance", "iterations", "ccd_tolerance", "ccd_iterations")
+FLAG_SETTINGS = ("warmstart", "autoreset")
+ENABLE_SETTINGS = ("speculative",)
+
+#: What MJCF calls the members of `mujoco.mjtIntegrator`.
+MJCF_INTEGRATORS = {
+    "mjINT_EULER": "Euler",
+    "mjINT_RK4": "RK4",
+    "mjINT_IMPLICIT": "implicit",
+    "mjINT_IMPLICITFAST": "implicitfast",
+    "mjINT_DISCRETE": "discrete",
+}
+
+#: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has). ``stiffness`` (1/s**2) is that of a
+#: contact, 0 for none: see `_solref` of `world`. ``solimp`` is the attribute of a geom.
+#: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step, as in `located`.
+#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
+OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape")
+
+#: Settings that are one of a few words.
+WORDS: Mapping[str, tuple[str, ...]] = {
+    "integrator": tuple(MJCF_INTEGRATORS.values()),
+    "jacobian": ("dense", "sparse", "auto"),
+    "joints": ("free", "slide"),
+    "shape": ("sphere", "cylinder"),
+}
+
+#: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
+LARGEST_VALUE = 1e10
+
+#: MuJoCo's mjMINVAL is 1e-15: it refuses a lighter body, makes up a normal for centres that are closer than this, and
+#: its solver takes no step in acceleration that is smaller. The latter two are kept well away from.
+SMALLEST_MASS_KG = 1e-15
+SMALLEST_RADIUS_M = 1e-12
+LEAST_ACCELERATION_M_S2 = 1e-12
+
+#: A contact's regularisation, (1 - impedance) / impedance / mass with impedance 0.9999, must not fall below mjMINVAL.
+LARGEST_MASS_KG = 1e11
+
+#: Half a million pairs, which take MuJoCo seconds to compile.
+MOST_LISTED = 1000
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    restitution_combine="none",
+    contact_times=ContactTimes.STEP,
+    continuous_detection=True,
+    max_speed_m_s=LARGEST_VALUE,
+    max_coordinate_m=LARGEST_VALUE,
+    min_radius_m=SMALLEST_RADIUS_M,
+    dimensions=3,
+)
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
+
+    Raises:
+        AdapterError: A setting has an unknown name or value, or a step, mass, radius or all
+            speeds are beyond one of MuJoCo's own constants.
+    """
+    known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
+    require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0})
+    for name, words in WORDS.items():
+        if name in settings and settings[name] not in words:
+            raise AdapterError(f"MuJoCo: {name} must be one of {', '.join(words)}, got {settings[name]!r}")
+    if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
+        raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
+    dt_s = float(settings["dt_s"])
+    fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:
+        raise AdapterError(
+            f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
+            f"got {fastest:g} m/s in {dt_s:g} s: its solver would take the bounce for rounding"
+        )
+    for i, disc in enumerate(scene.discs):
+        if not (disc.immovable or SMALLEST_MASS_KG < disc.mass_kg <= LARGEST_MASS_KG):
+            limits = f"above {SMALLEST_MASS_KG:g} and at most {LARGEST_MASS_KG:g}, or inf"
+            raise AdapterError(f"MuJoCo: discs[{i}].mass_kg must be {limits}, got {disc.mass_kg}")

@@ -1,0 +1,92 @@
+"""What Bullet can take: its settings by name, its limits, and the refusal of what is beyond them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+
+__all__ = [
+    "BODY_SETTINGS",
+    "CAPABILITIES",
+    "SHIPPED_RESTITUTION_THRESHOLD_M_S",
+    "SHIPPED_SPEED_CLAMP_M_S",
+    "WORLD_SETTINGS",
+    "require_usable",
+]
+
+#: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
+#: belongs to the process, and a world must not change the next one.
+WORLD_SETTINGS = (
+    "numSolverIterations",
+    "solverResidualThreshold",
+    "restitutionVelocityThreshold",
+    "contactERP",
+    "contactSlop",
+    "warmStartingFactor",
+    "deterministicOverlappingPairs",
+)
+
+#: Arguments of `changeDynamics` for every body, by PyBullet's own names.
+BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
+
+#: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
+#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
+#: moments of inertia, and otherwise infinite ones.
+OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
+
+#: PyBullet takes a value below these for "not given", and says nothing.
+LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {"numSolverIterations": 1}
+
+#: Bullet's SIMD_EPSILON is 2.2e-16. It takes a step below that for none, a body with 1/mass below that for static, and
+#: gives discs that are closer than that a normal of its own.
+SHORTEST_STEP_S = 1e-15
+LARGEST_MASS_KG = 1e15
+SMALLEST_RADIUS_M = 1e-15
+
+#: Below this a quotient of masses may leave the range of 64-bit floats.
+SMALLEST_MASS_KG = 1e-100
+
+#: Bullet drops a moving body from the simulation when the squared diagonal of its bounding box, 12 radius**2, reaches
+#: 1e12 (`btCollisionWorld::updateSingleAabb`); the box is a contact margin larger than the body.
+LARGEST_RADIUS_M = 2.8e5
+
+#: A plane's bounding box ends at BT_LARGE_FLOAT = 1e18.
+LARGEST_COORDINATE_M = 1e17
+
+#: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
+#: contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+SHIPPED_SPEED_CLAMP_M_S = 100.0
+SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    restitution_combine="product",
+    contact_times=ContactTimes.STEP,
+    continuous_detection=True,
+    max_coordinate_m=LARGEST_COORDINATE_M,
+    min_radius_m=SMALLEST_RADIUS_M,
+    max_radius_m=LARGEST_RADIUS_M,
+    dimensions=3,
+)
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what Bullet would silently get wrong.
+
+    Raises:
+        AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
+            Bullet's own constants.
+    """
+    require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
+    if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
+        raise AdapterError(f"PyBullet: shape must be 'sphere' or 'cylinder', got {settings['shape']!r}")
+    dt_s = float(settings["dt_s"])
+    if not SHORTEST_STEP_S <= dt_s < math.inf:
+        raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
+            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
+            raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")

@@ -1,0 +1,112 @@
+"""What a bench is to do: the plan, the series of steps where none are asked for, and every cell that comes of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.bench.error_kind import ErrorKind
+from carom.errors import InputError, UnknownNameError
+from carom.registry import EngineInfo
+from carom.runner.cross_check import distinct_profiles
+from carom.runner.phases import even_phases
+from carom.runner.results import Cell
+from carom.scene import Scene
+
+__all__ = ["STEPS", "Plan", "default_steps", "geometric_steps", "plan_cells"]
+
+#: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
+#: 1/60 s, in so many steps as a fitted order needs to have a confidence interval worth reading.
+FINEST = 60 / 10_000
+STEPS = 6
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a bench is to do.
+
+    Attributes:
+        engines: Names of adapters; None for all.
+        dts: Steps, seconds; None for each scene's own series.
+        profiles: Names of profiles.
+        phases: How many starts, evenly spread over a step, each cell is scored at.
+        error: Which error.
+        target: The error for which the cheapest way is looked for.
+        rounds: Rounds of the timing pass.
+        seed: Of the order of its visits.
+        budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
+        time_limit_s: A run that takes longer is ended.
+        timing: Whether to time at all.
+    """
+
+    engines: tuple[str, ...] | None = None
+    dts: tuple[float, ...] | None = None
+    profiles: tuple[str, ...] = ("default", "tuned")
+    phases: int = 4
+    error: ErrorKind = ErrorKind.IMPACT
+    target: float = 1e-3
+    rounds: int = 7
+    seed: int = 1
+    budget_s: float = 80.0
+    time_limit_s: float = 60.0
+    timing: bool = True
+
+
+def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
+    """Return so many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
+
+    Raises:
+        InputError: An end is no positive number, or there are fewer than two steps.
+    """
+    for name, value in (("the coarsest step", coarsest_s), ("the finest step", finest_s)):
+        if not 0 < value < math.inf:
+            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+    if count < 2:
+        raise InputError(f"a series of steps needs two of them or more, got {count}")
+    coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
+    rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
+    ends = rates[0], rates[-1]
+    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # a float holds 1/60 to 1e-16
+        rates = [float(round(rate)) for rate in rates]
+        return tuple(1.0 / rate for rate in dict.fromkeys(rates))
+    return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)
+
+
+def default_steps(scene: Scene) -> tuple[float, ...]:
+    """Return the series of steps that a scene is run at where none are asked for."""
+    frame_s = 1.0 / scene.frame_rate_hz
+    return geometric_steps(frame_s, frame_s * FINEST, STEPS)
+
+
+def plan_cells(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: Plan) -> list[Cell]:
+    """Return every cell of the scoring pass.
+
+    Raises:
+        InputError: There is no scene, two have one name, or a number of the plan is out of range.
+        UnknownNameError: No engine asked for has a profile of the plan.
+    """
+    if not scenes:
+        raise InputError("there is no scene to bench")
+    names = [scene.name for scene in scenes]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
+    if plan.rounds < 1:
+        raise InputError(f"rounds must be 1 or more, got {plan.rounds}")
+    for name, value in (("budget", plan.budget_s), ("time limit", plan.time_limit_s), ("target", plan.target)):
+        if not value > 0:
+            raise InputError(f"the {name} must be a positive number, got {value}")
+    offered = {profile for info in infos for profile in info.profiles}
+    for profile in plan.profiles:
+        if profile not in offered:
+            there_are = ", ".join(sorted(offered)) or "none"
+            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {there_are}")
+    cells = []
+    for scene in scenes:
+        for info in infos:
+            for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True)):
+                for profile in distinct_profiles(info, plan.profiles, dt_s):
+                    cells += [
+                        Cell(scene, info.name, profile, dt_s, refinement, phase) for phase in even_phases(plan.phases)
+                    ]
+    return cells

@@ -1,0 +1,64 @@
+"""The benchmarks that run as modules, each found by its last lines."""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+import sys
+from pathlib import Path
+
+import pytest
+
+import carom.bench
+from carom.bench.arguments import count, parser, run
+from carom.errors import InputError
+
+MODULES = sorted(
+    path for path in Path(carom.bench.__file__).parent.glob("*.py") if "__main__" in path.read_text(encoding="utf-8")
+)
+
+
+def called(path: Path, monkeypatch: pytest.MonkeyPatch, *arguments: str) -> object:
+    """Run a module as a command, and return its exit code."""
+    monkeypatch.setattr(sys, "argv", [str(path), *arguments])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(path), run_name="__main__")
+    return ended.value.code
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda path: path.stem)
+def test_every_benchmark_answers_help_and_refuses_what_it_does_not_know(
+    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """`--help` says how it is called and what it measures; an unknown option ends it with a line and exit code 2."""
+    assert called(path, monkeypatch, "--help") == 0
+    told = capsys.readouterr().out
+    assert told.startswith(f"usage: python -m carom.bench.{path.stem} ")
+    assert called(path, monkeypatch, "--nonsense") == 2
+    assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
+
+
+def test_there_are_benchmarks() -> None:
+    """The search for benchmarks finds those that the documentation names."""
+    assert {"pic", "certified", "certified_answers", "campaign", "time_of_impact"} <= {path.stem for path in MODULES}
+
+
+@pytest.mark.parametrize("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
+def test_a_number_that_is_none_is_refused_with_its_text(text: str) -> None:
+    """A count is a whole number of 1 or more; anything else is named."""
+    with pytest.raises(argparse.ArgumentTypeError, match=rf"got '{text}'"):
+        count(text)
+    assert count("1e6") == 1_000_000
+
+
+def test_an_error_of_caroms_own_is_a_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """What a benchmark refuses is said in its own words, without a traceback, with exit code 2."""
+
+    def main() -> None:
+        raise InputError("so many discs do not fit")
+
+    monkeypatch.setattr(sys, "argv", ["x"])
+    with pytest.raises(SystemExit) as ended:
+        run(parser("carom.bench.x", "Nothing: ``python -m carom.bench.x``."), main)
+    assert ended.value.code == 2
+    assert "so many discs do not fit" in capsys.readouterr().err
