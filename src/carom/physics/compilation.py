@@ -53,17 +53,19 @@ class Recipe:
         arguments: Types of its arguments; "float64*" is a pointer into an array. Arrays that are written to must not
             overlap others.
         linked: Units that this one calls, by the names of their functions, instead of compiling their code into itself.
+        vectors: Whether LLVM may take several passes of a loop at a time: good for arrays, bad for the kernel.
     """
 
     function: Callable[..., Any]
     result: str
     arguments: tuple[str, ...]
     linked: tuple[Recipe, ...] = ()
+    vectors: bool = False
 
     def name(self) -> str:
         """Return the function's name with a digest of the code of the unit, and of those linked to it."""
         digest = hashlib.sha256(_translator())
-        digest.update(repr((self.result, self.arguments, [each.name() for each in self.linked])).encode())
+        digest.update(repr((self.result, self.arguments, self.vectors, [each.name() for each in self.linked])).encode())
         for callee in _callees(self.function, {each.function.__name__ for each in self.linked}, {}):
             digest.update(_identity(callee))
         return f"{self.function.__name__}_{digest.hexdigest()[:16]}"
@@ -114,7 +116,7 @@ def compiled_unit(recipe: Recipe) -> Unit:
             lowering = stack.enter_context(_lowering(recipe, symbol))
         linked = {_symbol(each.name()): compiled_unit(each).address for each in recipe.linked}
         if emitted is None:
-            emitted = machine_code.object_file(symbol, *(codes or lowering()))
+            emitted = machine_code.object_file(symbol, *(codes or lowering()), vectors=recipe.vectors)
             object_cache.write(_source(recipe), name, key, emitted)
     address = machine_code.address_of(symbol, emitted, linked)
     call = ctypes.CFUNCTYPE(_ctype(recipe.result), *map(_ctype, recipe.arguments))

@@ -145,7 +145,7 @@ def fill_times(
     return count
 
 
-FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",), vectors=True)
 
 
 @functools.cache

@@ -21,10 +21,15 @@ def holds(name: str) -> bool:
     return next(_HOME.glob(f"{name}.*"), None) is not None
 
 
-def read(name: str) -> list[str] | None:
-    """Return the modules of a unit in LLVM's intermediate representation, or None."""
+def read(name: str, directory: Path | None = None) -> list[str] | None:
+    """Return the modules of a unit in LLVM's intermediate representation, or None.
+
+    Args:
+        name: Name of the unit.
+        directory: Where to look; None for the package.
+    """
     try:
-        codes: list[str] = json.loads(zlib.decompress((_HOME / _file(name)).read_bytes()))
+        codes: list[str] = json.loads(zlib.decompress(((directory or _HOME) / _file(name)).read_bytes()))
     except (OSError, zlib.error, ValueError):
         return None
     return codes

@@ -58,7 +58,7 @@ COMPILED_FROM_DISCS = 400
 #: So many take plain Python as long (``python -m carom.bench.switch``), so going over costs at most about twice the
 #: better choice.
 PLAIN_IMPACTS = 300
-TRANSLATED_IMPACTS = 7_000
+TRANSLATED_IMPACTS = 5_000
 UNCACHED_IMPACTS = 70_000
 
 #: Impacts a call of the compiled kernel, after which progress is reported: a tenth of a second or so.

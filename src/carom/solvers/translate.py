@@ -16,13 +16,15 @@ __all__ = ["main"]
 
 
 def main(directory: Path) -> None:
-    """Write what numba makes of each unit into a directory, in place of what is there.
+    """Write what numba makes of each unit into a directory, in place of what is there; nothing if it is there already.
 
     Raises:
         CaromError: numba could not compile one.
     """
     kernel = kernel_recipe()
     recipes = (kernel, *kernel.linked, FILL)
+    if all(translations.read(each.name(), directory) for each in recipes):
+        return
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         made = {each.name(): codes for each, codes in zip(recipes, pool.map(translation, recipes), strict=True)}
     directory.mkdir(exist_ok=True)
