@@ -17,7 +17,6 @@ from carom.solvers.layout import (
     CAPACITY,
     CLOCKS,
     FIELD,
-    LANES,
     LAST,
     LEAVE,
     MOVES,
@@ -54,9 +53,6 @@ _BODY = "float64*"
 
 #: Bytes of a cache line.
 _LINE = 64
-
-#: Doubles of a vector register (256 bits): compiled, a scan bounds so many pairs at a time.
-_LANES = 4
 
 #: Discs from which it pays to look ahead, since their columns no longer fit into a cache: with it, a run of 8,000 discs
 #: took 1.01 of its time without, one of 16,000 .91, one of 30,000 .78 (a processor with 1 MB of cache to itself).
@@ -194,7 +190,6 @@ class KernelState:
                     grid[3] + 2,
                     size * SLOTS,
                     0,
-                    _LANES,
                     int(n >= _AHEAD_FROM),
                     len(levels) - 1,
                     *levels,
@@ -228,7 +223,6 @@ class KernelState:
     def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
         """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
         self.size[CAPACITY] = len(records) // RECORD
-        self.size[LANES] = 1 if compiled is None else _LANES
         columns = self.columns(records)
         if compiled is None:
             return kernel.run(*columns, until, impacts)

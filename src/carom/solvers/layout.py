@@ -103,9 +103,9 @@ CLOCKS = 5
 # law: what the impacts obey, where the cells lie, and which impacts are kept.
 RESTITUTION, WALL_RESTITUTION, CONTACT_TIME, CORNER_X, CORNER_Y, WIDTH, KEEP_FROM, KEEP_TO = range(8)
 
-# size: how much there is of everything; LANES is of how many numbers a scan computes at a time; from OFFSET on, where
-# each level of the tree begins.
-DISCS, WALLS, COLUMNS, ROWS, STRIDE, CHAINS, CAPACITY, LANES, AHEAD, TOP, OFFSET = range(11)
+# size: how much there is of everything; AHEAD is 1 where it pays to look ahead; from OFFSET on, where each level of the
+# tree begins.
+DISCS, WALLS, COLUMNS, ROWS, STRIDE, CHAINS, CAPACITY, AHEAD, TOP, OFFSET = range(10)
 
 # tally: work counts, and the counts by which a run is judged.
 (

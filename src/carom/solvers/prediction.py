@@ -24,7 +24,6 @@ from carom.solvers.layout import (
     DY,
     EXACT,
     HIGH,
-    LANES,
     LAST,
     LOW,
     MOVES,
@@ -193,7 +192,7 @@ def find_earliest(
         partner: The candidate's partner.
     """
     cells, nearby = s.cells, s.nearby
-    met, lanes = has_just_met(s, i), s.size[LANES]
+    met = has_just_met(s, i)
     count, chains = 0, 0
     for line in range(lines):
         for k in range(3):
@@ -206,7 +205,7 @@ def find_earliest(
     chain = NOBODY
     while True:
         kept = keep_approaching(s, i, met, count)
-        bound_times(s.field, (kept + lanes - 1) & -lanes)  # a power of two
+        bound_times(s.field, kept)
         low, high, partner = earliest_of(s, i, kept, low, high, partner)
         if chains == 0:
             return low, high, partner
