@@ -3,7 +3,8 @@
 A unit costs once: to be compiled, or, where that was done before, to be loaded. Then each impact, or each element of an
 array, costs less. The break-even points stand in the code where it chooses (`carom.solvers.event_driven`,
 `carom.physics.time_of_impact`, `carom.solvers.certified.lower_bounds`). Times are of the processor, since the machine
-may be shared; those of a unit are of a process that has not imported llvmlite yet.
+may be shared; those of a unit are of a process that has not imported llvmlite yet. Compiling is numba's and
+LLVM's work, or LLVM's alone for units that came translated with the package.
 """
 
 from __future__ import annotations

@@ -154,7 +154,7 @@ def lowered(request: Request) -> tuple[str, str]:
         if name == "prefetch":
             done[name] = _prefetch()
         else:
-            done[name] = _for_any_value(njit(**_OPTIONS, forceinline=source.inline)(function))
+            done[name] = njit(**_OPTIONS, forceinline=source.inline)(function)
     for function in functions.values():
         function.__globals__.update(done)
     whole = done[request.sources[0].code.co_name]
@@ -174,17 +174,6 @@ def _function(source: Source) -> FunctionType:
 @functools.cache
 def _named_tuple(name: str, fields: tuple[str, ...]) -> Any:
     return namedtuple(name, fields)
-
-
-def _for_any_value(function: Any) -> Any:
-    """Return numba's function, made to compile no copy of itself for each number that stands in a call of it."""
-    from numba.core import types
-
-    unliteral: Any = types.unliteral
-
-    template = function.get_call_template
-    function.get_call_template = lambda given, named: template([unliteral(each) for each in given], named)
-    return function
 
 
 def _unit(name: str, request: Request) -> str:
