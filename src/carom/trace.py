@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.scene import Scene
+if TYPE_CHECKING:
+    from carom.scene import Scene
 
 __all__ = [
     "IMPACT_DTYPE",
@@ -123,6 +124,8 @@ class Trace:
         settings: The settings really used, read back from the engine where it can be read.
         float_bits: Width of the floats that the method declares to compute in.
         counts: Work counts: steps, pair tests, predictions and so on.
+        impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
+            themselves are not kept; None where the method does not count.
         notes: What the method itself warned of.
     """
 
@@ -142,6 +145,7 @@ class Trace:
     settings: Mapping[str, Setting] = field(default_factory=dict)
     float_bits: int = 64
     counts: Mapping[str, int] = field(default_factory=dict)
+    impacts_per_disc: NDArray[np.int64] | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
 from carom.solvers.disc_arrays import DiscArrays
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
 
 __all__ = ["gas_scene", "hard_disc_gas"]
 
@@ -54,6 +57,8 @@ def gas_scene(discs: int, packing: float, seed: int = 1, *, duration_s: float = 
         duration_s: Duration, seconds.
         touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
     """
+    from carom.scene import Disc, Scene, Wall
+
     shrink = 1.0 if touching else 1 - 2.0**-10
     gas = hard_disc_gas(discs, packing / shrink**2, seed)
     return Scene(

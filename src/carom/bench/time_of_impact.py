@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.bench.arguments import parser, run
 from carom.errors import MissingExtraError
-from carom.physics.compilation import numba_installed
+from carom.physics.compilation import compiler_installed
 from carom.physics.time_of_impact import pair_times
 
 if TYPE_CHECKING:
@@ -140,7 +140,7 @@ def main(count: int = 100_000, checked: int = 10_000) -> None:
         "stable": stable,
         "carom": functools.partial(pair_times, compiled=False),
     }
-    if numba_installed():
+    if compiler_installed():
         forms["carom, compiled"] = functools.partial(pair_times, compiled=True)
     print(f"{'class':22}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>52}" for name in forms))
     for name in CLASSES:

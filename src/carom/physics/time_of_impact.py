@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import addresses, compiled_unit, numba_installed
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed, is_cached, is_translated
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.pair_time import (
     approach,
@@ -25,6 +25,7 @@ from carom.physics.pair_time import (
     exact_coefficients,
     exact_root,
     pair_time,
+    quick_pair_time,
     refine,
     separation,
 )
@@ -38,15 +39,27 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Pair = tuple[Array, Array]
 
-__all__ = ["COMPILED_FROM", "fill_times", "pair_times", "time_of_impact"]
+__all__ = [
+    "CACHED_FROM",
+    "COMPILED_FROM",
+    "FILL",
+    "LOADED_FROM",
+    "TRANSLATED_FROM",
+    "fill_times",
+    "pair_times",
+    "time_of_impact",
+]
 
 #: Elements at a time: few enough for the temporaries of a step to stay in the second-level cache, many enough for the
 #: cost of calling NumPy not to dominate. Chosen, not tuned.
 _CHUNK = 8192
 
-#: Elements from which the compiled form pays for importing numba and loading it from its cache (some .5 s, against
-#: 150 ns an element saved); once it is in use, it serves everything above a chunk.
-COMPILED_FROM = 4_000_000
+#: Elements from which the compiled form pays for being compiled by numba and LLVM, or by LLVM alone; for being loaded
+#: where that was done before (``python -m carom.bench.switch``); and for being called: so few take NumPy as long.
+COMPILED_FROM = 36_000_000
+TRANSLATED_FROM = 2_500_000
+CACHED_FROM = 400_000
+LOADED_FROM = 16
 
 
 def time_of_impact(
@@ -93,7 +106,7 @@ def pair_times(*columns: Array, compiled: bool | None = None) -> Array:
     """
     count = len(columns[0])
     if compiled is None:
-        compiled = numba_installed() and (count >= COMPILED_FROM or (_is_loaded() and count >= _CHUNK))
+        compiled = compiler_installed() and _compiled_pays(count)
     if compiled:
         times = np.empty(count)
         _compiled_fill().ctypes(*addresses(*(np.ascontiguousarray(a) for a in columns), times), count)
@@ -124,14 +137,30 @@ def fill_times(
     count: int,
 ) -> int:
     """Write `pair_time` of each row of ten columns into `times`: what the compiled form is made of."""
+    for k in range(count):  # several at a time: a compiler takes this loop apart into vectors
+        times[k] = quick_pair_time(x1[k], y1[k], vx1[k], vy1[k], r1[k], x2[k], y2[k], vx2[k], vy2[k], r2[k])
     for k in range(count):
-        times[k] = pair_time(x1[k], y1[k], vx1[k], vy1[k], r1[k], x2[k], y2[k], vx2[k], vy2[k], r2[k])
+        if times[k] < 0.0:
+            times[k] = pair_time(x1[k], y1[k], vx1[k], vy1[k], r1[k], x2[k], y2[k], vx2[k], vy2[k], r2[k])
     return count
+
+
+FILL = Recipe(fill_times, "int64", ("float64*",) * 11 + ("int64",), vectors=True)
 
 
 @functools.cache
 def _compiled_fill() -> Unit:
-    return compiled_unit(fill_times, "int64", ("float64*",) * 11 + ("int64",))
+    return compiled_unit(FILL)
+
+
+def _compiled_pays(count: int) -> bool:
+    if _is_loaded():
+        return count >= LOADED_FROM
+    return (
+        count >= COMPILED_FROM
+        or (count >= TRANSLATED_FROM and is_translated(FILL))
+        or (count >= CACHED_FROM and is_cached(FILL))
+    )
 
 
 def _is_loaded() -> bool:

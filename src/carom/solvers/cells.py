@@ -1,4 +1,4 @@
-"""The cells of the event-driven kernel: which discs are near each other, kept as linked lists.
+"""The cells of the event-driven kernel: which discs are near each other.
 
 A cell is wider than the largest sum of two radii, so two discs whose cells are not neighbours are apart. The outermost
 cells reach to infinity, so a disc is always in some cell, wherever it goes; around them lies a ring of cells that stay
@@ -15,7 +15,8 @@ import numpy as np
 
 from carom.solvers.layout import (
     CELL,
-    CELLS,
+    CHAINED,
+    CHAINS,
     COLUMN_BITS,
     COLUMN_MASK,
     COLUMNS,
@@ -28,11 +29,12 @@ from carom.solvers.layout import (
     LEFT,
     MOST_COLUMNS,
     NOBODY,
+    NOW,
     OWN_TIME,
-    PREVIOUS,
     RIGHT,
     ROW,
     ROWS,
+    SLOTS,
     STRIDE,
     UP,
     VX,
@@ -50,9 +52,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.solvers.layout import Column
+    from carom.solvers.layout import Columns
 
-__all__ = ["Grid", "change_cell", "choose_grid", "insert_all", "near_walls"]
+__all__ = ["INLINE", "Grid", "change_cell", "choose_grid", "insert_all", "near_walls"]
 
 #: How much wider than the largest contact distance a cell must be: any amount well above the rounding of a position in
 #: units of a cell, which is 2^-53 of the number of columns.
@@ -109,17 +111,49 @@ def near_walls(
     return near.ravel()
 
 
-def insert(link: Column, heads: Column, i: int, row: int, column: int, size: Column) -> None:
-    """Put disc `i` at the head of the list of a cell; the ring around the grid is row 0 and column 0."""
-    cells = size[CELLS]
-    cell = row * size[STRIDE] + column
-    head = int(heads[cell])
-    heads[cells + i] = head
-    link[i * ROW + PREVIOUS] = NOBODY
-    link[i * ROW + CELL] = (row << COLUMN_BITS) | column
-    if head != NOBODY:
-        link[head * ROW + PREVIOUS] = i
-    heads[cell] = i
+def put(s: Columns, i: int, row: int, column: int) -> None:
+    """Put disc `i` into a cell; the ring around the grid is row 0 and column 0."""
+    cells, base = s.cells, (row * s.size[STRIDE] + column) * SLOTS
+    s.link[i * ROW + CELL] = (row << COLUMN_BITS) | column
+    count = 0
+    for k in range(SLOTS):
+        count += cells[base + k] != NOBODY
+    if count < SLOTS:
+        cells[base + count] = i
+        return
+    last = int(cells[base + SLOTS - 1])
+    if last > NOBODY:  # the chain begins with the disc that has the last place
+        s.cells[s.size[CHAINS] + last] = NOBODY
+    else:
+        last = CHAINED - last
+    cells[s.size[CHAINS] + i] = last
+    cells[base + SLOTS - 1] = CHAINED - i
+
+
+def take(s: Columns, i: int, row: int, column: int) -> None:
+    """Take disc `i` out of a cell."""
+    cells, base, chains = s.cells, (row * s.size[STRIDE] + column) * SLOTS, s.size[CHAINS]
+    place, count = 0, 0
+    for k in range(SLOTS):
+        place += k * (cells[base + k] == i)
+        count += cells[base + k] != NOBODY
+    last = int(cells[base + SLOTS - 1])
+    if last >= NOBODY:
+        cells[base + place] = cells[base + count - 1]
+        cells[base + count - 1] = NOBODY
+        return
+    head = CHAINED - last
+    if cells[base + place] == i:  # the first of the chain takes its place
+        cells[base + place] = head
+        head = int(cells[chains + head])
+    elif head == i:
+        head = int(cells[chains + i])
+    else:
+        before = head
+        while cells[chains + before] != i:
+            before = int(cells[chains + before])
+        cells[chains + before] = cells[chains + i]
+    cells[base + SLOTS - 1] = CHAINED - head if head != NOBODY else NOBODY
 
 
 def clamped(place: float, count: int) -> int:
@@ -129,35 +163,32 @@ def clamped(place: float, count: int) -> int:
     return int(place) if place < count else count - 1
 
 
-def insert_all(body: Column, link: Column, heads: Column, law: Column, size: Column, now: float) -> None:
-    """Sort all discs into their cells by where they stand at the time `now`."""
-    width = law[WIDTH]
-    for cell in range(size[CELLS]):
-        heads[cell] = NOBODY
+def insert_all(s: Columns) -> None:
+    """Sort all discs into their cells by where they stand now."""
+    body, law, size = s.body, s.law, s.size
+    now, width = s.clock[NOW], law[WIDTH]
+    for place in range(size[CHAINS]):
+        s.cells[place] = NOBODY
     for i in range(size[DISCS]):
         a = i * ROW
         wait = now - body[a + OWN_TIME]
         column = (body[a + X] + body[a + VX] * wait - law[CORNER_X]) / width
         row = (body[a + Y] + body[a + VY] * wait - law[CORNER_Y]) / width
-        insert(link, heads, i, clamped(row, size[ROWS]) + 1, clamped(column, size[COLUMNS]) + 1, size)
+        put(s, i, clamped(row, size[ROWS]) + 1, clamped(column, size[COLUMNS]) + 1)
 
 
-def change_cell(link: Column, heads: Column, i: int, size: Column) -> tuple[int, int]:
+def change_cell(s: Columns, i: int) -> tuple[int, int]:
     """Move disc `i` over the edge of its cell; return its first new neighbour cell, and the step to the others."""
-    a = i * ROW
-    row, column = int(link[a + CELL]) >> COLUMN_BITS, int(link[a + CELL]) & COLUMN_MASK
-    cells, stride = size[CELLS], size[STRIDE]
-    before, after = int(link[a + PREVIOUS]), int(heads[cells + i])
-    if before != NOBODY:
-        heads[cells + before] = after
-    else:
-        heads[row * stride + column] = after
-    if after != NOBODY:
-        link[after * ROW + PREVIOUS] = before
-    edge = int(link[a + EXIT])
-    across = 1 if edge == RIGHT else -1 if edge == LEFT else 0
-    along = 1 if edge == UP else -1 if edge == DOWN else 0
-    insert(link, heads, i, row + along, column + across, size)
+    place, edge, stride = int(s.link[i * ROW + CELL]), int(s.link[i * ROW + EXIT]), s.size[STRIDE]
+    row, column = place >> COLUMN_BITS, place & COLUMN_MASK
+    across = (edge == RIGHT) - (edge == LEFT)
+    along = (edge == UP) - (edge == DOWN)
+    take(s, i, row, column)
+    put(s, i, row + along, column + across)
     # The new neighbours lie two cells on from the old cell, in a line across the way taken.
     first = (row + 2 * along - abs(across)) * stride + column + 2 * across - abs(along)
     return first, stride if along == 0 else 1
+
+
+#: What costs less than a call.
+INLINE = (take, change_cell)

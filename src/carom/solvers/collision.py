@@ -12,13 +12,13 @@ from carom.solvers.layout import (
     DISCS,
     EPOCH,
     EPOCH_REST,
-    INVERSE_MASS,
     LAST,
-    NOBODY,
+    MOVES,
     NORMAL_X,
     NORMAL_Y,
     NOW,
     OWN_TIME,
+    PREDICTIONS,
     PUSHED,
     RADIUS,
     RECORD,
@@ -39,7 +39,7 @@ from carom.solvers.layout import (
 )
 
 if TYPE_CHECKING:
-    from carom.solvers.layout import Column
+    from carom.solvers.layout import Column, Columns
 
 __all__ = ["INLINE", "collide_pair", "collide_wall", "move", "note_instant", "reported_time"]
 
@@ -63,28 +63,24 @@ def move(body: Column, i: int, time: float) -> None:
     body[a + OWN_TIME] = time
 
 
-def note_instant(clock: Column, tally: Column, time: float) -> None:
+def note_instant(s: Columns, time: float) -> None:
     """Bring the clock to `time`, never back, and begin to count the impacts of this instant if it is a new one."""
-    if time > clock[NOW]:
-        clock[NOW] = time
-        tally[AT_INSTANT] = 0
+    if time > s.clock[NOW]:
+        s.clock[NOW] = time
+        s.tally[AT_INSTANT] = 0
 
 
-def restitution_now(
-    body: Column, link: Column, i: int, time: float, restitution: float, contact_time_s: float
-) -> float:
-    """Return the restitution of an impact of disc `i` at `time`: 1 within `contact_time_s` of its last (TC model)."""
-    a = i * ROW
-    if body[a + INVERSE_MASS] > 0.0 and link[a + LAST] != NOBODY and time - body[a + OWN_TIME] < contact_time_s:
-        return 1.0
+def restitution_now(s: Columns, i: int, time: float, restitution: float) -> float:
+    """Return the restitution of an impact of disc `i` at `time`: 1 so soon after its last that they are one contact."""
+    if s.law[CONTACT_TIME] > 0.0 and s.link[i * ROW + MOVES] != 0:
+        if time - s.last_impact[i] < s.law[CONTACT_TIME]:
+            restitution = 1.0
+        s.last_impact[i] = time
     return restitution
 
 
 def record(
-    body: Column,
-    clock: Column,
-    tally: Column,
-    records: Column,
+    s: Columns,
     i: int,
     j: int,
     nx: float,
@@ -96,7 +92,8 @@ def record(
 
     How well the instant is known is that of `carom.solvers.bodies.Bodies.resolution_s`.
     """
-    r = tally[RECORDED] * RECORD
+    body, clock, records = s.body, s.clock, s.records
+    r = s.tally[RECORDED] * RECORD
     a = i * ROW
     records[r] = clock[REPORTED]
     records[r + 1] = i
@@ -125,7 +122,7 @@ def record(
     if approach > 0.0 and error / approach < uncertain:
         uncertain = error / approach
     records[r + 13] = uncertain + 2.0 * UNIT * clock[REPORTED]
-    tally[RECORDED] += 1
+    s.tally[RECORDED] += 1
 
 
 def count_impact(tally: Column) -> None:
@@ -135,33 +132,23 @@ def count_impact(tally: Column) -> None:
     tally[AT_INSTANT] += 1
 
 
-def collide_pair(
-    body: Column,
-    link: Column,
-    clock: Column,
-    tally: Column,
-    law: Column,
-    records: Column,
-    i: int,
-    j: int,
-    time: float,
-    keep: bool,
-) -> None:
+def collide_pair(s: Columns, i: int, j: int, time: float, keep: bool) -> None:
     """Carry out the impact of discs `i` < `j` at `time`."""
+    body, link, clock = s.body, s.link, s.clock
     a, o = i * ROW, j * ROW
-    note_instant(clock, tally, time)
+    note_instant(s, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
-    restitution = restitution_now(body, link, i, time, law[RESTITUTION], law[CONTACT_TIME])
-    restitution = restitution_now(body, link, j, time, restitution, law[CONTACT_TIME])
+    restitution = restitution_now(s, i, time, s.law[RESTITUTION])
+    restitution = restitution_now(s, j, time, restitution)
     # An immovable disc stands where it stood at the start: moving it on would change nothing but its own time.
-    if body[a + INVERSE_MASS] > 0.0:
+    if link[a + MOVES] != 0:
         move(body, i, time)
-    if body[o + INVERSE_MASS] > 0.0:
+    if link[o + MOVES] != 0:
         move(body, j, time)
     dx, dy = body[o + X] - body[a + X], body[o + Y] - body[a + Y]
     before = (body[a + VX], body[a + VY], body[o + VX], body[o + VY])
-    inverse_1, inverse_2 = body[a + INVERSE_MASS], body[o + INVERSE_MASS]
+    inverse_1, inverse_2 = s.inverse_mass[i], s.inverse_mass[j]
     push = pair_push(dx, dy, before[2] - before[0], before[3] - before[1], inverse_1 + inverse_2, restitution)
     body[a + VX] += push * inverse_1 * dx
     body[a + VY] += push * inverse_1 * dy
@@ -172,48 +159,38 @@ def collide_pair(
     link[a + VERSION] += 1
     link[o + VERSION] += 1
     link[a + LAST], link[o + LAST] = j, i
-    count_impact(tally)
+    count_impact(s.tally)
+    s.tally[PREDICTIONS] += (inverse_1 > 0.0) + (inverse_2 > 0.0)
     if keep:
         distance = math.sqrt(distance2)
         nx, ny = dx / distance, dy / distance
         speed = (before[0] - before[2]) * nx + (before[1] - before[3]) * ny
-        record(body, clock, tally, records, i, j, nx, ny, speed, before)
+        record(s, i, j, nx, ny, speed, before)
 
 
-def collide_wall(
-    body: Column,
-    link: Column,
-    walls: Column,
-    clock: Column,
-    tally: Column,
-    law: Column,
-    size: Column,
-    records: Column,
-    i: int,
-    k: int,
-    time: float,
-    keep: bool,
-) -> None:
+def collide_wall(s: Columns, i: int, k: int, time: float, keep: bool) -> None:
     """Carry out the impact of disc `i` on wall `k` at `time`."""
+    body, link, clock, walls = s.body, s.link, s.clock, s.walls
     a = i * ROW
     nx, ny = walls[k * WALL_ROW + NORMAL_X], walls[k * WALL_ROW + NORMAL_Y]
-    note_instant(clock, tally, time)
+    note_instant(s, time)
     clock[REPORTED] = reported_time(clock, clock[NOW])
     time = clock[NOW]
-    restitution = restitution_now(body, link, i, time, law[WALL_RESTITUTION], law[CONTACT_TIME])
+    restitution = restitution_now(s, i, time, s.law[WALL_RESTITUTION])
     move(body, i, time)
     link[a + VERSION] += 1
-    link[a + LAST] = size[DISCS] + k
+    link[a + LAST] = s.size[DISCS] + k
     before = (body[a + VX], body[a + VY], 0.0, 0.0)
     along = before[0] * nx + before[1] * ny
     if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
         body[a + VX] -= (1.0 + restitution) * along * nx
         body[a + VY] -= (1.0 + restitution) * along * ny
-    count_impact(tally)
-    tally[WALL_IMPACTS] += 1
+    count_impact(s.tally)
+    s.tally[WALL_IMPACTS] += 1
+    s.tally[PREDICTIONS] += 1
     if keep:
-        record(body, clock, tally, records, i, -1 - k, -nx, -ny, -along, before)
+        record(s, i, -1 - k, -nx, -ny, -along, before)
 
 
-#: What costs less than a call.
+#: Called at one place, or so short that it costs less than a call.
 INLINE = (collide_pair, move, reported_time, note_instant, restitution_now, count_impact)

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.physics.compilation import numba_installed
-from carom.solvers.bodies import require_supported
+from carom.physics.compilation import compiler_installed, is_cached, is_translated
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.kept_impacts import KeptImpacts
-from carom.solvers.kernel_state import KernelState, compiled_kernel
+from carom.solvers.kernel_state import KernelState, compiled_kernel, kernel_recipe
 from carom.solvers.layout import (
     CROSSINGS,
     DONE,
@@ -52,12 +51,15 @@ if TYPE_CHECKING:
 
 __all__ = ["EventDrivenRun", "RunState"]
 
-#: Discs from which a run starts compiled, and impacts after which one that began as plain Python goes over. Importing
-#: numba and loading the kernel from its cache took .6 s or more, plain Python 140 to 180 us an impact; so 4000
-#: impacts cost as much as loading; going over then costs at most about twice the better choice. The number of discs is
-#: a choice: its lists cost 16 ms at 400.
+#: Discs from which a run starts compiled: a choice; its lists cost 16 ms at 400.
 COMPILED_FROM_DISCS = 400
-PLAIN_IMPACTS = 4000
+#: Impacts after which a run that began as plain Python goes over to the compiled kernel: where that need only be
+#: loaded; where LLVM must make it of a translation that came with the package; and where numba must translate it first.
+#: So many take plain Python as long (``python -m carom.bench.switch``), so going over costs at most about twice the
+#: better choice.
+PLAIN_IMPACTS = 300
+TRANSLATED_IMPACTS = 5_000
+UNCACHED_IMPACTS = 70_000
 
 #: Impacts a call of the compiled kernel, after which progress is reported: a tenth of a second or so.
 _CHUNK = 50_000
@@ -75,6 +77,7 @@ class RunState:
         link: Impact counts and last partners, shape ``(n, 8)``.
         clock: Times.
         tally: Counts.
+        last_impact: Time of each disc's last impact, where a contact takes time, else empty.
         time_s: How far the run has been taken.
     """
 
@@ -82,6 +85,7 @@ class RunState:
     link: NDArray[np.int32]
     clock: NDArray[np.float64]
     tally: NDArray[np.int64]
+    last_impact: NDArray[np.float64]
     time_s: float
 
 
@@ -115,6 +119,8 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
     ) -> None:
         if not isinstance(start, DiscArrays):
+            from carom.solvers.bodies import require_supported  # with it pydantic, which arrays do without
+
             require_supported(start, "the compiled event-driven kernel")
             start = DiscArrays.from_scene(start)
         elif resume is None:
@@ -125,19 +131,23 @@ class EventDrivenRun:
             raise InputError(f"contact_duration_s must be 0 or more, got {contact_duration_s}")
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
-        if compiled and not numba_installed():
+        if compiled and not compiler_installed():
             raise InputError("compiled needs numba, which is not installed: pip install 'carom[fast]'")
         self.log = KeptImpacts()
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
         self._record = record == "all"
         self._forced = compiled
+        self._patience = PLAIN_IMPACTS
         state = KernelState.of(start, contact_duration_s, cell_factor, window_s)
         if resume is not None:
             state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
             state.clock[:], state.tally[:] = resume.clock, resume.tally
+            state.last_impact[:] = resume.last_impact
             self.time_s = resume.time_s
-        self._plain = not (compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and numba_installed()))
+        self._plain = not (
+            compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed())
+        )
         self._state = state.as_lists() if self._plain else state
         self._compiled = None if self._plain else compiled_kernel()
         room = (_PLAIN_ROOM if self._plain else _ROOM) * RECORD if self._record else 0
@@ -156,7 +166,7 @@ class EventDrivenRun:
         last = _NEVER if max_impacts is None else max_impacts
         while True:
             tally = self._state.tally
-            if self._plain and self._forced is None and tally[TOTAL] >= PLAIN_IMPACTS and numba_installed():
+            if self._plain and self._forced is None and tally[TOTAL] >= self._patience and compiler_installed():
                 self._go_over()
                 tally = self._state.tally
             step = min(last, int(tally[TOTAL]) + (PLAIN_IMPACTS if self._plain else _CHUNK))
@@ -177,7 +187,12 @@ class EventDrivenRun:
                 return Outcome.MAX_IMPACTS
 
     def _go_over(self) -> None:
-        """Go over from plain Python to the compiled kernel, in the middle of the run."""
+        """Go over from plain Python to the compiled kernel, in the middle of the run, if that pays already."""
+        recipe = kernel_recipe()
+        pays = TRANSLATED_IMPACTS if is_translated(recipe) else UNCACHED_IMPACTS
+        if self._patience < pays and not is_cached(recipe):
+            self._patience = pays
+            return
         self._state = self._state.as_arrays()
         self._compiled = compiled_kernel()
         self._plain = False
@@ -207,6 +222,7 @@ class EventDrivenRun:
             np.array(self._state.link, np.int32).reshape(-1, ROW),
             np.array(self._state.clock, np.float64),
             tally,
+            np.array(self._state.last_impact, np.float64),
             self.time_s,
         )
 

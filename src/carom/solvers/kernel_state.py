@@ -8,25 +8,30 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.physics.compilation import addresses, compiled_unit
+from carom.physics.compilation import Recipe, addresses, compiled_unit
 from carom.physics.wall_time import wall_time
 from carom.solvers import kernel
 from carom.solvers.cells import choose_grid, near_walls
 from carom.solvers.layout import (
+    BATCH,
     CAPACITY,
     CLOCKS,
-    INVERSE_MASS,
+    FIELD,
     LAST,
+    LEAVE,
+    MOVES,
     NOBODY,
     OWN_TIME,
+    PAIR,
     PARTNER,
     RADIUS,
     RECORD,
     ROW,
+    SLOTS,
     TALLIES,
-    TIMES,
     VX,
     VY,
+    Columns,
     X,
     Y,
 )
@@ -42,31 +47,46 @@ if TYPE_CHECKING:
     from carom.solvers.disc_arrays import DiscArrays
     from carom.solvers.layout import Column
 
-__all__ = ["KernelState", "compiled_kernel"]
+__all__ = ["KernelState", "compiled_kernel", "kernel_recipe"]
 
 _BODY = "float64*"
 
+#: Bytes of a cache line.
+_LINE = 64
 
-def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
-    """Return `carom.solvers.kernel.run` compiled; the solutions of a pair and of a wall are units of their own.
+#: Discs from which it pays to look ahead, since their columns no longer fit into a cache: with it, a run of 8,000 discs
+#: took 1.01 of its time without, one of 16,000 .91, one of 30,000 .78 (a processor with 1 MB of cache to itself).
+_AHEAD_FROM = 10_000
+
+
+def kernel_recipe(solution: Callable[[Column, int, int], float] = pair_event_time) -> Recipe:
+    """Return what the compiled kernel is made of; the solutions of a pair and of a wall are units of their own.
 
     Args:
         solution: What stands in for `pair_event_time`, of the same name: benchmarks time the kernel without it.
     """
-    pair = compiled_unit(solution, "float64", (_BODY, "int64", "int64"))
-    wall = compiled_unit(wall_time, "float64", ("float64",) * 9)
+    pair = Recipe(solution, "float64", (_BODY, "int64", "int64"))
+    wall = Recipe(wall_time, "float64", ("float64",) * 9)
     columns = tuple(f"{np.dtype(kind).name}*" for kind in _TYPES.values())
-    return compiled_unit(kernel.run, "int64", (*columns, "float64*", "float64", "int64"), (pair, wall))
+    return Recipe(kernel.run, "int64", (*columns, "float64*", "float64", "int64"), (pair, wall))
+
+
+def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_time) -> Unit:
+    """Return `carom.solvers.kernel.run` compiled, see `kernel_recipe`."""
+    return compiled_unit(kernel_recipe(solution))
 
 
 #: The containers of a state, and the type of each as an array.
 _TYPES = {
     "body": np.float64,
     "link": np.int32,
+    "cells": np.int32,
+    "nearby": np.int32,
+    "field": np.float64,
     "walls": np.float64,
-    "heads": np.int32,
     "near_wall": np.uint8,
-    "times": np.float64,
+    "inverse_mass": np.float64,
+    "last_impact": np.float64,
     "tree": np.float64,
     "winner": np.int32,
     "clock": np.float64,
@@ -83,11 +103,14 @@ class KernelState:
     Attributes:
         body: Paths; the state proper. So are `link`'s impact counts, `clock` and `tally`; the rest follows from them.
         link: Cells and predictions.
+        cells: Which discs are in each cell.
+        nearby: Scratch of a scan; so is `field`.
+        field: See `nearby`.
         walls: Four floats a wall.
-        heads: First disc of each cell.
         near_wall: Which walls are near each cell.
-        times: Predicted impact and exit of each disc.
-        tree: Tournament tree of the lesser of the two.
+        inverse_mass: 1/kg, 0 for a disc that never moves.
+        last_impact: Time of each disc's last impact, where a contact takes time.
+        tree: Tournament tree of the earliest predicted time of each disc.
         winner: The disc that each least time in it belongs to.
         clock: Times.
         tally: Counts.
@@ -97,10 +120,13 @@ class KernelState:
 
     body: Column
     link: Column
+    cells: Column
+    nearby: Column
+    field: Column
     walls: Column
-    heads: Column
     near_wall: Column
-    times: Column
+    inverse_mass: Column
+    last_impact: Column
     tree: Column
     winner: Column
     clock: Column
@@ -125,15 +151,15 @@ class KernelState:
             window: Impacts reported within these times are kept.
         """
         n = len(start)
-        body = _cache_lines(n * ROW)
-        rows = body.reshape(n, ROW)
+        rows = np.zeros((n, ROW))
         rows[:, X : Y + 1] = start.position_m
         rows[:, VX : VY + 1] = start.velocity_m_s
         rows[:, OWN_TIME] = 0.0
         rows[:, RADIUS] = start.radius_m
-        rows[:, INVERSE_MASS] = 1.0 / start.mass_kg
+        rows[:, PAIR] = rows[:, LEAVE] = math.inf
         link = np.zeros((n, ROW), np.int32)
         link[:, PARTNER] = link[:, LAST] = NOBODY
+        link[:, MOVES] = np.isfinite(start.mass_kg)
         low, high = start.position_m.min(axis=0), start.position_m.max(axis=0)
         grid = choose_grid(
             (float(low[0]), float(low[1])), (float(high[0]), float(high[1])), start.largest_reach, n, wider
@@ -141,22 +167,37 @@ class KernelState:
         size = (grid[3] + 2) * (grid[4] + 2)
         near = near_walls(grid, start.walls, float(start.radius_m.max()))
         levels, length = level_offsets(n)
-        tree = _cache_lines(length)
-        tree[:] = math.inf
-        return cls(
-            body,
+        columns = cls(
+            rows.ravel(),
             link.ravel(),
+            np.full(size * SLOTS + n, NOBODY, np.int32),
+            np.zeros(BATCH, np.int32),
+            np.zeros(FIELD),
             np.array(start.walls, np.float64).ravel(),
-            np.full(size + n, NOBODY, np.int32),
             near,
-            np.full(n * TIMES, math.inf),
-            tree,
+            1.0 / start.mass_kg,
+            np.full(n if contact_duration_s > 0 else 0, -math.inf),
+            np.full(length, math.inf),
             np.zeros(length, np.int32),
             np.zeros(CLOCKS),
             np.zeros(TALLIES, np.int64),
             np.array([start.restitution, start.wall_restitution, contact_duration_s, *grid[:3], *window]),
-            np.array([n, len(start.walls), *grid[3:], grid[3] + 2, size, 0, len(levels) - 1, *levels], np.int64),
+            np.array(
+                [
+                    n,
+                    len(start.walls),
+                    *grid[3:],
+                    grid[3] + 2,
+                    size * SLOTS,
+                    0,
+                    int(n >= _AHEAD_FROM),
+                    len(levels) - 1,
+                    *levels,
+                ],
+                np.int64,
+            ),
         )
+        return columns.as_arrays()
 
     def as_lists(self) -> KernelState:
         """Return a copy on lists, for the plain kernel: Python reads a list many times faster than an array."""
@@ -164,22 +205,32 @@ class KernelState:
         return replace(self, **columns)
 
     def as_arrays(self) -> KernelState:
-        """Return a copy on arrays of the types that the compiled kernel takes."""
-        columns: dict[str, Any] = {name: np.array(getattr(self, name), kind) for name, kind in _TYPES.items()}
-        for name in ("body", "tree"):
-            aligned = _cache_lines(len(columns[name]))
-            aligned[:] = columns[name]
-            columns[name] = aligned
+        """Return a copy on arrays of the types that the compiled kernel takes.
+
+        They lie in one piece of memory, for which a system takes large pages if it is large: that leaves far fewer of
+        them to be looked up. Each begins at a cache line, so that a row of eight floats is one.
+        """
+        columns: dict[str, Any] = {name: np.asarray(getattr(self, name), kind) for name, kind in _TYPES.items()}
+        lines = {name: -(-column.nbytes // _LINE) for name, column in columns.items()}
+        room = np.empty((sum(lines.values()) + 1) * _LINE, np.uint8)
+        begin = -room.ctypes.data % _LINE
+        for name, column in columns.items():
+            columns[name] = room[begin : begin + column.nbytes].view(column.dtype)
+            columns[name][:] = column
+            begin += lines[name] * _LINE
         return replace(self, **columns)
 
     def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
         """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
         self.size[CAPACITY] = len(records) // RECORD
-        columns = [getattr(self, name) for name in _TYPES]
+        columns = self.columns(records)
         if compiled is None:
-            plain: Any = kernel.run
-            return int(plain(*columns, records, until, impacts))
-        return int(compiled.ctypes(*addresses(*columns, records), until, impacts))
+            return kernel.run(*columns, until, impacts)
+        return int(compiled.ctypes(*addresses(*columns), until, impacts))
+
+    def columns(self, records: Column) -> Columns:
+        """Return what the kernel works on."""
+        return Columns(**{name: getattr(self, name) for name in _TYPES}, records=records)
 
     def paths(self) -> NDArray[np.float64]:
         """Return position, velocity and own time of each disc, shape ``(n, 8)``, in the columns of the layout."""
@@ -189,10 +240,3 @@ class KernelState:
     def nbytes(self) -> int:
         """Bytes that the arrays take; 0 where they are lists."""
         return sum(getattr(getattr(self, name), "nbytes", 0) for name in _TYPES)
-
-
-def _cache_lines(length: int) -> NDArray[np.float64]:
-    """Return an array of zeros that begins at a cache line (64 bytes), so that a row of eight floats is one line."""
-    room = np.zeros(length + 8)
-    skip = (-room.ctypes.data % 64) // 8
-    return room[skip : skip + length]

@@ -41,7 +41,7 @@ def solve_pic(
         scene: The scene; discs and walls of any number. With gravity, some hundred discs, see `docs/gravity.md`.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
-        record: Keep "all" impacts, or "none".
+        record: Keep "all" impacts, or "none". How many each disc had is counted always.
         window_s: Keep only impacts reported within these times.
         sample_times_s: Ascending times at which to keep all positions, none by default.
         contact_duration_s: Contact time of the TC model, which ends inelastic collapse; 0 for none.
@@ -92,5 +92,6 @@ def solve_pic(
         samples=Samples(np.array(times), np.array(samples).reshape(len(samples), -1, 2)) if sample_times_s else None,
         settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
         counts=run.counts,
+        impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,
     )

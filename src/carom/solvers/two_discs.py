@@ -54,13 +54,17 @@ def solve_two_discs(scene: Scene, end_s: float, max_impacts: int | None = None) 
         normal, count = (dx / distance, dy / distance), 1
         impacts = impact_array([ImpactRecord(time_s, 0, 1, normal, before1, before2, (vx1, vy1), (vx2, vy2))])
     wait1, wait2 = end_s - own1, end_s - own2
+    final = np.array(
+        ((x1 + vx1 * wait1, y1 + vy1 * wait1), (x2 + vx2 * wait2, y2 + vy2 * wait2), (vx1, vy1), (vx2, vy2))
+    )
     return Trace(
         method="pic",
         scene=scene,
         impacts=impacts,
-        final_position_m=np.array([[x1 + vx1 * wait1, y1 + vy1 * wait1], [x2 + vx2 * wait2, y2 + vy2 * wait2]]),
-        final_velocity_m_s=np.array([[vx1, vy1], [vx2, vy2]]),
+        final_position_m=final[:2],
+        final_velocity_m_s=final[2:],
         end_time_s=end_s,
         outcome=outcome,
         counts={"impacts": count, "predictions": count + 1},
+        impacts_per_disc=np.full(2, count),
     )

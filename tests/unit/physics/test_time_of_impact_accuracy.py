@@ -12,7 +12,7 @@ from tests.unit.physics.exact import exact_time, ulps
 
 import carom
 from carom.bench.time_of_impact import CLASSES, pairs_of_class
-from carom.physics.compilation import numba_installed
+from carom.physics.compilation import compiler_installed
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.pair_time import pair_time
 from carom.physics.time_of_impact import pair_times
@@ -45,7 +45,7 @@ def test_scalar_array_and_compiled_forms_agree_to_the_bit(name: str) -> None:
     rows = pairs_of_class(name, 400, 2).T
     scalar = [pair_time(*row) for row in rows.tolist()]
     assert pair_times(*rows.T, compiled=False).tolist() == scalar
-    if numba_installed():
+    if compiler_installed():
         assert pair_times(*rows.T, compiled=True).tolist() == scalar
 
 

@@ -14,7 +14,7 @@ from carom.solvers import event_driven
 from carom.solvers.disc_arrays import DiscArrays
 from carom.solvers.event_driven import EventDrivenRun
 
-numba = pytest.importorskip("numba")
+pytest.importorskip("numba")
 
 
 def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
@@ -41,7 +41,7 @@ def starts() -> dict[str, DiscArrays]:
 
 @pytest.mark.parametrize("name", list(starts()))
 def test_plain_and_compiled_forms_agree_to_the_bit(name: str) -> None:
-    """The kernel's source run as plain Python and compiled by numba gives identical impacts and states."""
+    """The kernel's source run as plain Python and compiled gives identical impacts and states."""
     start = starts()[name]
     assert outcome_of(run_for(start, 1500, compiled=False)) == outcome_of(run_for(start, 1500, compiled=True))
 
@@ -93,6 +93,8 @@ def test_going_over_to_the_compiled_kernel_in_mid_run_changes_nothing(monkeypatc
     """A run that begins as plain Python and goes over to the compiled kernel equals a run in one form."""
     start = starts()["elastic"]
     monkeypatch.setattr(event_driven, "PLAIN_IMPACTS", 200)
+    for name in ("UNCACHED_IMPACTS", "TRANSLATED_IMPACTS"):
+        monkeypatch.setattr(event_driven, name, 400)
     mixed = EventDrivenRun(start)
     mixed.advance_to(math.inf, 1000)
     assert mixed.counts["compiled"] == 1
@@ -191,6 +193,20 @@ def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
     assert none.positions().tobytes() == whole.positions().tobytes()
     bodies = np.concatenate([whole.log.array()["first"], whole.log.array()["second"]])
     assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -1.0)])
+@pytest.mark.parametrize("discs", [2, 5])
+def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float, float], discs: int) -> None:
+    """A trace says how many impacts each disc had, by every solver, also where it keeps no impact."""
+    scene = scene_of(random_start(np.random.default_rng(5), discs, walls=discs > 2), 3.0)
+    scene = scene.model_copy(update={"gravity_m_s2": gravity})
+    kept = solve_pic(scene)
+    bodies = np.concatenate([kept.impacts["first"], kept.impacts["second"]])
+    expected = np.bincount(bodies[bodies >= 0], minlength=discs)
+    for trace in (kept, solve_pic(scene, record="none")):
+        assert trace.impacts_per_disc is not None
+        assert trace.impacts_per_disc.tolist() == expected.tolist()
 
 
 def test_progress_samples_and_stops() -> None:

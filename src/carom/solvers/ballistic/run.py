@@ -6,6 +6,8 @@ import heapq
 import math
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from carom.solvers.ballistic.bodies import FallingBodies
 from carom.solvers.ballistic.clock import START, Instant
 from carom.solvers.impact_log import STANDSTILL_IMPACTS_PER_SQUARED_BODIES, ImpactLog
@@ -14,7 +16,6 @@ from carom.trace import Outcome, wall_body
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    import numpy as np
     from numpy.typing import NDArray
 
     from carom.scene import Scene
@@ -88,6 +89,11 @@ class BallisticRun:
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
         return self.bodies.all_at(self._now)[1]
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Number of impacts of each disc so far, with discs, immovable ones and walls, shape ``(n,)``."""
+        bodies = [body for record in self.log.records for body in (record.first, record.second) if body >= 0]
+        return np.bincount(np.array(bodies, np.int64), minlength=len(self.bodies)).astype(np.int64)
 
     @property
     def counts(self) -> dict[str, int]:

@@ -66,5 +66,6 @@ def solve_pic_ballistic(
         if len(sample_times_s)
         else None,
         counts=run.counts,
+        impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,
     )

@@ -22,12 +22,13 @@ B^2 - a' c' and in the quotient a term of its own.
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.physics.compilation import addresses, compiled_unit, numba_installed
+from carom.physics.compilation import Recipe, addresses, compiled_unit, compiler_installed, is_cached
 from carom.solvers.certified.bound_kernel import DISC_COLUMNS, FLOOR, TINY, UNIT, begin, raise_bound, renew
 from carom.trace import wall_body
 
@@ -36,34 +37,44 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.physics.compilation import Unit
     from carom.solvers.certified.bodies import BallBodies
 
-__all__ = ["COMPILED_FROM", "PLAIN_UP_TO", "LowerBounds", "impacts_so_far", "load_compiled"]
+__all__ = ["CACHED_FROM", "COMPILED_FROM", "PLAIN_UP_TO", "LowerBounds", "impacts_so_far", "load_compiled"]
 
 #: Bits of accuracy from which a ball's radius is no more than half a unit in the last place of its float64.
 SHARP_BITS = 54
 #: Columns of the table up to which plain Python is quicker than NumPy.
 PLAIN_UP_TO = 16
-#: Impacts in this process from which the compiled form pays for importing numba and loading it from its cache: measured
-#: at 64 discs, that took as long as NumPy loses in 2600 impacts.
-COMPILED_FROM = 2500
+#: Impacts in this process from which the compiled form pays for being compiled, and for being loaded where that was
+#: done before: at 64 discs so many take NumPy as long (``python -m carom.bench.switch``).
+COMPILED_FROM = 10_000
+CACHED_FROM = 100
 _impacts = [0]
 
+_FLOATS, _INTEGERS = "float64*", "int64*"
+_TABLE = (_FLOATS, _FLOATS, _INTEGERS, _INTEGERS)
+_RECIPES = (
+    Recipe(renew, "int64", (_FLOATS, _FLOATS, _INTEGERS, *_TABLE, *("int64",) * 4)),
+    Recipe(raise_bound, "int64", (*_TABLE, "int64", "int64", "float64", "float64", "int64", "int64")),
+)
 
-def _units() -> tuple[Unit, Unit]:
-    """Return `renew` and `raise_bound` compiled."""
-    floats, integers = "float64*", "int64*"
-    table = (floats, floats, integers, integers)
-    return (
-        compiled_unit(renew, "int64", (floats, floats, integers, *table, *("int64",) * 4)),
-        compiled_unit(raise_bound, "int64", (*table, "int64", "int64", "float64", "float64", "int64", "int64")),
-    )
+
+def _compiled_pays() -> bool:
+    """Whether so many impacts have been bounded that more are to be expected than the compiled form costs."""
+    if _impacts[0] < CACHED_FROM or not compiler_installed():
+        return False
+    return _impacts[0] >= COMPILED_FROM or _were_cached()
+
+
+@functools.cache
+def _were_cached() -> bool:
+    return all(map(is_cached, _RECIPES))
 
 
 def load_compiled() -> None:
     """Load the compiled form now, so that what follows is bounded by it from the first impact on."""
-    _units()
+    for each in _RECIPES:
+        compiled_unit(each)
     _impacts[0] = max(_impacts[0], COMPILED_FROM)
 
 
@@ -152,7 +163,7 @@ class LowerBounds:
         self._find(stale.nonzero()[0])
         self._best = int(self.least.argmin())
         _impacts[0] += 1
-        if not self._chosen and _impacts[0] >= COMPILED_FROM and numba_installed():
+        if not self._chosen and _compiled_pays():
             self._compile()
 
     def raise_to(self, i: int, column: int, bound: float, until: float) -> None:
@@ -189,7 +200,7 @@ class LowerBounds:
 
     def _compile(self) -> None:
         """Go on with the compiled form, on the same arrays."""
-        self._renew, self._raise = (unit.ctypes for unit in _units())
+        self._renew, self._raise = (compiled_unit(each).ctypes for each in _RECIPES)
         self._arguments = addresses(*self._containers)
         self.form = "compiled"
 

@@ -162,9 +162,10 @@ def test_rivals_are_counted_alike(until: float) -> None:
 def test_a_run_is_the_same_where_the_compiled_form_takes_over_amidst(monkeypatch: pytest.MonkeyPatch) -> None:
     """Going over from NumPy to the compiled form changes no bit of the result."""
     scene = gas_scene(36, 0.4)
-    monkeypatch.setattr(lower_bounds, "COMPILED_FROM", math.inf)
+    monkeypatch.setattr(lower_bounds, "CACHED_FROM", math.inf)
     whole = certify(scene, max_impacts=60)
     monkeypatch.setattr(lower_bounds, "COMPILED_FROM", lower_bounds.impacts_so_far() + 30)
+    monkeypatch.setattr(lower_bounds, "CACHED_FROM", lower_bounds.COMPILED_FROM)
     changed_over = certify(scene, max_impacts=60)
     assert lower_bounds.impacts_so_far() < 60 + lower_bounds.COMPILED_FROM
     assert changed_over.trace.impacts.tobytes() == whole.trace.impacts.tobytes()
