@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import certify
+from carom.bench.arguments import parser, run
 from carom.bench.gas import gas_scene, hard_disc_gas
 from carom.bench.time_of_impact import pairs_of_class
 from carom.physics.time_of_impact import pair_times
@@ -116,4 +117,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(parser("carom.bench.switch", __doc__), main)
