@@ -18,7 +18,7 @@ report: $(INSTALLED)
 	$(BIN)/carom run --report $(REPORT) --fail-on never
 
 test: $(INSTALLED)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 check: $(INSTALLED)
 	$(BIN)/ruff check .
