@@ -65,7 +65,7 @@ def accuracy_cost(discs: int, packing: float) -> float:
         seconds = []
         for kernel, state in zip(kernels, states, strict=True):
             begin = time.process_time()
-            state.run(kernel, np.zeros(0), math.inf, int(state.tally[TOTAL]) + _TIMED // 4)
+            state.run(kernel, np.zeros(0), math.inf, int(state.columns.tally[TOTAL]) + _TIMED // 4)
             seconds.append(time.process_time() - begin)
         shares.append(1.0 - seconds[1] / seconds[0])
     return statistics.median(shares)

@@ -51,8 +51,9 @@ if TYPE_CHECKING:
 
 __all__ = ["EventDrivenRun", "RunState"]
 
-#: Discs from which a run starts compiled: a choice; its lists cost 16 ms at 400.
-COMPILED_FROM_DISCS = 400
+#: Discs from which a run starts compiled: to predict each once takes plain Python 55 us (7.6 ms at 100 discs, 46 ms at
+#: 800), so a thousand of them as long as loading the kernel does, .06 s (``python -m carom.bench.switch``).
+COMPILED_FROM_DISCS = 1000
 #: Impacts after which a run that began as plain Python goes over to the compiled kernel: where that need only be
 #: loaded; where LLVM must make it of a translation that came with the package; and where numba must translate it first.
 #: So many take plain Python as long (``python -m carom.bench.switch``), so going over costs at most about twice the
@@ -141,9 +142,9 @@ class EventDrivenRun:
         self._patience = PLAIN_IMPACTS
         state = KernelState.of(start, contact_duration_s, cell_factor, window_s)
         if resume is not None:
-            state.body[:], state.link[:] = resume.body.ravel(), resume.link.ravel()
-            state.clock[:], state.tally[:] = resume.clock, resume.tally
-            state.last_impact[:] = resume.last_impact
+            state.columns.body[:], state.columns.link[:] = resume.body.ravel(), resume.link.ravel()
+            state.columns.clock[:], state.columns.tally[:] = resume.clock, resume.tally
+            state.columns.last_impact[:] = resume.last_impact
             self.time_s = resume.time_s
         self._plain = not (
             compiled or (compiled is None and len(start) >= COMPILED_FROM_DISCS and compiler_installed())
@@ -165,25 +166,25 @@ class EventDrivenRun:
         """
         last = _NEVER if max_impacts is None else max_impacts
         while True:
-            tally = self._state.tally
+            tally = self._state.columns.tally
             if self._plain and self._forced is None and tally[TOTAL] >= self._patience and compiler_installed():
                 self._go_over()
-                tally = self._state.tally
+                tally = self._state.columns.tally
             step = min(last, int(tally[TOTAL]) + (PLAIN_IMPACTS if self._plain else _CHUNK))
             ended = self._state.run(self._compiled, self._records, time_s, step)
-            tally = self._state.tally
+            tally = self._state.columns.tally
             self.log.add(self._records, int(tally[RECORDED]))
             tally[RECORDED] = 0
             if progress is not None:
-                progress(int(tally[TOTAL]), float(self._state.clock[REPORTED]))
+                progress(int(tally[TOTAL]), float(self._state.columns.clock[REPORTED]))
             if ended == STANDSTILL:
-                self.time_s = float(self._state.clock[REPORTED])
+                self.time_s = float(self._state.columns.clock[REPORTED])
                 return Outcome.STANDSTILL
             if ended == DONE:
                 self.time_s = max(self.time_s, time_s)
                 return Outcome.COMPLETED
             if ended == LIMIT and tally[TOTAL] >= last:
-                self.time_s = max(self.time_s, float(self._state.clock[REPORTED]))
+                self.time_s = max(self.time_s, float(self._state.columns.clock[REPORTED]))
                 return Outcome.MAX_IMPACTS
 
     def _go_over(self) -> None:
@@ -200,7 +201,7 @@ class EventDrivenRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        paths, clock = self._state.paths(), self._state.clock
+        paths, clock = self._state.paths(), self._state.columns.clock
         wait = ((self.time_s - clock[EPOCH]) - clock[EPOCH_REST]) - paths[:, OWN_TIME]
         position: NDArray[np.float64] = paths[:, X : Y + 1] + paths[:, VX : VY + 1] * wait[:, None]
         return position
@@ -211,30 +212,30 @@ class EventDrivenRun:
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return np.asarray(self._state.link, np.int64).reshape(-1, ROW)[:, VERSION]
+        return np.asarray(self._state.columns.link, np.int64).reshape(-1, ROW)[:, VERSION]
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""
-        tally = np.array(self._state.tally, np.int64)
+        tally = np.array(self._state.columns.tally, np.int64)
         tally[READY] = 0
         return RunState(
             np.array(self._state.paths()),
-            np.array(self._state.link, np.int32).reshape(-1, ROW),
-            np.array(self._state.clock, np.float64),
+            np.array(self._state.columns.link, np.int32).reshape(-1, ROW),
+            np.array(self._state.columns.clock, np.float64),
             tally,
-            np.array(self._state.last_impact, np.float64),
+            np.array(self._state.columns.last_impact, np.float64),
             self.time_s,
         )
 
     @property
     def impacts(self) -> int:
         """Number of impacts so far, kept or not."""
-        return int(self._state.tally[TOTAL])
+        return int(self._state.columns.tally[TOTAL])
 
     @property
     def predictions(self) -> int:
         """Number of times a disc's future was predicted anew after an impact."""
-        return int(self._state.tally[PREDICTIONS])
+        return int(self._state.columns.tally[PREDICTIONS])
 
     @property
     def counts(self) -> dict[str, int]:
@@ -247,9 +248,11 @@ class EventDrivenRun:
             "crossings": CROSSINGS,
             "epochs": EPOCHS,
         }
-        return {name: int(self._state.tally[k]) for name, k in names.items()} | {"compiled": int(not self._plain)}
+        return {name: int(self._state.columns.tally[k]) for name, k in names.items()} | {
+            "compiled": int(not self._plain)
+        }
 
     @property
     def bytes_per_disc(self) -> float:
         """Memory of the kernel's arrays a disc, recorded impacts left out; 0 for the plain form."""
-        return self._state.nbytes / (len(self._state.body) // ROW)
+        return self._state.nbytes / (len(self._state.columns.body) // ROW)

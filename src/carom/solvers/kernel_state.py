@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -76,7 +76,7 @@ def compiled_kernel(solution: Callable[[Column, int, int], float] = pair_event_t
     return compiled_unit(kernel_recipe(solution))
 
 
-#: The containers of a state, and the type of each as an array.
+#: The columns of a state, and the type of each as an array.
 _TYPES = {
     "body": np.float64,
     "link": np.int32,
@@ -101,38 +101,11 @@ class KernelState:
     """All that a run consists of; the containers are fixed, the kernel changes what they hold.
 
     Attributes:
-        body: Paths; the state proper. So are `link`'s impact counts, `clock` and `tally`; the rest follows from them.
-        link: Cells and predictions.
-        cells: Which discs are in each cell.
-        nearby: Scratch of a scan; so is `field`.
-        field: See `nearby`.
-        walls: Four floats a wall.
-        near_wall: Which walls are near each cell.
-        inverse_mass: 1/kg, 0 for a disc that never moves.
-        last_impact: Time of each disc's last impact, where a contact takes time.
-        tree: Tournament tree of the earliest predicted time of each disc.
-        winner: The disc that each least time in it belongs to.
-        clock: Times.
-        tally: Counts.
-        law: Restitution, cells, and the window of the impacts that are kept.
-        size: How much there is of everything.
+        columns: Paths, the impact counts in `link`, `clock`, `tally` and `last_impact` are the state proper; the rest
+            follows from them. There is no room for impacts yet.
     """
 
-    body: Column
-    link: Column
-    cells: Column
-    nearby: Column
-    field: Column
-    walls: Column
-    near_wall: Column
-    inverse_mass: Column
-    last_impact: Column
-    tree: Column
-    winner: Column
-    clock: Column
-    tally: Column
-    law: Column
-    size: Column
+    columns: Columns
 
     @classmethod
     def of(
@@ -167,7 +140,7 @@ class KernelState:
         size = (grid[3] + 2) * (grid[4] + 2)
         near = near_walls(grid, start.walls, float(start.radius_m.max()))
         levels, length = level_offsets(n)
-        columns = cls(
+        columns = Columns(
             rows.ravel(),
             link.ravel(),
             np.full(size * SLOTS + n, NOBODY, np.int32),
@@ -196,13 +169,14 @@ class KernelState:
                 ],
                 np.int64,
             ),
+            np.zeros(0),
         )
-        return columns.as_arrays()
+        return cls(columns).as_arrays()
 
     def as_lists(self) -> KernelState:
         """Return a copy on lists, for the plain kernel: Python reads a list many times faster than an array."""
-        columns: dict[str, Any] = {name: np.asarray(getattr(self, name)).tolist() for name in _TYPES}
-        return replace(self, **columns)
+        lists = {name: np.asarray(getattr(self.columns, name)).tolist() for name in _TYPES}
+        return KernelState(self.columns._replace(**lists))
 
     def as_arrays(self) -> KernelState:
         """Return a copy on arrays of the types that the compiled kernel takes.
@@ -210,7 +184,7 @@ class KernelState:
         They lie in one piece of memory, for which a system takes large pages if it is large: that leaves far fewer of
         them to be looked up. Each begins at a cache line, so that a row of eight floats is one.
         """
-        columns: dict[str, Any] = {name: np.asarray(getattr(self, name), kind) for name, kind in _TYPES.items()}
+        columns: dict[str, Any] = {name: np.asarray(getattr(self.columns, name), kind) for name, kind in _TYPES.items()}
         lines = {name: -(-column.nbytes // _LINE) for name, column in columns.items()}
         room = np.empty((sum(lines.values()) + 1) * _LINE, np.uint8)
         begin = -room.ctypes.data % _LINE
@@ -218,25 +192,21 @@ class KernelState:
             columns[name] = room[begin : begin + column.nbytes].view(column.dtype)
             columns[name][:] = column
             begin += lines[name] * _LINE
-        return replace(self, **columns)
+        return KernelState(self.columns._replace(**columns))
 
     def run(self, compiled: Unit | None, records: Column, until: float, impacts: int) -> int:
         """Take the state forward, see `carom.solvers.kernel.run`; as plain Python where `compiled` is None."""
-        self.size[CAPACITY] = len(records) // RECORD
-        columns = self.columns(records)
+        columns = self.columns._replace(records=records)
+        columns.size[CAPACITY] = len(records) // RECORD
         if compiled is None:
             return kernel.run(*columns, until, impacts)
         return int(compiled.ctypes(*addresses(*columns), until, impacts))
 
-    def columns(self, records: Column) -> Columns:
-        """Return what the kernel works on."""
-        return Columns(**{name: getattr(self, name) for name in _TYPES}, records=records)
-
     def paths(self) -> NDArray[np.float64]:
         """Return position, velocity and own time of each disc, shape ``(n, 8)``, in the columns of the layout."""
-        return np.asarray(self.body, np.float64).reshape(-1, ROW)
+        return np.asarray(self.columns.body, np.float64).reshape(-1, ROW)
 
     @property
     def nbytes(self) -> int:
         """Bytes that the arrays take; 0 where they are lists."""
-        return sum(getattr(getattr(self, name), "nbytes", 0) for name in _TYPES)
+        return sum(getattr(column, "nbytes", 0) for column in self.columns)

@@ -30,7 +30,7 @@ import numpy as np
 import carom
 from carom.bench.gas import hard_disc_gas
 from carom.solvers.event_driven import EventDrivenRun
-run = EventDrivenRun(hard_disc_gas(400, 0.3))
+run = EventDrivenRun(hard_disc_gas(1000, 0.3))
 run.advance_to(math.inf, 5)
 assert run.impacts == 5 and "numba is not installed" in run.notes[0], run.notes
 p = np.tile([0.0, 0.0], (5, 1))

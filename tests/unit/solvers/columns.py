@@ -15,4 +15,4 @@ __all__ = ["columns_of"]
 
 def columns_of(start: DiscArrays) -> Columns:
     """Return the columns of a run that has not begun, as lists."""
-    return KernelState.of(start).as_lists().columns([])
+    return KernelState.of(start).as_lists().columns
