@@ -46,6 +46,9 @@ if TYPE_CHECKING:
 
 __all__ = ["INLINE", "next_exit"]
 
+#: Two waits that differ by more than this part of the later time never round to one time.
+TIME_ERROR = 2.0**-51
+
 
 def next_exit(s: Columns, i: int) -> None:
     """Store when disc `i` next leaves its cell or meets a wall, and which.
@@ -58,7 +61,7 @@ def next_exit(s: Columns, i: int) -> None:
     a = i * ROW
     place = int(link[a + CELL])
     row, column = (place >> COLUMN_BITS) - 1, (place & COLUMN_MASK) - 1
-    x, y, vx, vy, width = body[a + X], body[a + Y], body[a + VX], body[a + VY], law[WIDTH]
+    own, x, y, vx, vy, width = body[a + OWN_TIME], body[a + X], body[a + Y], body[a + VX], body[a + VY], law[WIDTH]
     right, up = 1 if vx > 0.0 else 0, 1 if vy > 0.0 else 0
     across = ((law[CORNER_X] + (column + right) * width) - x) / vx if vx != 0.0 else math.inf
     along = ((law[CORNER_Y] + (row + up) * width) - y) / vy if vy != 0.0 else math.inf
@@ -77,17 +80,19 @@ def next_exit(s: Columns, i: int) -> None:
             mx, my = walls[w + NORMAL_X], walls[w + NORMAL_Y]
             toward, error = approach(vx, vy, mx, my)
             rim, rim_error = approach(x - walls[w + POINT_X], y - walls[w + POINT_Y], mx, my)
-            # Not at the wall by then even if all roundings are against it: no need to solve.
+            # Not at the wall by then, nor at the same time once rounded, even if all roundings are against it: no need
+            # to solve.
             if (
                 link[a + LAST] == size[DISCS] + k
                 or toward > error
-                or rim - radius - rim_error - ERROR * radius > (error - toward) * wait
+                or rim - radius - rim_error - ERROR * radius > (error - toward) * (wait + TIME_ERROR * (own + wait))
             ):
                 continue
             meet = wall_time(x, y, vx, vy, radius, walls[w + POINT_X], walls[w + POINT_Y], mx, my)
-            if meet < wait or (meet == wait and kind >= WALL):
+            # Times decide which of two walls comes first, as in Algorithm 2: unequal waits can round to one time.
+            if meet < wait or (own + meet == own + wait and kind >= WALL):
                 wait, kind = meet, WALL + k
-    s.body[i * ROW + LEAVE] = body[a + OWN_TIME] + wait
+    s.body[i * ROW + LEAVE] = own + wait
     link[a + EXIT] = kind
 
 

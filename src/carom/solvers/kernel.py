@@ -193,6 +193,9 @@ def settle(s: Columns, i: int, step: int) -> tuple[int, int]:
     body, tree = s.body, s.tree
     if step == BOUNDED:
         solve(s, i)
+        # Its time was a lower bound: the disc may leave its cell before it.
+        if next_step(s, i) == LEAVES:
+            return i, LATER
     time = lesser(body[i * ROW + PAIR], body[i * ROW + LEAVE])
     # Mostly it is the next of all by far. Then its disc is predicted anew: no need to tell the tree of its time first.
     if time < least_other(s, i, same_impact(s, i, time)):
