@@ -18,12 +18,12 @@ from carom.adapter import (
     Stamp,
 )
 from carom.solvers.pic import EventDrivenRun
-from carom.solvers.pic_framewise import FramewiseRun
+from carom.solvers.plain.framewise import FramewiseRun
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from carom.adapter import World
-    from carom.solvers.ballistic.run import BallisticRun
+    from carom.solvers.falling.run import BallisticRun
 
 __all__ = ["PicAdapter", "adapter"]
 
@@ -97,7 +97,7 @@ class PicAdapter:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
         if scene.gravity_m_s2 != (0.0, 0.0):
-            from carom.solvers.ballistic.run import BallisticRun
+            from carom.solvers.falling.run import BallisticRun
 
             return PicWorld(BallisticRun(scene), settings)
         run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)

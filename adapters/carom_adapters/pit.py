@@ -16,7 +16,7 @@ from carom.adapter import (
     Scene,
     Setting,
 )
-from carom.solvers.pit import pit_run
+from carom.solvers.pit.frames import pit_run
 
 if TYPE_CHECKING:
     from carom.adapter import World

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
     from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.pic import solve_pic
-    from carom.solvers.pic_framewise import solve_pic_framewise
-    from carom.solvers.pit import solve_pit
+    from carom.solvers.pit.frames import solve_pit
+    from carom.solvers.plain.framewise import solve_pic_framewise
     from carom.trace import Outcome, Trace
 
 __all__ = [
@@ -73,8 +73,8 @@ _HOME = {
     "run": "carom.runner",
     "save_scene": "carom.scene",
     "solve_pic": "carom.solvers.pic",
-    "solve_pic_framewise": "carom.solvers.pic_framewise",
-    "solve_pit": "carom.solvers.pit",
+    "solve_pic_framewise": "carom.solvers.plain.framewise",
+    "solve_pit": "carom.solvers.pit.frames",
     "time_of_impact": "carom.physics.time_of_impact",
 }
 

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.scenes import CatalogueScene, Tag, catalogue
-from carom.solvers.ballistic.run import BallisticRun
+from carom.solvers.falling.run import BallisticRun
 from carom.trace import impact_array
 
 if TYPE_CHECKING:

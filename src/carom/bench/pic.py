@@ -15,7 +15,7 @@ from carom import Disc, Scene, solve_pic
 from carom.bench.arguments import count, parser, run
 from carom.bench.gas import hard_disc_gas
 from carom.physics.pair_time import approach, encounter, separation
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.kernel_state import KernelState, compiled_kernel
 from carom.solvers.layout import OWN_TIME, RADIUS, ROW, TOTAL, VX, VY, Column, X, Y
 

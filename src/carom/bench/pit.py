@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from carom import Disc, Scene
 from carom.bench.arguments import count, parser, run
 from carom.bench.gas import gas_scene
-from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
+from carom.solvers.pit.frames import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
 from carom.trace import impact_array
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from carom.solvers.pit import PitRun
+    from carom.solvers.pit.frames import PitRun
 
 __all__ = ["main"]
 

@@ -1,7 +1,7 @@
 """When compiled code pays: ``python -m carom.bench.switch``.
 
 A unit costs once: to be compiled, or, where that was done before, to be loaded. Then each impact, or each element of an
-array, costs less. The break-even points stand in the code where it chooses (`carom.solvers.event_driven`,
+array, costs less. The break-even points stand in the code where it chooses (`carom.solvers.event_driven.run`,
 `carom.physics.time_of_impact`, `carom.solvers.certified.lower_bounds`). Times are of the processor, since the machine
 may be shared; those of a unit are of a process that has not imported llvmlite yet. Compiling is numba's and
 LLVM's work, or LLVM's alone for units that came translated with the package.
@@ -26,7 +26,7 @@ from carom.bench.gas import gas_scene, hard_disc_gas
 from carom.bench.time_of_impact import pairs_of_class
 from carom.physics.time_of_impact import pair_times
 from carom.solvers.certified.lower_bounds import load_compiled
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.kernel_state import compiled_kernel
 
 if TYPE_CHECKING:

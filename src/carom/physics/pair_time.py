@@ -126,7 +126,8 @@ def refine(near: Real, x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> tup
     lx, ly, lr = (x_head - hx) + x_rest, (y_head - hy) + y_rest, (radius - hr) + radius_rest
     gap = ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr))
     closing = -(px * ux[0] + py * uy[0])
-    inverse = 1.0 / closing
+    # A far graze can leave a closing speed of exactly 0, which `certain` refuses.
+    inverse = 1.0 / (closing + (closing == 0.0))
     step = gap * inverse
     bend = ((ux[0] * ux[0] + uy[0] * uy[0]) * step) * inverse
     speed = abs(ux[0]) + abs(uy[0])

@@ -90,7 +90,7 @@ def record(
 ) -> None:
     """Write one impact down; `j` below 0 is a wall, and `approach` is the speed along the normal.
 
-    How well the instant is known is that of `carom.solvers.bodies.Bodies.resolution_s`.
+    How well the instant is known is that of `carom.solvers.plain.bodies.Bodies.resolution_s`.
     """
     body, clock, records = s.body, s.clock, s.records
     r = s.tally[RECORDED] * RECORD

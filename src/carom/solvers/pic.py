@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.solvers.event_driven import EventDrivenRun
-from carom.solvers.two_discs import solve_two_discs
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.two_discs import solve_two_discs
 from carom.trace import Outcome, Samples, Trace
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def solve_pic(
     if not end_s >= 0:
         raise InputError(f"until_s must be 0 or more, got {until_s}")
     if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.ballistic.solve import solve_pic_ballistic
+        from carom.solvers.falling.solve import solve_pic_ballistic
 
         return solve_pic_ballistic(
             scene, end_s, max_impacts, record, window_s, sample_times_s, contact_duration_s, progress

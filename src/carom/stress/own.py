@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.scene import Disc, Scene, Wall, save_scene
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.stress.methods import Method
 from carom.stress.results import Ending, Spot
 from carom.trace import Outcome, kinetic_energy

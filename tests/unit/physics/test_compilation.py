@@ -29,7 +29,7 @@ importlib.util.find_spec = lambda name, *rest: None if name == "numba" else foun
 import numpy as np
 import carom
 from carom.bench.gas import hard_disc_gas
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 run = EventDrivenRun(hard_disc_gas(1000, 0.3))
 run.advance_to(math.inf, 5)
 assert run.impacts == 5 and "numba is not installed" in run.notes[0], run.notes

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import EventDrivenRun, solve_pic
-from carom.solvers.pic_framewise import FramewiseRun, solve_pic_framewise
-from carom.solvers.pit import ManyDiscsRun, SkippingRun
+from carom.solvers.pit.frames import ManyDiscsRun, SkippingRun
+from carom.solvers.plain.framewise import FramewiseRun, solve_pic_framewise
 from carom.trace import Outcome, kinetic_energy
 
 from .strategies import line, scenes

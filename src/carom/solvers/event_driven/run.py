@@ -10,7 +10,8 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.physics.compilation import compiler_installed, is_cached, is_translated
-from carom.solvers.disc_arrays import DiscArrays
+from carom.solvers.event_driven.disc_arrays import DiscArrays
+from carom.solvers.event_driven.overlap import require_apart
 from carom.solvers.kept_impacts import KeptImpacts
 from carom.solvers.kernel_state import KernelState, compiled_kernel, kernel_recipe
 from carom.solvers.layout import (
@@ -37,7 +38,6 @@ from carom.solvers.layout import (
     X,
     Y,
 )
-from carom.solvers.overlap import require_apart
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -120,7 +120,7 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
     ) -> None:
         if not isinstance(start, DiscArrays):
-            from carom.solvers.bodies import require_supported  # with it pydantic, which arrays do without
+            from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
 
             require_supported(start, "the compiled event-driven kernel")
             start = DiscArrays.from_scene(start)

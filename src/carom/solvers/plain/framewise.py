@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.solvers.bodies import Bodies, require_supported
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.kernel import EPOCH_IMPACTS
+from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.trace import Outcome, Trace, impact_array, wall_body
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.ballistic.run import BallisticRun
+    from carom.solvers.falling.run import BallisticRun
 
 __all__ = ["FramewiseRun", "framewise_run", "solve_pic_framewise"]
 
@@ -115,7 +115,7 @@ def framewise_run(scene: Scene) -> FramewiseRun | BallisticRun:
     Under gravity it is the event-driven one: a disc's state is that at its last impact, so that frames change nothing.
     """
     if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.ballistic.run import BallisticRun
+        from carom.solvers.falling.run import BallisticRun
 
         return BallisticRun(scene)
     return FramewiseRun(scene)

@@ -11,8 +11,8 @@ from carom.physics.fall_encounter import encounter_time
 from carom.physics.fall_time import descent_time, return_time
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed
-from carom.solvers.ballistic.clock import START, Instant, after, between
-from carom.solvers.bodies import Bodies
+from carom.solvers.falling.clock import START, Instant, after, between
+from carom.solvers.plain.bodies import Bodies
 from carom.trace import ImpactRecord, wall_body
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """PIT of a few bodies without the looks that can find nothing: identical to the plain loop to the bit.
 
-Every pair has a time before which it can't collide (`carom.solvers.pit_bounds`). A frame before the earliest of these
+Every pair has a time before which it can't collide (`carom.solvers.pit.bounds`). A frame before the earliest of these
 is not looked at; in one that is looked at, only the pairs that are due are tested, and those that an impact of this
 very frame has turned.
 """
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.bodies import Bodies, require_supported
 from carom.solvers.impact_log import ImpactLog
-from carom.solvers.pit_bounds import MOST_FRAMES, pair_free_until, wall_free_until
+from carom.solvers.pit.bounds import MOST_FRAMES, pair_free_until, wall_free_until
+from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.trace import wall_body
 
 if TYPE_CHECKING:

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from tests.unit.solvers.strategies import line, scenes
 
 from carom.errors import InputError
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
-from carom.solvers.pic_framewise import solve_pic_framewise
-
-from .strategies import line, scenes
+from carom.solvers.plain.framewise import solve_pic_framewise
 
 # Two discs reach one immovable disc one after the other: its clock must not tell the second of the first.
 SHARED_PEG = Scene(

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.solvers.ballistic.run import BallisticRun
+from carom.solvers.falling.run import BallisticRun
 from carom.trace import Outcome, Samples, Trace, impact_array
 
 if TYPE_CHECKING:

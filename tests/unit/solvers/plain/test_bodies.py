@@ -7,15 +7,14 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
+from tests.unit.solvers.strategies import line, scenes
 
 from carom.physics.impact_law import resolve_impact
 from carom.physics.time_of_impact import time_of_impact
 from carom.scene import Disc, Scene, Wall
-from carom.solvers.bodies import Bodies
 from carom.solvers.pic import solve_pic
+from carom.solvers.plain.bodies import Bodies
 from carom.trace import wall_body
-
-from .strategies import line, scenes
 
 
 def test_discs_move_on_straight_lines_from_their_own_clocks() -> None:

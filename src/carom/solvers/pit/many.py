@@ -1,7 +1,7 @@
 """PIT of many discs with a broad phase: identical to the plain loop to the bit.
 
 A list of near pairs stands for all pairs as long as no two discs can have moved far enough to make another pair touch.
-Of the listed pairs, those are tested that are due (`carom.solvers.pit_bounds`). Positions and bounds are arrays; what
+Of the listed pairs, those are tested that are due (`carom.solvers.pit.bounds`). Positions and bounds are arrays; what
 decides an impact, and the impact itself, is the very arithmetic of the plain loop, on plain floats.
 """
 
@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.bodies import Bodies, require_supported
 from carom.solvers.impact_log import ImpactLog
-from carom.solvers.neighbours import near_pairs
-from carom.solvers.pit_bounds import MARGIN, MOST_FRAMES, pairs_free_until, walls_free_until
-from carom.solvers.pit_skipping import last_of_accumulated
+from carom.solvers.pit.bounds import MARGIN, MOST_FRAMES, pairs_free_until, walls_free_until
+from carom.solvers.pit.neighbours import near_pairs
+from carom.solvers.pit.skipping import last_of_accumulated
+from carom.solvers.plain.bodies import Bodies, require_supported
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -18,10 +18,10 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.solvers.bodies import Bodies
 from carom.solvers.impact_log import ImpactLog
-from carom.solvers.pit_many import ManyDiscsRun
-from carom.solvers.pit_skipping import SkippingRun
+from carom.solvers.pit.many import ManyDiscsRun
+from carom.solvers.pit.skipping import SkippingRun
+from carom.solvers.plain.bodies import Bodies
 from carom.trace import Outcome, Trace, impact_array
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class FrameSampledRun:
 def _bodies(scene: Scene) -> Bodies:
     if scene.gravity_m_s2 == (0.0, 0.0):
         return Bodies(scene)
-    from carom.solvers.ballistic.bodies import FallingBodies
+    from carom.solvers.falling.bodies import FallingBodies
 
     return FallingBodies(scene)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
-from carom.solvers.bodies import require_supported
+from carom.solvers.plain.bodies import require_supported
 from carom.trace import ImpactRecord, Outcome, Trace, impact_array
 
 if TYPE_CHECKING:

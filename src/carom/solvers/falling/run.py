@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.ballistic.bodies import FallingBodies
-from carom.solvers.ballistic.clock import START, Instant
+from carom.solvers.falling.bodies import FallingBodies
+from carom.solvers.falling.clock import START, Instant
 from carom.solvers.impact_log import STANDSTILL_IMPACTS_PER_SQUARED_BODIES, ImpactLog
 from carom.trace import Outcome, wall_body
 

@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.unit.solvers.strategies import line
 
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
-from carom.solvers.pit import solve_pit
-
-from .strategies import line
+from carom.solvers.pit.frames import solve_pit
 
 U = 2.0**-53
 

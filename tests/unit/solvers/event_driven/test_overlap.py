@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from tests.unit.solvers.scenes import random_start
 
 from carom.errors import InputError
-from carom.solvers.disc_arrays import DiscArrays
-from carom.solvers.event_driven import EventDrivenRun
-from carom.solvers.overlap import require_apart
+from carom.solvers.event_driven.disc_arrays import DiscArrays
+from carom.solvers.event_driven.overlap import require_apart
+from carom.solvers.event_driven.run import EventDrivenRun
 
 
 def discs(position: np.ndarray, radius: np.ndarray, mass: np.ndarray | None = None) -> DiscArrays:

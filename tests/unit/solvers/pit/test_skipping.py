@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.unit.solvers.strategies import line, scenes
 
 from carom.scene import Disc, Scene, Wall
-from carom.solvers import pit_skipping
-from carom.solvers.pit import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
+from carom.solvers.pit import skipping as pit_skipping
+from carom.solvers.pit.frames import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
 from carom.trace import impact_array
-
-from .strategies import line, scenes
 
 PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
 

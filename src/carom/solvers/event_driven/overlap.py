@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.solvers.disc_arrays import DiscArrays
+    from carom.solvers.event_driven.disc_arrays import DiscArrays
 
     Ranks = NDArray[np.intp]
 

@@ -16,7 +16,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.solvers.bodies import Bodies
+    from carom.solvers.plain.bodies import Bodies
 
     Array = NDArray[np.float64]
 

@@ -1,0 +1,219 @@
+"""Time of impact of two discs in straight uniform motion: the compiled form.
+
+Operation by operation what `pair_time.py` does, whose docstring derives the three steps and their guarantees; a test
+holds the two to the same bits. No struct of a solver occurs here: arrays of pairs, the event-driven kernel and the
+certified bounds use the same functions.
+"""
+
+from cython cimport unlikely
+from libc.math cimport fabs, frexp, ldexp, sqrt
+
+from carom.physics.double_double cimport (
+    DoubleDouble,
+    add_pair_product,
+    add_square,
+    greater,
+    negated,
+    no_terms,
+    pair_product,
+    rounded,
+    split,
+    two_diff,
+    two_prod,
+    two_sum,
+)
+
+cdef extern from *:
+    """
+    #include <math.h>
+    #define carom_NEVER HUGE_VAL
+    #define carom_ERROR 0x1p-50
+    #define carom_NEGLIGIBLE 0x1p-900
+    #define carom_GRID 0x1p28
+    """
+    const double NEVER "carom_NEVER"
+    const double ERROR "carom_ERROR"  # 8 roundings, see `ERROR` in pair_time.py
+    const double NEGLIGIBLE "carom_NEGLIGIBLE"  # where products of this size count, underflow may count too
+    const double GRID "carom_GRID"  # see `_GRID` in pair_time.py
+
+cdef enum:
+    LARGEST_EXPONENT = 1024  # every float is below two to this
+
+cdef struct Bounded:  # a value of the plain form
+    double value
+    double error  # bound on its rounding error
+
+cdef struct Encounter:  # the second disc as seen from the first, without rounding
+    DoubleDouble x
+    DoubleDouble y
+    DoubleDouble ux
+    DoubleDouble uy
+    DoubleDouble reach  # sum of the radii
+
+cdef struct Root:
+    double time
+    bint certain  # that it is the earlier root, and right to 2 units in the last place
+
+
+cdef inline Bounded approach(double dx, double dy, double ux, double uy) noexcept nogil:
+    """Return ``b = d.u``, negative where the discs approach."""
+    along_x = dx * ux
+    along_y = dy * uy
+    return Bounded(along_x + along_y, ERROR * (fabs(along_x) + fabs(along_y)) + NEGLIGIBLE)
+
+
+cdef inline Bounded discriminant(double dx, double dy, double ux, double uy, double reach) noexcept nogil:
+    """Return ``D = a R^2 - (d x u)^2``, negative where the discs miss each other."""
+    across_x = dx * uy
+    across_y = dy * ux
+    cross = across_x - across_y
+    largest = (reach * reach) * (ux * ux + uy * uy)
+    across = fabs(across_x) + fabs(across_y)
+    error = (2.0 * ERROR) * ((fabs(cross) + ERROR * across) * across + largest) + NEGLIGIBLE
+    return Bounded(largest - cross * cross, error)
+
+
+cdef inline Bounded separation(double dx, double dy, double reach) noexcept nogil:
+    """Return ``c = d.d - R^2``, negative where the discs overlap."""
+    distance2 = dx * dx + dy * dy
+    reach2 = reach * reach
+    return Bounded(distance2 - reach2, ERROR * (distance2 + reach2) + NEGLIGIBLE)
+
+
+cdef inline DoubleDouble advanced(DoubleDouble t, DoubleDouble p, DoubleDouble v) noexcept nogil:
+    """Return ``p + t v`` as head and rest, for a time split into two parts."""
+    fast = split(v.high)
+    head = two_sum(p.high, t.high * fast.high)
+    rest = head.low + ((t.high * fast.low + t.low * fast.high) + (t.low * fast.low + (p.low + t.high * v.low)))
+    return DoubleDouble(head.high, rest)
+
+
+cdef inline Root refine(double near, Encounter e) noexcept nogil:
+    """Return the root near a guess of 22 right bits or more: one step on operands split onto a common grid."""
+    t = split(near)
+    radius = e.reach.high
+    grid = GRID * radius
+    x = advanced(t, e.x, e.ux)
+    y = advanced(t, e.y, e.uy)
+    px = x.high + x.low
+    py = y.high + y.low
+    hx = (px + grid) - grid
+    hy = (py + grid) - grid
+    hr = (radius + grid) - grid
+    lx = (x.high - hx) + x.low
+    ly = (y.high - hy) + y.low
+    lr = (radius - hr) + e.reach.low
+    gap = ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr))
+    closing = -(px * e.ux.high + py * e.uy.high)
+    # A far graze can leave a closing speed of exactly 0, which `certain` refuses.
+    inverse = 1.0 / (closing + (1.0 if closing == 0.0 else 0.0))
+    step = gap * inverse
+    bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse
+    speed = fabs(e.ux.high) + fabs(e.uy.high)
+    extent = fabs(e.x.high) + fabs(e.y.high) + near * speed
+    cdef bint certain = (
+        closing >= 2.0**-10 * (radius * speed)
+        and extent <= 2.0**34 * radius
+        and fabs(bend) <= 2.0**-12
+        and fabs(step) <= 2.0**-22 * near
+        and 2.0**-17 * (radius * (2.0 * radius + extent)) <= closing * near
+        and radius >= 2.0**-440
+        and speed >= 2.0**-440
+    )
+    return Root(near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend)), certain)
+
+
+cdef inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c, DoubleDouble a) noexcept nogil:
+    """Return ``D = b^2 - a c``: the form that loses nothing near contact, where b and c are small."""
+    square = two_prod(b.high, b.high)
+    product = two_prod(a.high, c.high)
+    d = two_diff(square.high, product.high)
+    rest = (square.low - product.low) + (2.0 * b.high * b.low - (a.high * c.low + a.low * c.high))
+    return two_sum(d.high, d.low + rest)
+
+
+cdef inline DoubleDouble discriminant_from_miss(Encounter e, DoubleDouble a) noexcept nogil:
+    """Return ``D = a R^2 - (d x u)^2``: it loses nothing far away, where b^2 and a c nearly cancel."""
+    cross = rounded(add_pair_product(add_pair_product(no_terms(), e.x, e.uy), negated(e.y), e.ux))
+    square = pair_product(cross, cross)
+    largest = pair_product(a, pair_product(e.reach, e.reach))
+    d = two_diff(largest.high, square.high)
+    return two_sum(d.high, d.low + (largest.low - square.low))
+
+
+cdef inline double exact_root(DoubleDouble b, DoubleDouble c, DoubleDouble d) noexcept nogil:
+    """Return ``c / (-b + sqrt(D))``, corrected once by its residual."""
+    root = sqrt(d.high)
+    square = two_prod(root, root)
+    root_rest = (((d.high - square.high) - square.low) + d.low) / (2.0 * root)
+    closing = two_sum(root, -b.high)
+    low = closing.low + (root_rest - b.low)
+    t = c.high / closing.high
+    product = two_prod(t, closing.high)
+    return t + ((((c.high - product.high) - product.low) + c.low) - t * low) / closing.high
+
+
+cdef inline int exponent_of(double a) noexcept nogil:
+    cdef int exponent = 0
+    frexp(a, &exponent)
+    return exponent
+
+
+cdef inline DoubleDouble scaled(DoubleDouble a, int exponent) noexcept nogil:
+    return DoubleDouble(ldexp(a.high, exponent), ldexp(a.low, exponent))
+
+
+cdef inline double exact_pair_time(Encounter e) noexcept nogil:
+    """Return the time of impact by the error-free form, whatever the size of the numbers."""
+    ux = e.ux.high
+    uy = e.uy.high
+    fastest = greater(fabs(ux), fabs(uy))
+    if fastest == 0.0:
+        return NEVER
+    length = exponent_of(greater(greater(fabs(e.x.high), fabs(e.y.high)), e.reach.high))
+    pace = exponent_of(fastest)
+    e.x = scaled(e.x, -length)
+    e.y = scaled(e.y, -length)
+    e.reach = scaled(e.reach, -length)
+    e.ux = scaled(e.ux, -pace)
+    e.uy = scaled(e.uy, -pace)
+    b = rounded(add_pair_product(add_pair_product(no_terms(), e.x, e.ux), e.y, e.uy))
+    c = rounded(add_square(add_square(add_square(no_terms(), e.x, 1.0), e.y, 1.0), e.reach, -1.0))
+    a = rounded(add_square(add_square(no_terms(), e.ux, 1.0), e.uy, 1.0))
+    # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
+    if not b.high < 0.0 and not (b.high == 0.0 and e.x.high * ux + e.y.high * uy < 0.0):
+        return NEVER
+    if c.high <= 0.0:
+        return 0.0
+    if b.high * b.high < a.high * (e.reach.high * e.reach.high):
+        d = discriminant_from_gap(b, c, a)
+    else:
+        d = discriminant_from_miss(e, a)
+    if not d.high > 0.0:
+        return NEVER
+    root = exact_root(b, c, d)
+    return NEVER if exponent_of(root) + length - pace > LARGEST_EXPONENT else ldexp(root, length - pace)
+
+
+cdef inline double pair_time(
+    double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
+) noexcept nogil:
+    """Return the seconds until two discs collide, from where they are and how they move at one instant.
+
+    0 where they touch or overlap and approach, infinity where they never meet. A graze of depth zero, ``D = 0``,
+    exchanges no momentum and is no impact.
+    """
+    b = approach(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1)
+    if b.value > b.error:
+        return NEVER
+    d = discriminant(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2)
+    if d.value < -d.error:
+        return NEVER
+    e = Encounter(two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2))
+    c = separation(e.x.high, e.y.high, e.reach.high)
+    cdef Root root = Root(0.0, False)
+    if b.value < 0.0 and c.value > 0.0 and d.value > 0.0:
+        root = refine(c.value / (sqrt(d.value) - b.value), e)
+    if unlikely(not root.certain):
+        return exact_pair_time(e)
+    return root.time

@@ -1,0 +1,1 @@
+"""PIT, periodic interference test: Algorithm 1 for any number of discs."""

@@ -1,0 +1,56 @@
+"""What every run of a solver offers, whatever its method: one shape, so that a driver need not ask which it has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from carom.trace import Outcome
+
+__all__ = ["ImpactLog", "Progress", "Run"]
+
+#: Called now and then with the number of impacts so far and the time reached, seconds.
+Progress = Callable[[int, float], None]
+
+
+class ImpactLog(Protocol):
+    """The impacts that a run has recorded."""
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
+
+    def ambiguous(self) -> tuple[int, ...]:
+        """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
+
+
+class Run(Protocol):
+    """A run in progress: a scene taken forward in as many pieces as one likes; the pieces change no bit of the result."""
+
+    @property
+    def time_s(self) -> float:
+        """How far the run has been taken, seconds from the start."""
+
+    @property
+    def log(self) -> ImpactLog:
+        """The impacts so far."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how the run was done."""
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far, by name."""
+
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
+        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the centres now, metres, shape ``(n, 2)``."""
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Return the velocities now, metres a second, shape ``(n, 2)``."""
