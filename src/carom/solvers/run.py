@@ -28,7 +28,7 @@ class ImpactLog(Protocol):
 
 
 class Run(Protocol):
-    """A run in progress: a scene taken forward in as many pieces as one likes; the pieces change no bit of the result."""
+    """A run in progress: a scene taken forward in as many pieces as one likes, which change no bit of the result."""
 
     @property
     def time_s(self) -> float:
