@@ -5,10 +5,10 @@ import warnings
 from pathlib import Path
 
 import pytest
+from tests.forms import needs_extension, plain_form
 
 import carom
 from carom import extension
-from tests.forms import needs_extension, plain_form
 
 PACKAGE = Path(carom.__file__).parent
 
