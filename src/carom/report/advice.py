@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from carom.bench.advise import RESOLUTION, Advice, Answer, Cause, HardImpact, Trial
 from carom.report import wording
 from carom.report.bench_tables import TableOf
+from carom.trace import wall_index
 
 __all__ = ["advice_sentences", "advice_table"]
 
@@ -35,7 +36,7 @@ def _rate(dt_s: float) -> str:
 
 
 def _hardest(impact: HardImpact, impacts: int) -> str:
-    other = f"disc {impact.second}" if impact.second >= 0 else f"wall {-1 - impact.second}"
+    other = f"disc {impact.second}" if impact.second >= 0 else f"wall {wall_index(impact.second)}"
     where = f"disc {impact.first} and {other} at {wording.number(impact.time_s, 4)} s"
     which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
     window = impact.limit.window

@@ -8,7 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from carom.solvers.certified import proven_decimal
-from carom.trace import wall_body
+from carom.trace import wall_index
 
 if TYPE_CHECKING:
     from carom.solvers.certified import CertifiedTrace
@@ -35,7 +35,7 @@ def certified_table(certified: CertifiedTrace, most: int) -> Table:
                 for side in ("velocity_first_after", "velocity_second_after")
                 for c in (0, 1)
             ]
-        bodies = f"disc {first}, {f'disc {second}' if second >= 0 else f'wall {wall_body(second)}'}"
+        bodies = f"disc {first}, {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
         after = f"({velocity[0]}, {velocity[1]})"
         if second >= 0:
             after += f"  ({velocity[2]}, {velocity[3]})"

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from carom.comparator import Score
 from carom.runner import Results, Row
-from carom.trace import Trace
+from carom.trace import Trace, wall_index
 
 __all__ = ["impact_tables"]
 
@@ -70,4 +70,4 @@ def _not_found(k: int, score: Score) -> str:
 
 
 def _bodies(first: int, second: int) -> str:
-    return f"{first} - {second}" if second >= 0 else f"{first} - wall {-1 - second}"
+    return f"{first} - {second}" if second >= 0 else f"{first} - wall {wall_index(second)}"

@@ -10,6 +10,7 @@ from carom.scenes.closed_forms import after_impact, complete_answer, disc, dot, 
 from carom.scenes.complaint import Complaint, Symptom
 from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
 from carom.scenes.walled import box_walls
+from carom.trace import wall_body
 
 __all__ = ["issues_walled"]
 
@@ -81,7 +82,7 @@ def _rapier_615(name: str, shows: str) -> Staged:
     impacts = []
     for time, wall, is_x in sorted(events):
         velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
-        impacts.append(impact(time, 0, -1 - wall, velocity))
+        impacts.append(impact(time, 0, wall_body(wall), velocity))
     return Staged(scene, complete_answer(scene, impacts, "Unfolding: one straight line through a lattice of boxes"))
 
 

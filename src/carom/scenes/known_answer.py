@@ -50,7 +50,7 @@ class KnownImpact:
     Attributes:
         time_s: Seconds from the start.
         first: The disc, the lower number of two.
-        second: The other disc, or the wall, ``-1 - k``.
+        second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Metres a second.
         velocity_second_after: Metres a second; None for a wall, which has none.
     """

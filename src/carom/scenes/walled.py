@@ -16,6 +16,7 @@ from carom.scenes.closed_forms import (
     vector,
 )
 from carom.scenes.known_answer import CatalogueScene, KnownImpact, Staged, Tag
+from carom.trace import wall_body
 
 __all__ = ["box_walls", "walled"]
 
@@ -54,7 +55,7 @@ def _box(name: str, shows: str) -> Staged:
     impacts = []
     for time, wall, is_x in sorted(events):
         velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
-        impacts.append(impact(time, 0, -1 - wall, velocity))
+        impacts.append(impact(time, 0, wall_body(wall), velocity))
     source = (
         "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
     )
