@@ -1,8 +1,9 @@
-"""Builds the compiled rooms: every .pyx below src is an extension module. All else stands in pyproject.toml."""
+"""Builds the compiled extension: every .pyx below src is a module of it. All else stands in pyproject.toml."""
 
 from __future__ import annotations
 
 import os
+import runpy
 import sys
 from pathlib import Path
 
@@ -32,29 +33,40 @@ REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
 class OptionalBuild(build_ext):
     """Goes on without the extension where there is no compiler: plain forms serve then, slower, with the same bits."""
 
-    def build_extension(self, ext: Extension) -> None:
-        """Build one module; say so, and go on, where that fails."""
+    def run(self) -> None:
+        """Build all modules or none; say so, and go on, where that fails."""
+        inplace = self.inplace
         try:
-            super().build_extension(ext)
+            super().run()
         except Exception as error:
             if REQUIRED:
                 raise
-            self.warn(f"{ext.name} was not built, its plain form will serve: {error}")
+            self.warn(f"the extension was not built, plain Python will serve: {error}")
+            for folder in [self.build_lib, *(["src"] if inplace else [])]:
+                for module in self.extensions:  # one of an earlier build must not serve
+                    Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
+            self.extensions = []
 
 
 def _module(path: Path) -> str:
     return ".".join(path.relative_to("src").with_suffix("").parts)
 
 
+SOURCES = sorted(Path("src").rglob("*.p[yx][xd]"))
 extensions = [
     Extension(
         _module(path),
         [str(path)],
+        depends=[*map(str, SOURCES), "setup.py"],  # all modules carry the digest of all sources
         extra_compile_args=FLAGS,
-        define_macros=[("Py_LIMITED_API", "0x030B0000")],
+        define_macros=[
+            ("Py_LIMITED_API", "0x030B0000"),
+            ("CAROM_SOURCES", runpy.run_path("src/carom/extension.py")["sources_digest"]()),
+        ],
         py_limited_api=True,
     )
-    for path in sorted(Path("src").rglob("*.pyx"))
+    for path in SOURCES
+    if path.suffix == ".pyx"
 ]
 setup(
     ext_modules=cythonize(extensions, compiler_directives=DIRECTIVES, include_path=["src"], build_dir="build/cython"),
