@@ -51,7 +51,7 @@ def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
         "carom/py.typed",
         "carom_adapters/py.typed",
         "carom/scene.schema.json",
-        "carom/report/templates/report.html.j2",
+        "carom/report/templates/page.html.j2",
         "carom_adapters/mujoco/world.py",
     }
     assert wanted <= names
