@@ -1,8 +1,9 @@
-"""Builds the compiled rooms: every .pyx below src is an extension module. All else stands in pyproject.toml."""
+"""Builds the compiled extension: every .pyx below src is a module of it. All else stands in pyproject.toml."""
 
 from __future__ import annotations
 
 import os
+import runpy
 import sys
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from setuptools.command.build_ext import build_ext
 
 #: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
 #: and which keep GCC from taking branches out of hot loops (a quarter of the speed).
-_GCC = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0"]
+_GCC = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0", "-Wno-unused-function"]
 FLAGS = ["/O2", "/fp:precise"] if sys.platform == "win32" else _GCC
 
 #: Given here and not at the head of a .pyx: from there they do not reach the functions of .pxd files.
@@ -25,6 +26,12 @@ DIRECTIVES = {
     "auto_pickle": False,
 }
 
+#: Compiled into every module: see `carom.extension`.
+DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
+
+#: What Cython would add to each module that takes arrays, once for all of them.
+SHARED = "carom._cython"
+
 #: For continuous integration: a build without the extension is an error there.
 REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
 
@@ -32,32 +39,46 @@ REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
 class OptionalBuild(build_ext):
     """Goes on without the extension where there is no compiler: plain forms serve then, slower, with the same bits."""
 
-    def build_extension(self, ext: Extension) -> None:
-        """Build one module; say so, and go on, where that fails."""
+    def run(self) -> None:
+        """Build all modules or none; say so, and go on, where that fails."""
+        inplace = self.inplace
         try:
-            super().build_extension(ext)
+            super().run()
         except Exception as error:
             if REQUIRED:
                 raise
-            self.warn(f"{ext.name} was not built, its plain form will serve: {error}")
+            self.warn(f"the extension was not built, plain Python will serve: {error}")
+            for folder in [self.build_lib, *(["src"] if inplace else [])]:
+                for module in self.extensions:  # one of an earlier build must not serve
+                    Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
+            self.extensions = []
 
 
-def _module(path: Path) -> str:
-    return ".".join(path.relative_to("src").with_suffix("").parts)
-
-
-extensions = [
-    Extension(
-        _module(path),
-        [str(path)],
+def _extension(name: str, source: str, sources: list[str]) -> Extension:
+    return Extension(
+        name,
+        [source],
+        depends=[*sources, "setup.py"],
         extra_compile_args=FLAGS,
-        define_macros=[("Py_LIMITED_API", "0x030B0000")],
+        define_macros=[("Py_LIMITED_API", "0x030B0000"), ("CAROM_SOURCES", DIGEST)],
         py_limited_api=True,
     )
-    for path in sorted(Path("src").rglob("*.pyx"))
+
+
+sources = sorted(path.as_posix() for path in Path("src").rglob("*.p[yx][xd]"))
+extensions = [
+    _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)
+    for path in sources
+    if path.endswith(".pyx")
 ]
 setup(
-    ext_modules=cythonize(extensions, compiler_directives=DIRECTIVES, include_path=["src"], build_dir="build/cython"),
+    ext_modules=cythonize(
+        [_extension(SHARED, "carom/_cython.c", []), *extensions],
+        compiler_directives=DIRECTIVES,
+        include_path=["src"],
+        build_dir="build/cython",
+        shared_utility_qualified_name=SHARED,
+    ),
     cmdclass={"build_ext": OptionalBuild},
     options={"bdist_wheel": {"py_limited_api": "cp311"}},
 )

@@ -8,15 +8,31 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
 
+from carom import extension
+
 # Shared machines make deadlines lie: no single example is timed.
 settings.register_profile("carom", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
+
+
+def pytest_configure() -> None:
+    """Refuse to test an extension that was built from other sources than those beside it."""
+    try:
+        from carom.built import DIGEST
+    except ImportError:
+        return  # plain Python serves; `CAROM_REQUIRE_EXTENSION=1` makes the build fail instead
+    if extension.sources_digest() != DIGEST:
+        raise pytest.UsageError(
+            "the compiled extension is not built from the .pyx and .pxd files beside it; build it again: "
+            f"{sys.executable} setup.py build_ext --inplace --force"
+        )
 
 
 @pytest.fixture

@@ -24,12 +24,13 @@ __all__ = [
     "impact_array",
     "kinetic_energy",
     "wall_body",
+    "wall_index",
 ]
 
 #: A setting of a method, as a report shows it.
 Setting = float | int | bool | str
 
-#: One collision. `second` of a wall is ``-1 - k``; `normal` is the unit vector from first to second.
+#: One collision. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
 IMPACT_DTYPE = np.dtype(
     [
         ("time_s", "f8"),
@@ -73,6 +74,11 @@ def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
 def wall_body(wall: int) -> int:
     """Return the body number of the k-th wall, ``-1 - k``; discs are numbered from 0."""
     return -1 - wall
+
+
+def wall_index(body: int) -> int:
+    """Return which wall a body number below 0 is: k of the k-th wall, the inverse of `wall_body`."""
+    return -1 - body
 
 
 class Outcome(Enum):

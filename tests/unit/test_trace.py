@@ -10,7 +10,7 @@ import pytest
 
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
-from carom.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body
+from carom.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body, wall_index
 
 RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
 
@@ -45,9 +45,9 @@ def test_impact_array_is_read_only() -> None:
 
 
 def test_wall_bodies_count_down_from_minus_one_and_back() -> None:
-    """The k-th wall is body -1 - k, and the same rule gives k back."""
+    """The k-th wall is body -1 - k, and `wall_index` gives k back."""
     assert [wall_body(k) for k in range(3)] == [-1, -2, -3]
-    assert [wall_body(wall_body(k)) for k in range(3)] == [0, 1, 2]
+    assert [wall_index(wall_body(k)) for k in range(3)] == [0, 1, 2]
 
 
 def test_every_outcome_reads_as_a_sentence() -> None:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.score import Scales
 from carom.scene import Scene
-from carom.trace import Trace
+from carom.trace import Trace, wall_body, wall_index
 
 __all__ = ["ConventionMatch", "Group", "Outcome", "admissible_outcomes", "first_group", "match_outcome"]
 
@@ -209,7 +209,7 @@ def _touching(
         for number, wall in enumerate(scene.walls):
             gap = float((position[i] - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
             if gap <= tolerance_m:
-                yield i, -1 - number, (-wall.normal[0], -wall.normal[1])
+                yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
 
 
 def _closing(contact: Contact, velocity: Velocities, row: dict[int, int]) -> float:
@@ -270,4 +270,4 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
 
 def _name(contact: Contact) -> str:
     first, second, _ = contact
-    return f"{first} on {second}" if second >= 0 else f"{first} on wall {-1 - second}"
+    return f"{first} on {second}" if second >= 0 else f"{first} on wall {wall_index(second)}"

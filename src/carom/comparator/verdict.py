@@ -10,7 +10,7 @@ from carom.comparator.convention import ConventionMatch
 from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.score import Finding, Grade, ImpactError, Scales, Verdict
-from carom.trace import Outcome, Trace
+from carom.trace import Outcome, Trace, wall_index
 
 __all__ = ["THRESHOLDS", "Evidence", "Thresholds", "findings", "grade"]
 
@@ -165,7 +165,7 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
 
 def _bodies(impact: object) -> str:
     first, second = int(impact["first"]), int(impact["second"])  # type: ignore[index] # a row of a structured array
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {-1 - second}'}"
+    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
 
 
 def grade(evidence: Evidence) -> Grade:

@@ -9,7 +9,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.scenes import KnownAnswer
-from carom.trace import ImpactRecord, Trace, impact_array
+from carom.trace import ImpactRecord, Trace, impact_array, wall_index
 
 __all__ = ["trace_of"]
 
@@ -32,7 +32,7 @@ def trace_of(scene: Scene, known: KnownAnswer) -> Trace:
         position += velocity * (known_impact.time_s - now_s)
         now_s = known_impact.time_s
         if second < 0:
-            x, y = scene.walls[-1 - second].normal
+            x, y = scene.walls[wall_index(second)].normal
             normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
         else:
             x, y = position[second] - position[first]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Trace, Vector
 
-__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation"]
+__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
 
 
 class Tag(StrEnum):
@@ -50,7 +50,7 @@ class KnownImpact:
     Attributes:
         time_s: Seconds from the start.
         first: The disc, the lower number of two.
-        second: The other disc, or the wall, ``-1 - k``.
+        second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Metres a second.
         velocity_second_after: Metres a second; None for a wall, which has none.
     """
@@ -133,6 +133,18 @@ class CatalogueScene:
     def group(self) -> str:
         """The part before the stroke."""
         return self.name.partition("/")[0]
+
+
+def listed(
+    scenes: list[CatalogueScene], name: str, shows: str, tags: frozenset[Tag] = frozenset()
+) -> Callable[[Builder], Builder]:
+    """Return a decorator that enters what a builder makes into a list of scenes; arguments as of `CatalogueScene`."""
+
+    def enter(build: Builder) -> Builder:
+        scenes.append(CatalogueScene(name, shows, build, tags))
+        return build
+
+    return enter
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 from carom.errors import InputError
 from carom.scene import Need
+from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -45,7 +46,7 @@ class TrueImpact:
     Attributes:
         time_s: Seconds from the start.
         first: The disc, the lower number of two.
-        second: The other disc, or the wall, ``-1 - k``.
+        second: The other disc, or the wall, ``wall_body(k)``.
     """
 
     time_s: float
@@ -158,15 +159,15 @@ class _Motion:
         discs = range(n)
         if changed is None:
             yield from combinations(discs, 2)
-            yield from ((i, -1 - k) for i in discs for k in range(len(self.walls)))
+            yield from ((i, wall_body(k)) for i in discs for k in range(len(self.walls)))
             return
         for i in sorted(changed):
             yield from ((min(i, j), max(i, j)) for j in discs if j != i)
-            yield from ((i, -1 - k) for k in range(len(self.walls)))
+            yield from ((i, wall_body(k)) for k in range(len(self.walls)))
 
     def _predict(self, pairs: Iterator[tuple[int, int]]) -> None:
         for first, second in pairs:
-            wait = self._wall_wait(first, -1 - second) if second < 0 else self._pair_wait(first, second)
+            wait = self._wall_wait(first, wall_index(second)) if second < 0 else self._pair_wait(first, second)
             if wait is None:
                 self._upcoming.pop((first, second), None)
             else:
@@ -215,7 +216,7 @@ class _Motion:
 
     def _collide(self, i: int, j: int) -> None:
         if j < 0:
-            _, _, nx, ny = self.walls[-1 - j]
+            _, _, nx, ny = self.walls[wall_index(j)]
             back = (1 + Decimal(self.scene.wall_restitution)) * (self.vx[i] * nx + self.vy[i] * ny)
             self.vx[i] -= back * nx
             self.vy[i] -= back * ny

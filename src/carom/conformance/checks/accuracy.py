@@ -12,7 +12,7 @@ from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Setup, Violation
 from carom.scenes import catalogue
-from carom.trace import Outcome, Trace
+from carom.trace import Outcome, Trace, wall_index
 
 __all__ = ["finds_impacts", "times_are_right", "velocities_are_right"]
 
@@ -115,7 +115,7 @@ def _compared(score: Score, pit: Score) -> list[ImpactError]:
 
 
 def _bodies(first: int, second: int) -> str:
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {-1 - second}'}"
+    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
 
 
 def _listed(trace: Trace, most: int = 4) -> str:

@@ -13,6 +13,7 @@ from carom.conformance.checks.common import numbers, own_setup
 from carom.conformance.scenes import mixed_contacts
 from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.violation import NotApplicable, Setup, Violation
+from carom.trace import wall_index
 
 __all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_are_well_formed"]
 
@@ -105,7 +106,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
     """Direction from the first body of a contact to the second, as they lay before the step."""
     if contact.second < 0:
-        x, y = setup.scene.walls[-1 - contact.second].normal
+        x, y = setup.scene.walls[wall_index(contact.second)].normal
         return (-x, -y)
     x, y = (before.position_m[contact.second] - before.position_m[contact.first]).tolist()
     return (x / math.hypot(x, y), y / math.hypot(x, y))

@@ -11,7 +11,7 @@ import numpy as np
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.clock import START, Instant
 from carom.solvers.impact_log import STANDSTILL_IMPACTS_PER_SQUARED_BODIES, ImpactLog
-from carom.trace import Outcome, wall_body
+from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -70,7 +70,7 @@ class BallisticRun:
             heapq.heappop(self._events)
             self._now = max(self._now, instant)
             if j < 0:
-                self._meet_wall(i, wall_body(j))
+                self._meet_wall(i, wall_index(j))
             else:
                 self._meet_disc(i, j)
             if progress is not None and self.impacts % _CHUNK == 0:

@@ -16,7 +16,7 @@ import numpy as np
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.bounds import MOST_FRAMES, pair_free_until, wall_free_until
 from carom.solvers.plain.bodies import Bodies, require_supported
-from carom.trace import wall_body
+from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -108,8 +108,8 @@ class SkippingRun:
                 continue
             tested.append(p)
             if j < 0:
-                if bodies.wall_approaches_and_overlaps(i, wall_body(j)):
-                    log.add(bodies.collide_wall(i, wall_body(j)))
+                if bodies.wall_approaches_and_overlaps(i, wall_index(j)):
+                    log.add(bodies.collide_wall(i, wall_index(j)))
                     turned.add(i)
             elif bodies.pair_approaches_and_overlaps(i, j):
                 log.add(bodies.collide_pair(i, j))
@@ -120,7 +120,7 @@ class SkippingRun:
             tested = [p for p, (i, j) in enumerate(self._pairs) if self._due_s[p] <= now or i in turned or j in turned]
         for p in tested:
             i, j = self._pairs[p]
-            bound = (wall_free_until, wall_body(j)) if j < 0 else (pair_free_until, j)
+            bound = (wall_free_until, wall_index(j)) if j < 0 else (pair_free_until, j)
             self._due_s[p] = bound[0](bodies, i, bound[1], now, self._horizon_s)
         self._next_look_s = min(self._due_s, default=math.inf)
 

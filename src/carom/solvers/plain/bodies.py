@@ -13,7 +13,7 @@ from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
 from carom.scene import Need
-from carom.trace import ImpactRecord, wall_body
+from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -139,7 +139,7 @@ class Bodies:
         self.move_to(first, time_s)
         self.last_partner[first] = second
         if second < 0:
-            return self.collide_wall(first, wall_body(second))
+            return self.collide_wall(first, wall_index(second))
         self.move_to(second, time_s)
         self.last_partner[second] = first
         return self.collide_pair(first, second)
@@ -158,7 +158,7 @@ class Bodies:
         i, j = record.first, record.second
         approach = (ax - bx) * nx + (ay - by) * ny
         if j < 0:
-            px, py, _, _ = self.walls[wall_body(j)]
+            px, py, _, _ = self.walls[wall_index(j)]
             gap_error = 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(px), abs(py)) + self.radius[i])
             uncertain = gap_error / approach
         else:

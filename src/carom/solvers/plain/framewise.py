@@ -18,7 +18,7 @@ from carom.errors import InputError
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.kernel import EPOCH_IMPACTS
 from carom.solvers.plain.bodies import Bodies, require_supported
-from carom.trace import Outcome, Trace, impact_array, wall_body
+from carom.trace import Outcome, Trace, impact_array, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -97,7 +97,7 @@ class FramewiseRun:
         if key not in self._kept:
             bodies = self.bodies
             self._kept[key] = (
-                bodies.wall_impact_time(first, wall_body(second))
+                bodies.wall_impact_time(first, wall_index(second))
                 if second < 0
                 else bodies.pair_impact_time(first, second)
             )

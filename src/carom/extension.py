@@ -1,0 +1,87 @@
+"""Whether Carom's compiled extension serves: said here, and nowhere else.
+
+Every .pyx file of the package becomes a module of the extension. They are built together or not at all, so
+`carom.built` stands for them all. Where they are not there, plain Python serves, many times slower, with the same bits.
+
+Whoever chooses between the two forms asks `extension_available` when a run starts, and adds `extension_notes` to what
+the run has to say; a loop in plain Python that may take long has a `Patience`.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import time
+import warnings
+from pathlib import Path
+
+__all__ = ["PLAIN_VARIABLE", "Patience", "PlainFormWarning", "extension_available", "extension_notes", "sources_digest"]
+
+#: Set to anything but nothing, it makes plain Python serve although the extension is there.
+PLAIN_VARIABLE = "CAROM_PLAIN"
+
+#: A user's flow of thought survives a second of waiting: J. Nielsen, "Usability Engineering" (1993), 5.5.
+_LONG_S = 1.0
+
+
+class PlainFormWarning(UserWarning):
+    """A run takes long because the compiled extension does not serve."""
+
+
+@functools.cache
+def extension_available() -> bool:
+    """Return whether the compiled forms serve."""
+    return not _absence()
+
+
+def extension_notes() -> tuple[str, ...]:
+    """Return what a result must say of the form that ran: nothing where it was compiled, else why not, and a remedy."""
+    return () if extension_available() else (_absence(),)
+
+
+class Patience:
+    """The wait for one run in plain Python: the first of a process to take over a second is warned of."""
+
+    def __init__(self) -> None:
+        self._ends = time.monotonic() + _LONG_S
+
+    def look(self) -> None:
+        """Warn where the run has become long for want of the extension; costs little enough for a loop."""
+        if time.monotonic() > self._ends and not extension_available():
+            _warn()
+
+
+def sources_digest() -> str:
+    """Return the digest of all that the extension is made of: the .pyx and .pxd files of the package, with their names.
+
+    The build calls it too, so nothing of Carom may be imported here.
+    """
+    import hashlib
+
+    package = Path(__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.p[yx][xd]")):
+        source = path.read_bytes().replace(b"\r\n", b"\n")  # as git may check it out on Windows
+        digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
+    return digest.hexdigest()
+
+
+def _absence() -> str:
+    """Return why the extension does not serve, and the remedy; nothing where it does."""
+    effect = "so plain Python runs: the same results, many times slower"
+    if os.environ.get(PLAIN_VARIABLE):
+        return f"{PLAIN_VARIABLE} is set, {effect}; unset it for the compiled extension"
+    try:
+        importlib.import_module("carom.built")
+    except ImportError as error:
+        return (
+            f"the compiled extension is not there ({error}), {effect}; "
+            "install a C compiler, then Carom anew, with pip's --force-reinstall --no-deps --no-cache-dir"
+        )
+    return ""
+
+
+@functools.cache
+def _warn() -> None:
+    warnings.warn(_absence(), PlainFormWarning, stacklevel=3)

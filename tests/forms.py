@@ -1,0 +1,25 @@
+"""Both forms of what is compiled: a test that compares them, or needs one of them, chooses it here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+
+from carom import extension
+
+__all__ = ["needs_extension", "plain_form"]
+
+#: For a test that compares the compiled form with another. The suite passes without a compiler, too.
+needs_extension = pytest.mark.skipif(not extension.extension_available(), reason="the compiled extension is not built")
+
+
+@contextmanager
+def plain_form() -> Iterator[None]:
+    """Let plain Python serve in this block, as it does where there is no compiler."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(extension.PLAIN_VARIABLE, "1")
+        extension.extension_available.cache_clear()
+        yield
+    extension.extension_available.cache_clear()
