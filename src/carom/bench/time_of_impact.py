@@ -140,7 +140,7 @@ def _nanoseconds(form: Callable[[Array], Array], columns: Array, repeats: int = 
         begin = time.thread_time()
         form(columns)
         times.append(time.thread_time() - begin)
-    return statistics.median(times) / columns.shape[1] * 1e9
+    return statistics.median(times) / len(columns[0]) * 1e9
 
 
 def main(count: int = 20_000, checked: int = 10_000) -> None:
