@@ -85,7 +85,8 @@ def test_plain_and_compiled_ensembles_agree_to_the_bit(ensemble: TwoDiscEnsemble
     with plain_form():
         plain = pic_ensemble(ensemble, 2.5), pit_ensemble(ensemble, 60.0, frames)
     columns = [field.name for field in fields(ensemble) if field.name != "restitution"]
-    many = replace(ensemble, **{name: np.concatenate([getattr(ensemble, name)] * 100) for name in columns})
+    repeated: dict[str, Any] = {name: np.concatenate([getattr(ensemble, name)] * 100) for name in columns}
+    many = replace(ensemble, **repeated)
     side_by_side = pic_ensemble(many, 2.5), pit_ensemble(many, 60.0, frames)
     for one, other, parts in zip(alone, plain, side_by_side, strict=True):
         for field in fields(one):
