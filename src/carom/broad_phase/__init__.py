@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.extension import available
+from carom.extension import extension_available
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,7 +48,7 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
     Yields:
         The lower number of each pair, and the higher one, in no order within a block.
     """
-    if available():
+    if extension_available():
         from carom.broad_phase import tree as form
     else:
         from carom.broad_phase import plain as form  # type: ignore[no-redef]  # has the same Search
