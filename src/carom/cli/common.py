@@ -58,7 +58,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         except BrokenPipeError:  # the reader, `head` say, has seen enough
             sys.stderr.close()
             raise typer.Exit from None
-        except OSError as error:  # a disc that is full, a file that may not be written
+        except OSError as error:  # a disk that is full, a file that may not be written
             typer.echo(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 

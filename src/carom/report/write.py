@@ -66,7 +66,7 @@ def require_writable(folder: Path) -> None:
 
 
 def replace_all(contents: Mapping[Path, str | bytes]) -> None:
-    """Write each text beside its place first; only when all are on the disc are they renamed."""
+    """Write each text beside its place first; only when all are on the disk are they renamed."""
     whole: list[tuple[Path, Path]] = []
     try:
         for path, text in contents.items():

@@ -14,8 +14,9 @@ from rich.console import Console
 from carom.comparator import Grade
 from carom.report import verdict_line, verdict_table, wording
 from carom.report.divergences import divergences
-from carom.report.grid import build_grid
+from carom.report.grid import build_grid, reasons_of
 from carom.report.html import html
+from carom.report.junit import junit
 from carom.report.marks import Mark
 from carom.report.paths import exact_paths, observed_paths
 from carom.report.phrases import unrun_lines
@@ -53,6 +54,17 @@ def test_every_cell_that_was_not_run_has_its_reason(
         assert {cell.reasons for cell in cells} == {(reason,)}
         assert {cell.mark for cell in cells} == {Mark[status.name]}
         assert sum(reason in line and "every scene" in line for line in lines) == 1
+
+
+def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: Results) -> None:
+    """Why a row has no run time is said after its verdicts, in the grid and in JUnit, and takes none of them away."""
+    untimed = "timed out: no answer in 60 s"
+    rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
+    for before, after in zip(results.rows, rows, strict=True):
+        said = (f"not timed: {untimed}",) if before.score else ()
+        assert reasons_of(after) == (*reasons_of(before), *said)
+    wrong = next(row for row in rows if row.grade is Grade.WRONG)
+    assert str(wrong.score and wrong.score.findings[0].verdict.value) in junit(replace(results, rows=rows))
 
 
 def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from carom import load_scene, run
-from carom.errors import UnknownNameError
+from carom.errors import InputError, UnknownNameError
 from carom.report.stress_documents import stress_summary, stress_tables, write_stress
 from carom.stress import campaign
 from carom.stress.campaign import JOURNAL, listing, stress
@@ -63,6 +63,15 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     names = [line.name for line in results.lines]
     again = stress(names, ["pic", "pit"], out=folder, quick=True, resume=True, command="carom stress")
     assert again.spots == results.spots
+
+
+def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
+    """A folder of scenes that no campaign has written is left as it is, and the message names it."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="scenes holds files already"):
+        stress(["small"], ["pit"], out=tmp_path, quick=True)
+    assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
 
 def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
