@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import extension
+from carom.extension import available, notes, Patience
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
@@ -116,7 +116,7 @@ def solve_pic(
 
 
 def _patient(progress: Progress | None) -> Progress | None:
-    """Return the progress to report; where plain Python runs for want of the extension, one that warns of a long run."""
+    """Return the progress to report: where plain Python runs for want of the extension, it warns of a long run."""
     if extension.available():
         return progress
     patience = extension.Patience()
