@@ -11,7 +11,7 @@ from tests.unit.solvers.scenes import random_start, scene_of
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 from carom.bench.gas import hard_disc_gas
-from carom.solvers.event_driven.disc_arrays import DiscArrays
+from carom.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain import run as plain_run
 from carom.solvers.plain.run import AllPairsRun

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.extension import available, notes, Patience
 from carom.errors import InputError
+from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.two_discs import solve_two_discs
@@ -38,7 +38,7 @@ def pic_run(scene: Scene) -> Run:
 
 def _level_run(scene: Scene, **options: Any) -> EventDrivenRun | AllPairsRun:
     """Return a run without gravity, in the form that is there; the options are those that both forms have."""
-    return EventDrivenRun(scene, **options) if extension.available() else AllPairsRun(scene, **options)
+    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -111,15 +111,15 @@ def solve_pic(
         settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
-        notes=(*run.notes, *extension.notes()),
+        notes=(*run.notes, *extension_notes()),
     )
 
 
 def _patient(progress: Progress | None) -> Progress | None:
     """Return the progress to report: where plain Python runs for want of the extension, it warns of a long run."""
-    if extension.available():
+    if extension_available():
         return progress
-    patience = extension.Patience()
+    patience = Patience()
 
     def look(impacts: int, time_s: float) -> None:
         patience.look()

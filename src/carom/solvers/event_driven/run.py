@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.extension import available, notes, Patience
+from carom.disc_arrays import DiscArrays
 from carom.errors import CaromError, InputError
-from carom.solvers.event_driven.disc_arrays import DiscArrays
-from carom.solvers.event_driven.overlap import require_apart
+from carom.extension import extension_available, extension_notes
 from carom.solvers.event_driven.recorded import RecordedImpacts
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.run import require_time
@@ -97,9 +96,9 @@ class EventDrivenRun:
             from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
 
             require_supported(start, "the event-driven kernel")
-            start = DiscArrays.from_scene(start)
+            start = start.arrays
         elif resume is None:
-            require_apart(start)
+            start.require_apart()
         if record not in {"all", "none"}:
             raise InputError(f"record must be 'all' or 'none', got {record!r}")
         if not contact_duration_s >= 0:
@@ -186,13 +185,15 @@ class EventDrivenRun:
 
 
 def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> kernel.Kernel:
-    if not extension.available():
-        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension.notes())}")
+    if not extension_available():
+        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension_notes())}")
     from carom.solvers.event_driven import kernel
 
-    arrays = (start.position_m, start.velocity_m_s, start.radius_m, 1.0 / start.mass_kg)
     return kernel.Kernel(
-        *(np.ascontiguousarray(array, np.float64) for array in arrays),
+        np.ascontiguousarray(start.position_m, np.float64),
+        np.ascontiguousarray(start.velocity_m_s, np.float64),
+        np.ascontiguousarray(start.radius_m, np.float64),
+        1.0 / start.mass_kg,
         np.array(start.walls, np.float64).reshape(-1, 4),
         (start.restitution, start.wall_restitution, contact_duration_s),
         standstill_impacts(len(start) + len(start.walls)),

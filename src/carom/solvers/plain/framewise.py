@@ -64,6 +64,5 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         dt_s=1.0 / rate,
         ambiguous=run.log.ambiguous(),
         counts={"frames": frames, **run.counts},
-        impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,
     )

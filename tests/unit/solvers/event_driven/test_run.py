@@ -11,7 +11,7 @@ from tests.forms import needs_extension
 from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
 from carom import Outcome, solve_pic, solve_pic_framewise
-from carom.solvers.event_driven.disc_arrays import DiscArrays
+from carom.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 
 pytestmark = needs_extension
