@@ -16,7 +16,8 @@ from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
 from tests.unit.solvers.scenes import box, random_start
 
-from carom.solvers.event_driven import DiscArrays, EventDrivenRun
+from carom import DiscArrays
+from carom.solvers.event_driven import EventDrivenRun
 from carom.trace import IMPACT_DTYPE
 
 if TYPE_CHECKING:
