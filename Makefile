@@ -9,12 +9,20 @@ REPORT ?= reports/latest
 SOURCES := $(shell find src -name '*.pyx' -o -name '*.pxd')
 MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter %.pyx,$(SOURCES))))
 
-.PHONY: help report test test-long check coverage-compiled clean
+# For campaign-pic: impacts in all (counts add up in build/campaign-pic.json), and processes.
+IMPACTS ?= 1e6
+JOBS ?= 1
+# For bench: the interpreter of another build, timed beside this one.
+BASELINE ?=
+
+.PHONY: help report test test-long campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install everything, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
+	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
+	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, types, import contracts"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
@@ -29,6 +37,15 @@ test: $(BUILT)
 # By file: the tests of one file share what was built for them.
 test-long: $(BUILT)
 	$(BIN)/python -m pytest -m long -n auto --dist loadfile
+
+campaign-pic: $(BUILT)
+	mkdir -p build
+	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state build/campaign-pic.json
+
+bench: $(BUILT)
+	for part in pic pit time_of_impact certified; do \
+		$(BIN)/python -m carom.bench.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
+	done
 
 check: $(BUILT)
 	$(BIN)/ruff check .
