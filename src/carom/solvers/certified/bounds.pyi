@@ -1,5 +1,8 @@
+from typing_extensions import disjoint_base
+
 from carom.solvers.certified.bodies import BallBodies
 
+@disjoint_base
 class LowerBounds:
     def __init__(self, bodies: BallBodies) -> None: ...
     def changed(self, *discs: int) -> None: ...

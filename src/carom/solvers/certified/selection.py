@@ -15,16 +15,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom import extension
+from carom.extension import extension_available
 from carom.solvers.certified.bodies import BallBodies
 from carom.solvers.certified.exact import exactly_simultaneous
-from carom.solvers.certified.start_bounds import StartBounds
 from carom.solvers.certified.prediction import Meeting, float_above, float_below, meet_pair, meet_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.solvers.certified.start_bounds import StartBounds
 from carom.trace import wall_index
 
 if TYPE_CHECKING:
-    from carom.solvers.certified.bounds import LowerBounds
+    from carom.solvers.certified import bounds
 
 __all__ = ["Choice", "Selection", "Undecided"]
 
@@ -216,9 +216,9 @@ class Selection:
         return Degeneracy(kind, tuple(involved), float_below(time), latest, proven, bits)
 
 
-def _lower_bounds(bodies: BallBodies) -> LowerBounds | StartBounds:
-    if not extension.available():
+def _lower_bounds(bodies: BallBodies) -> bounds.LowerBounds | StartBounds:
+    if not extension_available():
         return StartBounds(bodies)
-    from carom.solvers.certified.bounds import LowerBounds
+    from carom.solvers.certified import bounds
 
-    return LowerBounds(bodies)
+    return bounds.LowerBounds(bodies)
