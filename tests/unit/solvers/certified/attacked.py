@@ -108,7 +108,8 @@ def _set(bodies: BallBodies, i: int, state: tuple[float, ...], r: random.Random,
         spread = abs(value) * part
         balls[i] = arb(value, spread) * unit
         true.append((Fraction(value) + r.choice([-1, 0, 1]) * Fraction(spread)) * Fraction(unit))
-    return State(bodies.time[i], *true, bodies.scene.discs[i].radius_m)
+    x, y, vx, vy = true
+    return State(bodies.time[i], x, y, vx, vy, bodies.scene.discs[i].radius_m)
 
 
 def is_after_impact_of_pair(bound: float, first: State, second: State) -> bool:

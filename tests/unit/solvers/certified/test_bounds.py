@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from typing import TYPE_CHECKING
 
 import pytest
 from flint import arb, ctx
@@ -16,11 +17,14 @@ from carom.solvers.certified.bodies import BallBodies
 from carom.solvers.certified.prediction import meet_pair, meet_wall
 from carom.trace import wall_body, wall_index
 
+if TYPE_CHECKING:
+    from carom.solvers.certified.bounds import LowerBounds
+
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
 pytestmark = needs_extension
 
 
-def entries(table: bounds.LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
+def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
     """Return the bound of each pair of bodies; that of two discs stands in one of two rows."""
     n, walls = len(bodies), len(bodies.scene.walls)
     pairs = {(i, j): min(table.at(i, j), table.at(j, i)) for i, j in itertools.combinations(range(n), 2)}
