@@ -20,15 +20,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["impulse", "pair_push", "resolve_impact"]
-
-
-def impulse(approach_speed: float, inverse_mass_1: float, inverse_mass_2: float, restitution: float) -> float:
-    """Return the impulse along the normal, newton seconds, of an impact at `approach_speed` > 0, metres a second.
-
-    The two inverse masses, 1/kg, must not both be zero: two immovable bodies never meet.
-    """
-    return (1.0 + restitution) * approach_speed / (inverse_mass_1 + inverse_mass_2)
+__all__ = ["pair_push", "resolve_impact"]
 
 
 def resolve_impact(
