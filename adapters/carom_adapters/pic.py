@@ -19,6 +19,7 @@ from carom.adapter import (
 )
 from carom.solvers.pic import EventDrivenRun
 from carom.solvers.plain.framewise import FramewiseRun
+from carom.solvers.units import units_of
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -31,9 +32,10 @@ __all__ = ["PicAdapter", "adapter"]
 class PicWorld:
     """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""
 
-    def __init__(self, run: EventDrivenRun | FramewiseRun | BallisticRun, settings: Mapping[str, Setting]) -> None:
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = run
+        self._units = units_of(scene)
+        self._run = _run(self._units.scene(scene), settings)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
@@ -45,9 +47,9 @@ class PicWorld:
         outcome = Outcome.COMPLETED
         if isinstance(run, FramewiseRun):
             for step in range(self._steps + 1, self._steps + steps + 1):
-                outcome = run.advance_frame(step * self._dt_s)
+                outcome = run.advance_frame(self._units.of_seconds(step * self._dt_s))
         else:
-            outcome = run.advance_to((self._steps + steps) * self._dt_s)
+            outcome = run.advance_to(self._units.of_seconds((self._steps + steps) * self._dt_s))
         self._steps += steps
         # A disc at rest is no failure: the state stays as it was then, and the harness scores nothing after it.
         if outcome not in {Outcome.COMPLETED, Outcome.AT_REST}:
@@ -55,13 +57,23 @@ class PicWorld:
 
     def observe(self) -> Observation:
         """Return the state at the last step's end and the impacts since the last look."""
-        new = self._run.log.records[self._seen :]
-        self._seen = len(self._run.log.records)
+        run, units = self._run, self._units
+        new = [units.record(record) for record in run.log.records[self._seen :]]
+        self._seen = len(run.log.records)
         contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
-        return Observation(self._run.positions(), self._run.velocities(), contacts, self._warning)
+        state = units.metres(run.positions()), units.metres_a_second(run.velocities())
+        return Observation(*state, contacts, self._warning)
 
     def close(self) -> None:
         """Nothing to release."""
+
+
+def _run(scene: Scene, settings: Mapping[str, Setting]) -> EventDrivenRun | FramewiseRun | BallisticRun:
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.falling.run import BallisticRun
+
+        return BallisticRun(scene)
+    return FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
 
 
 class PicAdapter:
@@ -96,12 +108,7 @@ class PicAdapter:
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
-        if scene.gravity_m_s2 != (0.0, 0.0):
-            from carom.solvers.falling.run import BallisticRun
-
-            return PicWorld(BallisticRun(scene), settings)
-        run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
-        return PicWorld(run, settings)
+        return PicWorld(scene, settings)
 
 
 adapter = PicAdapter()

@@ -17,6 +17,7 @@ from carom.adapter import (
     Setting,
 )
 from carom.solvers.pit.frames import pit_run
+from carom.solvers.units import units_of
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -29,14 +30,16 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = pit_run(scene)
+        self._units = units_of(scene)
+        self._run = pit_run(self._units.scene(scene))
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
-        self._run.advance_frames([step * self._dt_s for step in range(self._steps + 1, self._steps + steps + 1)])
+        frames = range(self._steps + 1, self._steps + steps + 1)
+        self._run.advance_frames([self._units.of_seconds(step * self._dt_s) for step in frames])
         self._steps += steps
 
     @property
@@ -46,11 +49,12 @@ class PitWorld:
 
     def observe(self) -> Observation:
         """Return the state at the present frame and the impacts found since the last look."""
-        new = self._run.log.records[self._seen :]
-        self._seen = len(self._run.log.records)
+        run, units = self._run, self._units
+        new = [units.record(record) for record in run.log.records[self._seen :]]
+        self._seen = len(run.log.records)
         # PIT knows the velocities around each of several impacts of one frame; they travel with the contact.
         contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
-        return Observation(self._run.positions(), self._run.velocities(), contacts)
+        return Observation(units.metres(run.positions()), units.metres_a_second(run.velocities()), contacts)
 
     def close(self) -> None:
         """Nothing to release."""

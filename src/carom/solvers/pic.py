@@ -7,14 +7,16 @@ part are predicted again. All impacts come in their order, however many there ar
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.two_discs import solve_two_discs
-from carom.trace import Outcome, Samples, Trace
+from carom.solvers.request import Request
+from carom.solvers.units import units_of
+from carom.trace import Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -53,33 +55,37 @@ def solve_pic(
     Raises:
         InputError: An option is outside its range, or not there under gravity.
     """
-    if max_impacts is not None and max_impacts < 0:
-        raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
-    end_s = scene.duration_s if until_s is None else until_s
-    if not end_s >= 0:
-        raise InputError(f"until_s must be 0 or more, got {until_s}")
+    request = Request.checked(
+        scene,
+        max_impacts=max_impacts,
+        until_s=until_s,
+        record=record,
+        window_s=window_s,
+        sample_times_s=sample_times_s,
+        contact_duration_s=contact_duration_s,
+        progress=progress,
+    )
+    units = units_of(scene)
+    trace = units.trace(_solve(units.scene(scene), request.in_units(units)), scene)
+    if request.contact_duration_s:
+        trace = replace(trace, settings={"contact_duration_s": request.contact_duration_s})
+    return trace
+
+
+def _solve(scene: Scene, request: Request) -> Trace:
     if scene.gravity_m_s2 != (0.0, 0.0):
         from carom.solvers.falling.solve import solve_pic_ballistic
 
-        return solve_pic_ballistic(
-            scene, end_s, max_impacts, record, window_s, sample_times_s, contact_duration_s, progress
-        )
-    plain_request = record == "all" and not sample_times_s and contact_duration_s == 0 and progress is None
-    if len(scene.discs) == 2 and not scene.walls and plain_request and window_s == (-math.inf, math.inf):
-        return solve_two_discs(scene, end_s, max_impacts)
-    run = EventDrivenRun(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
-    samples = []
-    times = [float(t) for t in sample_times_s if t <= end_s]
-    if times != sorted(times):
-        raise InputError("sample_times_s must ascend")
-    outcome = Outcome.COMPLETED
-    for k, time_s in enumerate([*times, end_s]):
-        outcome = run.advance_to(time_s, max_impacts, progress)
-        if outcome is not Outcome.COMPLETED:
-            times = times[:k]
-            break
-        if k < len(times):
-            samples.append(run.positions())
+        return solve_pic_ballistic(scene, request)
+    if len(scene.discs) == 2 and not scene.walls and request.is_plain:
+        return solve_two_discs(scene, request.end_s, request.max_impacts)
+    run = EventDrivenRun(
+        scene,
+        record="all" if request.keep else "none",
+        window_s=request.window_s,
+        contact_duration_s=request.contact_duration_s,
+    )
+    outcome, samples = request.carry_out(run)
     return Trace(
         method="pic",
         scene=scene,
@@ -89,8 +95,7 @@ def solve_pic(
         end_time_s=run.time_s,
         outcome=outcome,
         ambiguous=run.log.ambiguous(np.array([disc.immovable for disc in scene.discs])),
-        samples=Samples(np.array(times), np.array(samples).reshape(len(samples), -1, 2)) if sample_times_s else None,
-        settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
+        samples=samples,
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,

@@ -14,14 +14,14 @@ error of their integrator.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from carom.errors import InputError
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.many import ManyDiscsRun
 from carom.solvers.pit.skipping import SkippingRun
 from carom.solvers.plain.bodies import Bodies
+from carom.solvers.request import frames_of
+from carom.solvers.units import units_of
 from carom.trace import Outcome, Trace, impact_array
 
 if TYPE_CHECKING:
@@ -134,18 +134,16 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         skipping: Whether to leave out looks that can find nothing; only the work counts differ.
 
     Raises:
-        InputError: The frame rate is not a positive number.
+        InputError: The frame rate is not a positive number, or gives frames without end.
     """
-    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
-    if not 0 < rate < math.inf:
-        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
-    run = pit_run(scene, skipping=skipping)
-    frames = scene.step_count(1.0 / rate)
+    rate, frames = frames_of(scene, frame_rate_hz)
+    units = units_of(scene)
+    run = pit_run(units.scene(scene), skipping=skipping)
     # In parts: a long run of millions of frames would otherwise begin with a list of them.
     for first in range(1, frames + 1, FRAMES_AT_ONCE):
-        last = min(first + FRAMES_AT_ONCE, frames + 1)
-        run.advance_frames([scene.duration_s if k == frames else k / rate for k in range(first, last)])
-    return Trace(
+        numbers = range(first, min(first + FRAMES_AT_ONCE, frames + 1))
+        run.advance_frames([units.of_seconds(scene.duration_s if k == frames else k / rate) for k in numbers])
+    trace = Trace(
         method="pit",
         scene=scene,
         impacts=impact_array(run.log.records),
@@ -153,7 +151,8 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=Outcome.COMPLETED,
-        dt_s=1.0 / rate,
+        dt_s=units.of_seconds(1.0 / rate),
         ambiguous=tuple(run.log.ambiguous),
         counts=run.counts,
     )
+    return units.trace(trace, scene)

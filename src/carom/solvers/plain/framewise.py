@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.errors import InputError
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.kernel import EPOCH_IMPACTS
 from carom.solvers.plain.bodies import Bodies, require_supported
+from carom.solvers.request import frames_of
+from carom.solvers.units import units_of
 from carom.trace import Outcome, Trace, impact_array, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -129,21 +130,19 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The frame rate is not a positive number.
+        InputError: The frame rate is not a positive number, or gives frames without end.
     """
-    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
-    if not 0 < rate < math.inf:
-        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
-    run = framewise_run(scene)
-    frames = scene.step_count(1.0 / rate)
+    rate, frames = frames_of(scene, frame_rate_hz)
+    units = units_of(scene)
+    run = framewise_run(units.scene(scene))
     outcome = Outcome.COMPLETED
     for frame in range(1, frames + 1):
         last = frame == frames
-        frame_s = scene.duration_s if last else frame / rate
+        frame_s = units.of_seconds(scene.duration_s if last else frame / rate)
         outcome = run.advance_frame(frame_s, closed=last) if isinstance(run, FramewiseRun) else run.advance_to(frame_s)
         if outcome is not Outcome.COMPLETED:
             break
-    return Trace(
+    trace = Trace(
         method="pic (Algorithm 2)",
         scene=scene,
         impacts=impact_array(run.log.records),
@@ -151,8 +150,9 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        dt_s=1.0 / rate,
+        dt_s=units.of_seconds(1.0 / rate),
         ambiguous=tuple(run.log.ambiguous),
         counts={"frames": frames, **run.counts},
         notes=run.notes,
     )
+    return units.trace(trace, scene)

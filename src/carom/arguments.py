@@ -1,0 +1,84 @@
+"""What functions ask of single numbers among their arguments: checked in one way, refused by name and value."""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+
+__all__ = ["count", "number", "times"]
+
+
+def number(name: str, value: Any, *, least: float = -math.inf, above: float = -math.inf) -> float:
+    """Return an argument as a finite float.
+
+    Args:
+        name: What the argument is called.
+        value: Its value: a number of any kind but bool.
+        least: It must not be less.
+        above: It must be greater.
+
+    Raises:
+        InputError: It is no such number.
+    """
+    try:
+        if isinstance(value, bool | np.bool_ | str | bytes):
+            raise TypeError
+        found = float(value)
+    except (TypeError, ValueError, OverflowError):
+        found = math.nan
+    if least <= found < math.inf and found > above:
+        return found
+    span = f" above {above:g}" if above > -math.inf else f", {least:g} or more" if least > -math.inf else ""
+    raise InputError(f"{name} must be a finite number{span}, got {shown(value)}")
+
+
+def count(name: str, value: Any, *, least: int = 0) -> int:
+    """Return an argument as a whole number, `least` or more.
+
+    Raises:
+        InputError: It is no such number.
+    """
+    try:
+        if isinstance(value, bool | np.bool_):
+            raise TypeError
+        found = operator.index(value)
+    except TypeError:
+        found = least - 1
+    if found < least:
+        raise InputError(f"{name} must be a whole number, {least} or more, got {shown(value)}")
+    return found
+
+
+def times(name: str, values: Any) -> list[float]:
+    """Return an argument as finite times in ascending order, none below 0.
+
+    Raises:
+        InputError: It is no list of such.
+    """
+    try:
+        if isinstance(values, str | bytes):
+            raise TypeError
+        items = list(values)
+    except TypeError:
+        raise InputError(f"{name} must be a list of times, got {shown(values)}") from None
+    found = [number(f"{name}[{k}]", value, least=0.0) for k, value in enumerate(items)]
+    for k in range(1, len(found)):
+        if found[k] < found[k - 1]:
+            raise InputError(f"{name} must ascend, got {found[k]} after {found[k - 1]} ({name}[{k}])")
+    return found
+
+
+def shown(value: object) -> str:
+    """Return how a message shows a value: in 60 characters."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python is willing to print
+        return "an integer of too many digits"
+    except RecursionError:
+        return "a value nested too deeply to show"
+    return text if len(text) <= 60 else f"{text[:57]}..."
