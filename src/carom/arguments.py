@@ -1,16 +1,21 @@
-"""What functions ask of single numbers among their arguments: checked in one way, refused by name and value."""
+"""What functions ask of numbers among their arguments: checked in one way, refused by name and value."""
 
 from __future__ import annotations
 
 import math
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.errors import InputError
 
-__all__ = ["count", "number", "times"]
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Array = NDArray[np.float64]
+
+__all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
 
 
 def number(name: str, value: Any, *, least: float = -math.inf, above: float = -math.inf) -> float:
@@ -71,6 +76,45 @@ def times(name: str, values: Any) -> list[float]:
         if found[k] < found[k - 1]:
             raise InputError(f"{name} must ascend, got {found[k]} after {found[k - 1]} ({name}[{k}])")
     return found
+
+
+def floats(name: str, value: ArrayLike) -> Array:
+    """Return an argument as an array of floats.
+
+    Raises:
+        InputError: It is none.
+    """
+    try:
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiu" and array.dtype != object:  # nor of text, truth values, complex numbers, times
+            raise TypeError(f"of type {array.dtype}")
+        return np.asarray(array, np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"{name} must be numbers: {error}; got {shown(value)}") from None
+
+
+def finite(name: str, value: ArrayLike) -> Array:
+    """Return an argument as an array of finite floats.
+
+    Raises:
+        InputError: It is none.
+    """
+    array = floats(name, value)
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"{name} must be finite everywhere, got {array[~np.isfinite(array)].flat[0]}")
+    return array
+
+
+def vectors(name: str, value: ArrayLike) -> Array:
+    """Return an argument as an array of finite vectors, with x and y along its last axis.
+
+    Raises:
+        InputError: It is none.
+    """
+    array = finite(name, value)
+    if array.ndim == 0 or array.shape[-1] != 2:
+        raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
+    return array
 
 
 def shown(value: object) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,12 +12,9 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from carom import Disc, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
+from carom import Disc, Scene, Trace, Wall, solve_pic, solve_pic_framewise, solve_pit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from carom import Trace
     from carom.trace import Vector
 
 #: How far each unit is changed: well within `carom.limits`, which also have to hold the scene.
@@ -91,7 +89,7 @@ SCENES = {
     "inelastic gas": gas(2, restitution=0.5, wall_restitution=0.75),
     "falling": gas(3, discs=3, gravity_m_s2=(0.0, -1.0), wall_restitution=0.875),
 }
-SOLVERS = {"pic": solve_pic, "framewise": solve_pic_framewise, "pit": solve_pit}
+SOLVERS: dict[str, Callable[[Scene], Trace]] = {"pic": solve_pic, "framewise": solve_pic_framewise, "pit": solve_pit}
 
 
 def assert_same_bits(plain: Trace, big: Trace, by: Powers) -> None:
@@ -132,12 +130,16 @@ changes = st.one_of(
 @example(Powers(length=-MOST))
 @example(Powers(time=MOST))
 @example(Powers(time=-MOST))
+@example(Powers(length=196))
+@example(Powers(length=201))
+@example(Powers(time=-199))
+@example(Powers(time=200))
 def test_scaling_by_powers_of_two_changes_no_bit(name: str, solver: str, by: Powers) -> None:
     """All of a trace is scaled exactly, whichever method, from 2^-500 to 2^500 in lengths, times, speeds and masses."""
     scene = SCENES[name]
-    if scene.gravity_m_s2 != (0.0, 0.0):  # an acceleration has the time squared in it
+    if scene.gravity_m_s2 != (0.0, 0.0) and abs(by.speed - by.time) > MOST:  # an acceleration has the time squared
         by = Powers(by.length // 3, by.time // 3, by.mass)
-    solve: Callable[[Scene], Trace] = SOLVERS[solver]
+    solve = SOLVERS[solver]
     plain = solve(scene)
     assert len(plain.impacts) > 0
     assert_same_bits(plain, solve(scaled(scene, by)), by)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         def advance_to(self, time_s: float, max_impacts: int | None, progress: Progress | None) -> Outcome: ...
         def positions(self) -> NDArray[np.float64]: ...
 
+
 __all__ = ["Request", "frames_of"]
 
 _ALWAYS = (-math.inf, math.inf)
