@@ -9,7 +9,8 @@ import numpy as np
 
 from carom.arguments import count, number, shown, times
 from carom.errors import InputError
-from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond, span_problems
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.sizes import span_problems
 from carom.trace import Outcome, Samples
 
 if TYPE_CHECKING:
@@ -125,7 +126,7 @@ def _until(scene: Scene, until_s: object) -> float:
     if end_s > LARGEST:
         raise InputError(f"until_s {beyond(0.0, LARGEST)}, got {end_s}")
     if end_s > scene.duration_s:
-        for problem in span_problems(scene.model_copy(update={"duration_s": end_s})):
+        for problem in span_problems(scene.arrays, scene.gravity_m_s2, end_s):
             raise InputError(f"until_s {problem.message}")
     return end_s
 

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.limits import ORDINARY, Sizes
+from carom.limits import ORDINARY
+from carom.sizes import Sizes
 from carom.trace import ImpactRecord, Samples
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def units_of(scene: Scene) -> Units:
     """Return the units in which to run a scene: `SI` for one whose numbers are all ordinary."""
     if _is_ordinary(scene):
         return SI
-    sizes = Sizes.of(scene)
+    sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
     length = _exponent(sizes.length)
     if sizes.speed == 0.0:
         return Units(length, _exponent(sizes.duration), _exponent(sizes.lightest))
@@ -125,12 +126,8 @@ def units_of(scene: Scene) -> Units:
 
 
 def _is_ordinary(scene: Scene) -> bool:
-    for disc in scene.discs:
-        for number in (*disc.position_m, *disc.velocity_m_s, disc.radius_m, disc.mass_kg):
-            if not (_LEAST <= abs(number) <= ORDINARY or number in (0.0, math.inf)):
-                return False
-    others = (scene.duration_s, *scene.gravity_m_s2, *(c for wall in scene.walls for c in wall.point_m))
-    return all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
+    others = (scene.duration_s, *scene.gravity_m_s2)
+    return scene.arrays.is_ordinary and all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
 
 
 def _exponent(number: float) -> int:

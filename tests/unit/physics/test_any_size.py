@@ -40,7 +40,8 @@ def pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array
     rng = np.random.default_rng(seed)
 
     def sizes(*shape: int) -> Array:
-        return 10.0 ** rng.uniform(least, most, (*shape, count)) * rng.choice([-1.0, 1.0], (*shape, count))
+        drawn: Array = 10.0 ** rng.uniform(least, most, (*shape, count)) * rng.choice([-1.0, 1.0], (*shape, count))
+        return drawn
 
     p1, v1, p2, v2 = np.zeros((2, count)), np.zeros((2, count)), sizes(2), sizes(2)
     p2[rng.random((2, count)) < 0.15] = 0.0
@@ -52,7 +53,7 @@ def pairs_of_any_size(count: int, seed: int, least: float, most: float) -> Array
     v2 = np.where(kind == 3, v2, aim)
     p1[:, kind == 4], v1[:, kind == 4] = sizes(2)[:, kind == 4], sizes(2)[:, kind == 4]
     r1, r2 = np.abs(sizes(2))
-    columns = np.array([*p1, *v1, r1, *p2, *v2, r2])
+    columns: Array = np.array([*p1, *v1, r1, *p2, *v2, r2])
     kept: Array = columns[:, np.isfinite(columns).all(axis=0) & (r1 > 0) & (r2 > 0)]
     return kept
 
