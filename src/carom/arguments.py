@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 __all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
 
 
-def number(name: str, value: Any, *, least: float = -math.inf, above: float = -math.inf) -> float:
+def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = False) -> float:
     """Return an argument as a finite float.
 
     Args:
         name: What the argument is called.
         value: Its value: a number of any kind but bool.
         least: It must not be less.
-        above: It must be greater.
+        positive: It must be above 0.
 
     Raises:
         InputError: It is no such number.
@@ -36,10 +36,11 @@ def number(name: str, value: Any, *, least: float = -math.inf, above: float = -m
         found = float(value)
     except (TypeError, ValueError, OverflowError):
         found = math.nan
-    if least <= found < math.inf and found > above:
+    if least <= found < math.inf and (found > 0.0 or not positive):
         return found
-    span = f" above {above:g}" if above > -math.inf else f", {least:g} or more" if least > -math.inf else ""
-    raise InputError(f"{name} must be a finite number{span}, got {shown(value)}")
+    span = f", {least:g} or more" if least > -math.inf else ""
+    kind = "positive" if positive else "finite"
+    raise InputError(f"{name} must be a {kind} number{span}, got {shown(value)}")
 
 
 def count(name: str, value: Any, *, least: int = 0) -> int:

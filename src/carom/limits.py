@@ -4,8 +4,7 @@
   mass, duration or rate is not smaller than `SMALLEST`.
 - Sizes from ``1 / ORDINARY`` to `ORDINARY` are computed with as they are: the formulas are of fourth degree at most, so
   their terms, and what the rounding of these leaves, stay within the range of floats.
-- What belongs to one scene spans no more than `ORDINARY` (`carom.sizes`), so that there are units in which it is
-  ordinary.
+- What belongs to one scene spans no more than `SPAN` (`carom.sizes`), so that there are units in which it is ordinary.
 """
 
 from __future__ import annotations
@@ -19,11 +18,13 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["LARGEST", "MOST_STEPS", "ORDINARY", "SMALLEST", "beyond", "require_within"]
+__all__ = ["LARGEST", "MOST_STEPS", "ORDINARY", "SMALLEST", "SPAN", "beyond", "require_within"]
 
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
+#: A little less than the square of `ORDINARY`: units are powers of two, and take sizes to the middle only roughly.
+SPAN = 2.0**396
 
 #: Steps or frames of a run. Who asks for more has mistaken a unit.
 MOST_STEPS = 2**32

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from carom.errors import Problem
-from carom.limits import ORDINARY, SMALLEST
+from carom.limits import SPAN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -65,28 +65,28 @@ class Sizes(NamedTuple):
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
     """Yield what spans too much."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
-    least = f"{1.0 / ORDINARY:.3g}"
-    if sizes.length > ORDINARY * sizes.radius:
+    least = f"{1.0 / SPAN:.3g}"
+    if sizes.length > SPAN * sizes.radius:
         yield Problem(
             ("discs", int(start.radius_m.argmin()), "radius_m"),
             f"must be at least {least} of the greatest length in the scene, {sizes.length:.3g} m, "
             f"got {sizes.radius}; leave out what is so small, or so far away",
         )
-    if sizes.heaviest > ORDINARY * sizes.lightest:
+    if sizes.heaviest > SPAN * sizes.lightest:
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
             f"must be at least {least} of the greatest finite mass in the scene, {sizes.heaviest:.3g} kg, "
             f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
         )
-    if sizes.speed > 0.0 and sizes.way < SMALLEST * sizes.length:
+    if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
         yield Problem(
             ("duration_s",),
-            f"must be so long that the fastest disc moves by {SMALLEST:.3g} of the greatest length in the scene, "
+            f"must be so long that the fastest disc moves by {least} of the greatest length in the scene, "
             f"{sizes.length:.3g} m, got {sizes.duration}: it moves by {sizes.way:.3g} m; lengthen it",
         )
-    if not sizes.way <= ORDINARY * sizes.radius:
+    if not sizes.way <= SPAN * sizes.radius:
         yield Problem(
             ("duration_s",),
-            f"must be so short that no disc flies further than {ORDINARY:.3g} times the smallest radius, "
+            f"must be so short that no disc flies further than {SPAN:.3g} times the smallest radius, "
             f"got {sizes.duration}: the way is {sizes.way:.3g} m; shorten it",
         )

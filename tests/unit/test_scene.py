@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError, SceneError
-from carom.limits import LARGEST, MOST_STEPS, ORDINARY, SMALLEST
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
 from carom.scene import Disc, Need, Scene, Wall
 
 NAN, INF = math.nan, math.inf
@@ -196,41 +196,41 @@ def test_numpy_values_are_as_good_as_plain_ones() -> None:
 def test_sizes_at_the_very_limits_are_accepted() -> None:
     """The limits themselves are within the limits: of a number, and of what one scene spans."""
     scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
-    scene(discs=[disc(radius_m=1.0), disc(position_m=[ORDINARY, 0.0], mass_kg=ORDINARY)], duration_s=LARGEST)
-    scene(discs=[disc(radius_m=1.0, velocity_m_s=[ORDINARY, 0.0])], duration_s=1.0)
-    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SMALLEST, 0.0])], duration_s=1.0)
+    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
 
 
 TOO_WIDE: list[tuple[dict[str, Any], str]] = [
     (
-        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e51, 0.0])]},
-        "discs[1].radius_m: must be at least 6.22e-61 of the greatest length in the scene, 1e+51 m, got 1e-10; "
+        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
+        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+111 m, got 1e-10; "
         "leave out what is so small, or so far away",
     ),
     (
-        {"walls": [{"point_m": [0.0, -1e61], "normal": [0.0, 1.0]}]},
-        "discs[0].radius_m: must be at least 6.22e-61 of the greatest length in the scene, 1e+61 m, got 1.0; "
+        {"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]},
+        "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+121 m, got 1.0; "
         "leave out what is so small, or so far away",
     ),
     (
-        {"discs": [disc(mass_kg=1e31), disc(mass_kg=1e-30, position_m=[9.0, 0.0])]},
-        "discs[1].mass_kg: must be at least 6.22e-61 of the greatest finite mass in the scene, 1e+31 kg, got 1e-30; "
+        {"discs": [disc(mass_kg=1e61), disc(mass_kg=1e-60, position_m=[9.0, 0.0])]},
+        "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e+61 kg, got 1e-60; "
         "make the heavy discs immovable (mass_kg = inf)",
     ),
     (
-        {"discs": [disc(velocity_m_s=[0.0, 1e51])], "duration_s": 1e10},
-        "duration_s: must be so short that no disc flies further than 1.61e+60 times the smallest radius, "
-        "got 10000000000.0: the way is 1e+61 m; shorten it",
+        {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
+        "got 10000000000.0: the way is 1e+121 m; shorten it",
     ),
     (
-        {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e31},
-        "duration_s: must be so short that no disc flies further than 1.61e+60 times the smallest radius, "
-        "got 1e+31: the way is 1e+62 m; shorten it",
+        {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
+        "got 1e+61: the way is 1e+122 m; shorten it",
     ),
     (
-        {"discs": [disc(velocity_m_s=[0.0, 1e-200])]},
-        "duration_s: must be so long that the fastest disc moves by 1.49e-154 of the greatest length in the scene, "
-        "1 m, got 1.0: it moves by 1e-200 m; lengthen it",
+        {"discs": [disc(velocity_m_s=[0.0, 1e-130])]},
+        "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
+        "1 m, got 1.0: it moves by 1e-130 m; lengthen it",
     ),
 ]
 

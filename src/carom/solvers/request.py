@@ -149,7 +149,7 @@ def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
     """
     if frame_rate_hz is None:
         frame_rate_hz = scene.frame_rate_hz
-    rate = number("frame_rate_hz", frame_rate_hz, above=0.0)
+    rate = number("frame_rate_hz", frame_rate_hz, positive=True)
     if not SMALLEST <= rate <= LARGEST:
         raise InputError(f"frame_rate_hz {beyond(SMALLEST, LARGEST)}, got {rate}")
     if rate > MOST_STEPS / scene.duration_s:

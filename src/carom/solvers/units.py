@@ -27,8 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["SI", "Units", "units_of"]
 
 _LEAST = 1.0 / ORDINARY
-#: The greatest speed of a scene comes to lie just below `ORDINARY`: more room is left for slower ones then.
-_FASTEST = math.frexp(ORDINARY)[1] - 1
+#: Exponent of the greatest speed: above that of 1, to leave more room for slower ones, and below that of `ORDINARY`, so
+#: that a gravity which makes this speed in the shortest of scenes is not too large.
+_FASTEST = 100
 
 
 class Units(NamedTuple):
@@ -119,15 +120,19 @@ def units_of(scene: Scene) -> Units:
     if _is_ordinary(scene):
         return SI
     sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
-    length = _exponent(sizes.length)
-    if sizes.speed == 0.0:
-        return Units(length, _exponent(sizes.duration), _exponent(sizes.lightest))
-    return Units(length, length - (_exponent(sizes.speed) - _FASTEST), _exponent(sizes.lightest))
+    length = _middle(sizes.radius, max(sizes.length, sizes.way))
+    time = length + _FASTEST - _exponent(sizes.speed) if sizes.speed > 0.0 else _exponent(sizes.duration)
+    return Units(length, time, _middle(sizes.lightest, sizes.heaviest))
 
 
 def _is_ordinary(scene: Scene) -> bool:
     others = (scene.duration_s, *scene.gravity_m_s2)
     return scene.arrays.is_ordinary and all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
+
+
+def _middle(least: float, most: float) -> int:
+    """Return the exponent half-way between those of two numbers."""
+    return (_exponent(least) + _exponent(most)) // 2
 
 
 def _exponent(number: float) -> int:
