@@ -17,7 +17,6 @@ from carom.adapter import (
     Setting,
 )
 from carom.solvers.pit.frames import pit_run
-from carom.solvers.units import units_of
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -30,16 +29,14 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._units = units_of(scene)
-        self._run = pit_run(self._units.scene(scene))
+        self._run = pit_run(scene)
         self._dt_s = float(settings["dt_s"])
         self._steps = 0
         self._seen = 0
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
-        frames = range(self._steps + 1, self._steps + steps + 1)
-        self._run.advance_frames([self._units.of_seconds(step * self._dt_s) for step in frames])
+        self._run.advance_frames([step * self._dt_s for step in range(self._steps + 1, self._steps + steps + 1)])
         self._steps += steps
 
     @property
@@ -49,12 +46,14 @@ class PitWorld:
 
     def observe(self) -> Observation:
         """Return the state at the present frame and the impacts found since the last look."""
-        run, units = self._run, self._units
-        new = [units.record(record) for record in run.log.records[self._seen :]]
-        self._seen = len(run.log.records)
+        new = self._run.log.array()[self._seen :].tolist() if len(self._run.log) > self._seen else []
+        self._seen = len(self._run.log)
         # PIT knows the velocities around each of several impacts of one frame; they travel with the contact.
-        contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
-        return Observation(units.metres(run.positions()), units.metres_a_second(run.velocities()), contacts)
+        contacts = tuple(
+            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)))
+            for time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h) in new
+        )
+        return Observation(self._run.positions(), self._run.velocities(), contacts)
 
     def close(self) -> None:
         """Nothing to release."""

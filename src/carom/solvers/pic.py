@@ -6,24 +6,46 @@ part are predicted again. All impacts come in their order, however many there ar
 
 from __future__ import annotations
 
-import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.two_discs import solve_two_discs
-from carom.solvers.request import Request
-from carom.solvers.units import units_of
+from carom.solvers.plain import two_discs as plain_two_discs
+from carom.solvers.plain.run import AllPairsRun
+from carom.solvers.request import ALWAYS, Request
+from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from carom.scene import Scene
+    from carom.solvers.run import Progress, Run
 
-__all__ = ["EventDrivenRun", "solve_pic"]
+__all__ = ["pic_run", "solve_pic"]
+
+
+def pic_run(scene: Scene, request: Request | None = None) -> Run:
+    """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
+
+    Args:
+        scene: The scene.
+        request: What to record, and how long a contact takes; under gravity everything is recorded.
+    """
+    run: Run = run_in_ordinary_units(scene, lambda scene, units: _run(scene, request and request.in_units(units)))
+    return run
+
+
+def _run(scene: Scene, request: Request | None) -> Run:
+    """Return a run in the form that is there for it."""
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.falling.run import BallisticRun
+
+        return BallisticRun(scene)
+    options = request.options if request else {}
+    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -32,7 +54,7 @@ def solve_pic(
     max_impacts: int | None = None,
     until_s: float | None = None,
     record: str = "all",
-    window_s: tuple[float, float] = (-math.inf, math.inf),
+    window_s: tuple[float, float] = ALWAYS,
     sample_times_s: Sequence[float] = (),
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
@@ -65,38 +87,67 @@ def solve_pic(
         contact_duration_s=contact_duration_s,
         progress=progress,
     )
-    units = units_of(scene)
-    trace = units.trace(_solve(units.scene(scene), request.in_units(units)), scene)
-    if request.contact_duration_s:
-        trace = replace(trace, settings={"contact_duration_s": request.contact_duration_s})
-    return trace
-
-
-def _solve(scene: Scene, request: Request) -> Trace:
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.falling.solve import solve_pic_ballistic
-
-        return solve_pic_ballistic(scene, request)
-    if len(scene.discs) == 2 and not scene.walls and request.is_plain:
-        return solve_two_discs(scene, request.end_s, request.max_impacts)
-    run = EventDrivenRun(
-        scene,
-        record="all" if request.keep else "none",
-        window_s=request.window_s,
-        contact_duration_s=request.contact_duration_s,
-    )
-    outcome, samples = request.carry_out(run)
+    if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
+        trace = _solve_two_discs(scene, request.end_s)
+        if trace is not None:
+            return trace
+    run = pic_run(scene, request)
+    outcome, samples = request.carry_out(run, _patient(request.progress))
+    impacts, ambiguous = request.kept(run.log)
     return Trace(
         method="pic",
         scene=scene,
-        impacts=run.log.array(),
+        impacts=impacts,
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        ambiguous=run.log.ambiguous(np.array([disc.immovable for disc in scene.discs])),
+        ambiguous=ambiguous,
         samples=samples,
+        settings={"contact_duration_s": request.contact_duration_s} if request.contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
-        notes=run.notes,
+        notes=(*run.notes, *extension_notes()),
     )
+
+
+def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
+    """Run a scene of two discs and no wall: by its closed form, without queue or cells; None for unusual sizes."""
+    if extension_available():
+        from carom.solvers import two_discs
+
+        solve = two_discs.solve
+    else:
+        solve = plain_two_discs.solve
+    first, second = scene.discs
+    solved = solve(first, second, scene.restitution, end_s)
+    if solved is None:
+        return None
+    solution = np.frombuffer(solved, plain_two_discs.SOLUTION_DTYPE)
+    impacts_per_disc = solution["impacts_per_disc"][0]
+    count = int(impacts_per_disc[0])
+    return Trace(
+        method="pic",
+        scene=scene,
+        impacts=solution["impact"][:count],
+        final_position_m=solution["final_position_m"][0],
+        final_velocity_m_s=solution["final_velocity_m_s"][0],
+        end_time_s=end_s,
+        counts={"impacts": count, "predictions": count + 1},
+        impacts_per_disc=impacts_per_disc,
+        notes=extension_notes(),
+    )
+
+
+def _patient(progress: Progress | None) -> Progress | None:
+    """Return the progress to report: where plain Python runs for want of the extension, it warns of a long run."""
+    if extension_available():
+        return progress
+    patience = Patience()
+
+    def look(impacts: int, time_s: float) -> None:
+        patience.look()
+        if progress is not None:
+            progress(impacts, time_s)
+
+    return look

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,19 +17,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress
+    from carom.solvers.run import ImpactLog, Progress, Run
     from carom.solvers.units import Units
 
-    class Run(Protocol):
-        """What of a run is needed here."""
+__all__ = ["ALWAYS", "Request", "frames_of"]
 
-        def advance_to(self, time_s: float, max_impacts: int | None, progress: Progress | None) -> Outcome: ...
-        def positions(self) -> NDArray[np.float64]: ...
-
-
-__all__ = ["Request", "frames_of"]
-
-_ALWAYS = (-math.inf, math.inf)
+ALWAYS = (-math.inf, math.inf)
 
 
 class Request(NamedTuple):
@@ -48,7 +41,7 @@ class Request(NamedTuple):
     end_s: float
     max_impacts: int | None = None
     keep: bool = True
-    window_s: tuple[float, float] = _ALWAYS
+    window_s: tuple[float, float] = ALWAYS
     samples_s: tuple[float, ...] = ()
     contact_duration_s: float = 0.0
     progress: Progress | None = None
@@ -88,37 +81,51 @@ class Request(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether all impacts are kept, and nothing else."""
-        return self[2:] == (True, _ALWAYS, (), 0.0, None)
+        """Whether all impacts are asked for, and nothing else."""
+        return self[1:] == (None, True, ALWAYS, (), 0.0, None)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What a run without gravity is made with."""
+        return {
+            "record": "all" if self.keep else "none",
+            "window_s": self.window_s,
+            "contact_duration_s": self.contact_duration_s,
+        }
 
     def in_units(self, units: Units) -> Request:
-        """Return the same request, its times in these units."""
-        progress = self.progress
+        """Return the same request, as far as a run is made with it, in these units."""
+        begin, end = self.window_s
         return self._replace(
-            end_s=units.of_seconds(self.end_s),
-            window_s=(units.of_seconds(self.window_s[0]), units.of_seconds(self.window_s[1])),
-            samples_s=tuple(units.of_seconds(time_s) for time_s in self.samples_s),
+            window_s=(units.of_seconds(begin), units.of_seconds(end)),
             contact_duration_s=units.of_seconds(self.contact_duration_s),
-            progress=None if progress is None else lambda impacts, time: progress(impacts, units.seconds(time)),
         )
 
-    def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
+    def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
         """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""
-        reached: list[float] = []
-        places = []
-        outcome = Outcome.COMPLETED
-        for time_s in self.samples_s:
-            if time_s > self.end_s or outcome is not Outcome.COMPLETED:
+        outcome, reached, places = Outcome.COMPLETED, [], []
+        for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
+            outcome = run.advance_to(time_s, self.max_impacts, progress)
+            if outcome is not Outcome.COMPLETED:
                 break
-            outcome = run.advance_to(time_s, self.max_impacts, self.progress)
-            if outcome is Outcome.COMPLETED:
-                reached.append(time_s)
-                places.append(run.positions())
-        if outcome is Outcome.COMPLETED:
-            outcome = run.advance_to(self.end_s, self.max_impacts, self.progress)
+            reached.append(time_s)
+            places.append(run.positions())
         if not self.samples_s:
             return outcome, None
+        if outcome is Outcome.COMPLETED:  # the last is the end
+            del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
+
+    def kept(self, log: ImpactLog) -> tuple[NDArray[np.void], tuple[int, ...]]:
+        """Return the impacts of a log that are to be kept, and which of them are ambiguous."""
+        impacts, ambiguous = log.array(), log.ambiguous()
+        if self.keep and self.window_s == ALWAYS:
+            return impacts, ambiguous
+        kept = self.keep & (self.window_s[0] <= impacts["time_s"]) & (impacts["time_s"] <= self.window_s[1])
+        places = np.cumsum(kept) - 1
+        impacts = impacts[kept]
+        impacts.flags.writeable = False
+        return impacts, tuple(int(places[k]) for k in ambiguous if kept[k])
 
 
 def _until(scene: Scene, until_s: object) -> float:

@@ -21,8 +21,8 @@ from carom.solvers.pit.many import ManyDiscsRun
 from carom.solvers.pit.skipping import SkippingRun
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.request import frames_of
-from carom.solvers.units import units_of
-from carom.trace import Outcome, Trace, impact_array
+from carom.solvers.units import RunInUnits, run_in_ordinary_units
+from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,7 +106,7 @@ def _bodies(scene: Scene) -> Bodies:
     return FallingBodies(scene)
 
 
-PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
+PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun | RunInUnits
 
 
 def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
@@ -117,6 +117,11 @@ def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
         skipping: Whether to leave out looks that can find nothing; the result is the same to the bit. Under gravity
             none is left out.
     """
+    run: PitRun = run_in_ordinary_units(scene, lambda scene, _: _pit_run(scene, skipping))
+    return run
+
+
+def _pit_run(scene: Scene, skipping: bool) -> PitRun:
     if not skipping or scene.gravity_m_s2 != (0.0, 0.0):
         return FrameSampledRun(scene)
     n = len(scene.discs)
@@ -137,22 +142,20 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         InputError: The frame rate is not a positive number, or gives frames without end.
     """
     rate, frames = frames_of(scene, frame_rate_hz)
-    units = units_of(scene)
-    run = pit_run(units.scene(scene), skipping=skipping)
+    run = pit_run(scene, skipping=skipping)
     # In parts: a long run of millions of frames would otherwise begin with a list of them.
     for first in range(1, frames + 1, FRAMES_AT_ONCE):
-        numbers = range(first, min(first + FRAMES_AT_ONCE, frames + 1))
-        run.advance_frames([units.of_seconds(scene.duration_s if k == frames else k / rate) for k in numbers])
-    trace = Trace(
+        last = min(first + FRAMES_AT_ONCE, frames + 1)
+        run.advance_frames([scene.duration_s if k == frames else k / rate for k in range(first, last)])
+    return Trace(
         method="pit",
         scene=scene,
-        impacts=impact_array(run.log.records),
+        impacts=run.log.array(),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=Outcome.COMPLETED,
-        dt_s=units.of_seconds(1.0 / rate),
-        ambiguous=tuple(run.log.ambiguous),
+        dt_s=1.0 / rate,
+        ambiguous=run.log.ambiguous(),
         counts=run.counts,
     )
-    return units.trace(trace, scene)
