@@ -46,10 +46,13 @@ class PitWorld:
 
     def observe(self) -> Observation:
         """Return the state at the present frame and the impacts found since the last look."""
-        new = self._run.log.records[self._seen :]
-        self._seen = len(self._run.log.records)
+        new = self._run.log.array()[self._seen :].tolist() if len(self._run.log) > self._seen else []
+        self._seen = len(self._run.log)
         # PIT knows the velocities around each of several impacts of one frame; they travel with the contact.
-        contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
+        contacts = tuple(
+            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)))
+            for time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h) in new
+        )
         return Observation(self._run.positions(), self._run.velocities(), contacts)
 
     def close(self) -> None:

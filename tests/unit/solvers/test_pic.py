@@ -190,7 +190,7 @@ def test_max_impacts_stops_at_the_last_impact_let_through(limit: int, seen: int,
 
 def test_a_negative_limit_is_refused() -> None:
     """Fewer than no impacts is a mistake, named with its value."""
-    with pytest.raises(InputError, match="max_impacts must be 0 or more, got -1"):
+    with pytest.raises(InputError, match="max_impacts must be a whole number, 0 or more, got -1"):
         solve_pic(line(0.0, velocities=(1.0,)), max_impacts=-1)
 
 

@@ -97,6 +97,7 @@ class EventDrivenRun:
 
             require_supported(start, "the event-driven kernel")
             start = start.arrays
+            start.require_ordinary()
         elif resume is None:
             start.require_apart()
         if record not in {"all", "none"}:

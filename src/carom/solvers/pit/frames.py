@@ -14,15 +14,15 @@ error of their integrator.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from carom.errors import InputError
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.many import ManyDiscsRun
 from carom.solvers.pit.skipping import SkippingRun
 from carom.solvers.plain.bodies import Bodies
-from carom.trace import Outcome, Trace, impact_array
+from carom.solvers.request import frames_of
+from carom.solvers.units import RunInUnits, run_in_ordinary_units
+from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -106,7 +106,7 @@ def _bodies(scene: Scene) -> Bodies:
     return FallingBodies(scene)
 
 
-PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
+PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun | RunInUnits
 
 
 def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
@@ -117,6 +117,11 @@ def pit_run(scene: Scene, *, skipping: bool = True) -> PitRun:
         skipping: Whether to leave out looks that can find nothing; the result is the same to the bit. Under gravity
             none is left out.
     """
+    run: PitRun = run_in_ordinary_units(scene, lambda scene, _: _pit_run(scene, skipping))
+    return run
+
+
+def _pit_run(scene: Scene, skipping: bool) -> PitRun:
     if not skipping or scene.gravity_m_s2 != (0.0, 0.0):
         return FrameSampledRun(scene)
     n = len(scene.discs)
@@ -134,13 +139,10 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         skipping: Whether to leave out looks that can find nothing; only the work counts differ.
 
     Raises:
-        InputError: The frame rate is not a positive number.
+        InputError: The frame rate is not a positive number, or gives frames without end.
     """
-    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
-    if not 0 < rate < math.inf:
-        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    rate, frames = frames_of(scene, frame_rate_hz)
     run = pit_run(scene, skipping=skipping)
-    frames = scene.step_count(1.0 / rate)
     # In parts: a long run of millions of frames would otherwise begin with a list of them.
     for first in range(1, frames + 1, FRAMES_AT_ONCE):
         last = min(first + FRAMES_AT_ONCE, frames + 1)
@@ -148,7 +150,7 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
     return Trace(
         method="pit",
         scene=scene,
-        impacts=impact_array(run.log.records),
+        impacts=run.log.array(),
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
