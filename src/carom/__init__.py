@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
     from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.pic import solve_pic
-    from carom.solvers.pit.frames import solve_pit
+    from carom.solvers.pit.solve import solve_pit
     from carom.solvers.plain.framewise import solve_pic_framewise
     from carom.trace import Outcome, Trace
 
@@ -74,7 +74,7 @@ _HOME = {
     "save_scene": "carom.scene",
     "solve_pic": "carom.solvers.pic",
     "solve_pic_framewise": "carom.solvers.plain.framewise",
-    "solve_pit": "carom.solvers.pit.frames",
+    "solve_pit": "carom.solvers.pit.solve",
     "time_of_impact": "carom.physics.time_of_impact",
 }
 

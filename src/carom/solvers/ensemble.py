@@ -27,10 +27,6 @@ __all__ = ["FirstImpacts", "TwoDiscEnsemble", "pic_ensemble", "pit_ensemble"]
 #: Scenes taken through all frames at a time: the arrays of one part stay in the second-level cache. Chosen, not tuned.
 _PART = 16_384
 
-#: Squared distances this near to the squared contact distance, relative, are decided by the plain loop's own test.
-#: Three roundings lie between the two ways to compute it.
-_NEAR = 2.0**-48
-
 
 @dataclass(frozen=True)
 class TwoDiscEnsemble:
@@ -186,16 +182,14 @@ def _frames(e: TwoDiscEnsemble, result: FirstImpacts, rows: NDArray[np.intp], ti
     for frame, time in enumerate(times):
         d, u = p2 - p1, v2 - v1
         approaching = d[:, 0] * u[:, 0] + d[:, 1] * u[:, 1] < 0.0
-        squared, contact = d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1], reach * reach
-        hit = approaching & (squared <= contact)
-        for k in np.flatnonzero(approaching & (np.abs(squared - contact) <= _NEAR * contact)):
-            hit[k] = math.hypot(d[k, 0], d[k, 1]) <= reach[k]
+        distance = np.sqrt(d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1])
+        hit = approaching & (distance <= reach)
         if hit.any():
             _collide(e, result, rows[hit], p1[hit], p2[hit], v1[hit], v2[hit])
             result.time_s[rows[hit]] = time
         # Rounding alone could turn a pair that separates at the closest point into one that approaches: it is kept
         # until it has plainly passed.
-        passed = d[:, 0] * u[:, 0] + d[:, 1] * u[:, 1] > 2.0**-20 * np.sqrt(squared) * np.hypot(u[:, 0], u[:, 1])
+        passed = d[:, 0] * u[:, 0] + d[:, 1] * u[:, 1] > 2.0**-20 * distance * np.hypot(u[:, 0], u[:, 1])
         going = ~(hit | passed)
         if frame + 1 == len(times) or not going.any():
             return

@@ -38,7 +38,7 @@ def pic_run(scene: Scene) -> Run:
 
 def _level_run(scene: Scene, **options: Any) -> EventDrivenRun | AllPairsRun:
     """Return a run without gravity, in the form that is there; the options are those that both forms have."""
-    return EventDrivenRun(scene, **options) if extension.available() else AllPairsRun(scene, **options)
+    return EventDrivenRun(scene, **options) if extension.extension_available() else AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -111,13 +111,13 @@ def solve_pic(
         settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
-        notes=(*run.notes, *extension.notes()),
+        notes=(*run.notes, *extension.extension_notes()),
     )
 
 
 def _patient(progress: Progress | None) -> Progress | None:
     """Return the progress to report; where plain Python runs for want of the extension, one that warns of a long run."""
-    if extension.available():
+    if extension.extension_available():
         return progress
     patience = extension.Patience()
 

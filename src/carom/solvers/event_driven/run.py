@@ -188,8 +188,8 @@ class EventDrivenRun:
 
 
 def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> Kernel:
-    if not extension.available():
-        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension.notes())}")
+    if not extension.extension_available():
+        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension.extension_notes())}")
     from carom.solvers.event_driven.kernel import Kernel
 
     arrays = (start.position_m, start.velocity_m_s, start.radius_m, 1.0 / start.mass_kg)

@@ -22,7 +22,8 @@ Where anything over- or underflows, the bound is 0 by the form of the comparison
 
 from libc.math cimport fabs, sqrt
 
-from carom.solvers.pit.layout cimport INF, Disc, State, Wall
+from carom.solvers.event_driven.layout cimport INF, Wall
+from carom.solvers.pit.layout cimport Disc, State
 
 cdef enum:
     MOST_FRAMES = 65536  # 2^16

@@ -9,37 +9,29 @@ from libc.string cimport memcpy
 
 import numpy as np
 
+from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Wall
+from carom.solvers.event_driven.record cimport forget
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport chain_count, choose_levels, settle
-from carom.solvers.pit.layout cimport (
-    DONE, INF, LIMIT, NOBODY, NOWHERE, NO_MEMORY, PAUSE, Disc, Ending, Impact, Index, State, Struck, Turn, Wall,
-)
-from carom.solvers.pit.look cimport is_too_dear, look, test_all
-from carom.solvers.pit.motion cimport frame_time, skip_frames
+from carom.solvers.pit.layout cimport NOWHERE, Disc, State
+from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
 
-from carom.trace import IMPACT_DTYPE
 
-#: What `FrameLoop.run` returns is a number of these.
-ENDINGS = ("done", "limit", "pause")
-
-cdef Ending run(State *s, Index until, Index most) noexcept nogil:
-    """Pass the frames before number `until`; stop between two once there have been `most` impacts."""
-    while s.counts.frames < until:
-        if s.work <= 0.0:
-            return PAUSE
-        if s.row == 0 and s.record.count >= most:
-            return LIMIT
-        if s.row > 0 or not s.skips or is_too_dear(s):
+cdef void run(State *s, Index until, Index most) noexcept nogil:
+    """Pass frames before number `until`, until work or memory is used up or there have been `most` impacts."""
+    while s.counts.frames < until and s.work > 0.0 and not s.no_memory:
+        if s.row > 0:
             test_all(s)
-        elif s.counts.frames == 0 or skip_frames(s, until) == 0:
+        elif s.record.count >= most:
+            return
+        elif loops_plainly(s):
+            test_all(s)
+        elif not skip(s, until):
             look(s)
-        if s.no_memory:
-            return NO_MEMORY
-    return DONE
 
 
 #: Called through a pointer: within the method of a Python class GCC takes the loop for code that seldom runs.
-ctypedef Ending (*Loop)(State *, Index, Index) noexcept nogil
+ctypedef void (*Loop)(State *, Index, Index) noexcept nogil
 cdef Loop loop = run
 
 
@@ -59,48 +51,49 @@ cdef class FrameLoop:
         step_s: Frame k stands at ``k * step_s / rate_hz``, seconds.
         rate_hz: See `step_s`.
         skips: Whether tests that can find nothing are left out.
+        allowance: Work that this may cost more than plain looping before that takes over, in tests of two discs;
+            infinity for as much as it likes.
     """
 
     cdef State s
 
-    def __cinit__(self, scene, double step_s, double rate_hz, bint skips):
+    def __cinit__(self, scene, double step_s, double rate_hz, bint skips, double allowance):
         s = &self.s
         cdef Index i
-        n, walls = len(scene.discs), len(scene.walls)
-        if n + walls > 2**31 - 1:
-            raise ValueError("more bodies than numbers for them")
-        s.disc_count, s.wall_count = n, walls
+        s.disc_count, s.wall_count = len(scene.discs), len(scene.walls)
+        if s.disc_count + s.wall_count > 2**31 - 1:
+            raise ValueError("more discs and walls than can be numbered")
         s.clock.step, s.clock.rate = step_s, rate_hz
         s.horizon = MOST_FRAMES * step_s / rate_hz
         s.law.restitution, s.law.wall_restitution = scene.restitution, scene.wall_restitution
-        s.skips = skips
-        s.discs = <Disc *>memory(n, sizeof(Disc))
-        s.walls = <Wall *>memory(walls, sizeof(Wall))
-        s.due = <double *>memory(n, sizeof(double))
-        s.looking = <int *>memory(n + 1, sizeof(int))
-        s.record.struck = <Struck *>memory(n, sizeof(Struck))
+        s.skips, s.allowance = skips, allowance
+        s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
+        s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
+        s.due = <double *>memory(s.disc_count, sizeof(double))
+        s.looking = <int *>memory(s.disc_count + 1, sizeof(int))
+        s.record.recent = <Recent *>memory(s.disc_count, sizeof(Recent))
         for i, disc in enumerate(scene.discs):
             a = &s.discs[i]
             a.x, a.y = disc.position_m
             a.vx, a.vy = disc.velocity_m_s
             a.radius, a.inverse_mass = disc.radius_m, 1.0 / <double>disc.mass_kg
-            a.next, a.cell = NOBODY, NOWHERE
+            a.cell = NOWHERE
             s.due[i] = INF if a.inverse_mass == 0.0 else 0.0
-            s.record.struck[i].time = -1.0
+            forget(&s.record.recent[i])
         for i, wall in enumerate(scene.walls):
             s.walls[i].x, s.walls[i].y = wall.point_m
             s.walls[i].nx, s.walls[i].ny = wall.normal
         if skips:
-            self.lay_out_grid()
+            self.fill_grid()
 
-    cdef lay_out_grid(self):
+    cdef fill_grid(self):
         s = &self.s
         cdef Index i
         s.grid.chains = chain_count(s.disc_count)
         s.grid.first = <int *>memory(s.grid.chains, sizeof(int))
-        choose_levels(s)
         for i in range(s.grid.chains):
             s.grid.first[i] = NOBODY
+        choose_levels(s)
         for i in range(s.disc_count):
             settle(s, i)
 
@@ -111,25 +104,23 @@ cdef class FrameLoop:
         free(self.s.looking)
         free(self.s.grid.first)
         free(self.s.turns.heap)
-        free(self.s.record.struck)
+        free(self.s.record.recent)
         free(self.s.record.rows)
         free(self.s.record.ambiguous)
 
     def run(self, Index until, Index most, double work):
-        """Pass the frames before number `until`, or as many as take so much work; return a number of `ENDINGS`.
+        """Pass the frames before number `until`, or as many as take so much work.
 
         Args:
             until: Number of a frame.
             most: Number of impacts, counted from the start, from which on no other frame is begun.
-            work: Tests of two discs by plain looping that would cost as much.
+            work: In tests of two discs by plain looping.
         """
-        cdef Ending ending
         self.s.work = work
         with nogil:
-            ending = loop(&self.s, until, most)
-        if ending == NO_MEMORY:
+            loop(&self.s, until, most)
+        if self.s.no_memory:
             raise MemoryError(f"no memory for more than {self.s.record.count} recorded impacts")
-        return ending
 
     @property
     def frames(self):
@@ -143,23 +134,21 @@ cdef class FrameLoop:
 
     @property
     def pair_tests(self):
-        """Pairs of discs, and of a disc and a wall, that were tested or found to need no test yet."""
+        """Pairs of discs, and of a disc and a wall, that were tested or found to need no test for a while."""
         return self.s.counts.pair_tests
 
     @property
-    def impact_count(self):
-        """Impacts so far."""
+    def recorded(self):
+        """Number of impacts so far."""
         return self.s.record.count
 
-    def impacts(self, Index first=0):
-        """Return the impacts from row `first` on, as an array of `IMPACT_DTYPE` of its own."""
-        cdef Index count = self.s.record.count - first
-        rows = np.empty(max(count, 0), IMPACT_DTYPE)
-        cdef char[::1] room
-        if count > 0:
-            room = rows.view(np.int8)
-            memcpy(&room[0], &self.s.record.rows[first], count * sizeof(Impact))
-        return rows
+    def copy_impacts(self, Index first, char[::1] room):
+        """Copy impacts from row `first` on into the bytes of rows of `IMPACT_DTYPE`, as many as have room."""
+        cdef size_t size = room.shape[0]
+        if first < 0 or size > (self.s.record.count - first) * sizeof(Impact):
+            raise IndexError(f"no such impacts: {self.s.record.count} have been recorded")
+        if size > 0:
+            memcpy(&room[0], &self.s.record.rows[first], size)
 
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""
@@ -185,7 +174,3 @@ cdef class FrameLoop:
         for i in range(self.s.disc_count):
             speed[i, 0], speed[i, 1] = self.s.discs[i].vx, self.s.discs[i].vy
         return speeds
-
-
-#: Bytes of the records, to be compared with their NumPy forms.
-SIZES = {"Disc": sizeof(Disc), "Impact": sizeof(Impact), "Turn": sizeof(Turn)}

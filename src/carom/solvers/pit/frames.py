@@ -48,11 +48,6 @@ class FrameSampledRun(FrameRun):
         return self._frames
 
     @property
-    def impacts(self) -> int:
-        """Number of impacts so far."""
-        return len(self.log.records)
-
-    @property
     def counts(self) -> dict[str, int]:
         """Work so far."""
         n = len(self.bodies)

@@ -11,13 +11,14 @@ radius and leeway say. Cells decide when a pair is tested, never what is found.
 
 from libc.math cimport fabs, sqrt
 
-from carom.solvers.pit.layout cimport MOST_LEVELS, NOBODY, NOWHERE, Disc, Grid, Index, Level, State
+from carom.solvers.event_driven.layout cimport NOBODY, Index
+from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Grid, Level, State
 
 ctypedef unsigned long long Hash
 
 cdef enum:
     #: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
-    FEW_DISCS = 24
+    FEW_DISCS = 36
     CHAINS_PER_DISC = 2  # at least, so that most cells have one of their own
 
 cdef extern from *:

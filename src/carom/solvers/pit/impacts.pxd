@@ -5,104 +5,78 @@ to the same bits.
 """
 
 from libc.math cimport sqrt
-from libc.stdlib cimport realloc
 
 from carom.physics.impact_law cimport pair_push
-from carom.solvers.pit.layout cimport Disc, Impact, Index, Record, State, Struck
+from carom.solvers.event_driven.layout cimport Impact, Index
+from carom.solvers.event_driven.record cimport has_room, note_ambiguous, strike
+from carom.solvers.pit.layout cimport State
 
-
-cdef inline Index more_room(Index room) noexcept nogil:
-    return 2 * room + 64
-
-
-cdef inline bint has_room(Record *r) noexcept nogil:
-    """Make room for one more impact, which may be ambiguous; return whether there was memory for it."""
-    if r.count == r.room:
-        rows = <Impact *>realloc(r.rows, more_room(r.room) * sizeof(Impact))
-        if rows == NULL:
-            return False
-        r.rows, r.room = rows, more_room(r.room)
-    if r.ambiguous_count == r.ambiguous_room:
-        numbers = <long long *>realloc(r.ambiguous, more_room(r.ambiguous_room) * sizeof(long long))
-        if numbers == NULL:
-            return False
-        r.ambiguous, r.ambiguous_room = numbers, more_room(r.ambiguous_room)
-    return True
-
-
-cdef inline bint interferes(Struck *disc, const Impact *impact) noexcept nogil:
-    """Note that a movable disc has been struck; return whether an earlier impact of the same frame changes this one.
-
-    It does unless their normals are exactly orthogonal. Of all that strike a disc in one frame two are enough to tell:
-    no direction is orthogonal to two that are not parallel.
+cdef extern from *:
     """
-    nx = impact.normal[0]
-    ny = impact.normal[1]
-    if disc.time != impact.time:
-        disc[0] = Struck(impact.time, nx, ny, 0.0, 0.0)
-        return False
-    cdef bint found = nx * disc.nx + ny * disc.ny != 0.0 or nx * disc.across_x + ny * disc.across_y != 0.0
-    if disc.across_x == 0.0 and disc.across_y == 0.0 and disc.nx * ny != disc.ny * nx:
-        disc.across_x, disc.across_y = nx, ny
-    return found
+    /* A frame is the instant of all its impacts, and of no others. */
+    #define carom_RESOLUTION 0.0
+    """
+    const double RESOLUTION "carom_RESOLUTION"
 
 
-cdef inline void keep(State *s, const Impact *impact, bint first_moves, bint second_moves) noexcept nogil:
-    """Append an impact to the record, for which there is room."""
-    r = &s.record
+cdef inline Impact *new_row(State *s) noexcept nogil:
+    """Return room for one more impact, or NULL."""
+    if has_room(&s.record):
+        return &s.record.rows[s.record.count]
+    s.no_memory = True
+    return NULL
+
+
+cdef inline void keep(State *s, const Impact *row, bint first_moves, bint second_moves) noexcept nogil:
+    """Count the impact that has been written into a new row."""
     cdef bint ambiguous = False
     if first_moves:
-        ambiguous = interferes(&r.struck[impact.first], impact)
-    if second_moves:
-        ambiguous |= interferes(&r.struck[impact.second], impact)
+        ambiguous = strike(&s.record.recent[row.first], row.time, RESOLUTION, row.normal[0], row.normal[1])
+    if second_moves and strike(&s.record.recent[row.second], row.time, RESOLUTION, row.normal[0], row.normal[1]):
+        ambiguous = True
     if ambiguous:
-        r.ambiguous[r.ambiguous_count] = r.count
-        r.ambiguous_count += 1
-    r.rows[r.count] = impact[0]
-    r.count += 1
+        note_ambiguous(&s.record)
+    s.record.count += 1
 
 
 cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
     """Give two discs that approach their velocities after the impact, along the line of centres as it stands."""
-    cdef Impact impact
     a = &s.discs[i]
     b = &s.discs[j]
-    if not has_room(&s.record):
-        s.no_memory = True
+    row = new_row(s)
+    if row == NULL:
         return
     dx = b.x - a.x
     dy = b.y - a.y
-    impact.time, impact.first, impact.second = s.now, i, j
-    impact.first_before[0], impact.first_before[1] = a.vx, a.vy
-    impact.second_before[0], impact.second_before[1] = b.vx, b.vy
+    distance = sqrt(dx * dx + dy * dy)
+    row.time, row.first, row.second = s.now, i, j
+    row.normal[0], row.normal[1] = dx / distance, dy / distance
+    row.first_before[0], row.first_before[1] = a.vx, a.vy
+    row.second_before[0], row.second_before[1] = b.vx, b.vy
     push = pair_push(dx, dy, b.vx - a.vx, b.vy - a.vy, a.inverse_mass + b.inverse_mass, s.law.restitution)
     a.vx += push * a.inverse_mass * dx
     a.vy += push * a.inverse_mass * dy
     b.vx -= push * b.inverse_mass * dx
     b.vy -= push * b.inverse_mass * dy
-    distance = sqrt(dx * dx + dy * dy)
-    impact.normal[0], impact.normal[1] = dx / distance, dy / distance
-    impact.first_after[0], impact.first_after[1] = a.vx, a.vy
-    impact.second_after[0], impact.second_after[1] = b.vx, b.vy
-    keep(s, &impact, a.inverse_mass != 0.0, b.inverse_mass != 0.0)
+    row.first_after[0], row.first_after[1] = a.vx, a.vy
+    row.second_after[0], row.second_after[1] = b.vx, b.vy
+    keep(s, row, a.inverse_mass != 0.0, b.inverse_mass != 0.0)
 
 
 cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
     """Give a disc that approaches a wall its velocity after the impact."""
-    cdef Impact impact
     a = &s.discs[i]
     wall = &s.walls[k]
-    if not has_room(&s.record):
-        s.no_memory = True
+    row = new_row(s)
+    if row == NULL:
         return
-    impact.time, impact.first, impact.second = s.now, i, -1 - k
-    impact.normal[0], impact.normal[1] = -wall.nx, -wall.ny
-    impact.first_before[0], impact.first_before[1] = a.vx, a.vy
+    row.time, row.first, row.second = s.now, i, -1 - k
+    row.normal[0], row.normal[1] = -wall.nx, -wall.ny
+    row.first_before[0], row.first_before[1] = a.vx, a.vy
     along = a.vx * wall.nx + a.vy * wall.ny
-    if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
-        a.vx -= (1.0 + s.law.wall_restitution) * along * wall.nx
-        a.vy -= (1.0 + s.law.wall_restitution) * along * wall.ny
-    impact.first_after[0], impact.first_after[1] = a.vx, a.vy
-    impact.second_before[0] = impact.second_before[1] = 0.0
-    impact.second_after[0] = impact.second_after[1] = 0.0
-    keep(s, &impact, True, False)
+    a.vx -= (1.0 + s.law.wall_restitution) * along * wall.nx
+    a.vy -= (1.0 + s.law.wall_restitution) * along * wall.ny
+    row.first_after[0], row.first_after[1] = a.vx, a.vy
+    row.second_before[0] = row.second_before[1] = 0.0
+    row.second_after[0] = row.second_after[1] = 0.0
+    keep(s, row, True, False)

@@ -6,7 +6,8 @@ Operation by operation what `carom.solvers.plain.bodies` does; a property test h
 from libc.math cimport sqrt
 
 from carom.physics.double_double cimport greater
-from carom.solvers.pit.layout cimport Disc, Wall
+from carom.solvers.event_driven.layout cimport Wall
+from carom.solvers.pit.layout cimport Disc
 
 cdef extern from *:
     """

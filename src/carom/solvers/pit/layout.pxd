@@ -1,32 +1,19 @@
 """What the compiled frame loop of PIT keeps, and in which words: to be read before its other rooms.
 
 Plain C structs with named fields. Units are metres, metres a second and kilograms; times are seconds since the start.
-A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`.
+A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`. Walls and recorded impacts are those of the
+event-driven kernel.
 """
 
-ctypedef Py_ssize_t Index
-
-cdef extern from *:
-    """
-    #include <math.h>
-    #define carom_pit_INF HUGE_VAL
-    """
-    const double INF "carom_pit_INF"
+from carom.solvers.event_driven.layout cimport Index, Record, Wall
 
 cdef enum:
-    NOBODY = -1  # no disc: an empty place
     NOWHERE = -1  # in no cell yet
     MOST_LEVELS = 16  # of cells: the smallest discs on the last one are 2^-16 of the largest, and smaller
     MOST_STEPS = 512  # that the discs are taken in one go: 4 KiB of lengths
 
-cdef enum Ending:  # of a call of the loop; the order is that of `ENDINGS` in frame_loop.pyx
-    DONE = 0  # all frames asked for have been passed
-    LIMIT = 1  # not all, but there have been as many impacts as were asked for
-    PAUSE = 2  # as much work has been done as was asked for
-    NO_MEMORY = 3  # for a recorded impact, or for a test
 
-
-# ---- discs and walls ----
+# ---- discs ----
 
 cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look at
     double x  # centre at `State.now`
@@ -39,12 +26,6 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     int cell  # number of the chain that it is in, or NOWHERE
     int level  # of cells that it is kept on: the larger a disc, the lower
     int unused
-
-cdef struct Wall:  # the free side is (p - q).n >= 0
-    double x  # q, a point of the surface
-    double y
-    double nx  # n, unit normal into the free side
-    double ny
 
 
 # ---- cells ----
@@ -71,35 +52,6 @@ cdef struct Turns:  # tests that are still to be made at this frame: a binary he
     Index count
     Index room
     Turn last  # the last one that was made at this frame, or FIRST_TURN
-
-
-# ---- recorded impacts ----
-
-cdef struct Impact:  # a row of `carom.trace.IMPACT_DTYPE`
-    double time
-    long long first  # disc
-    long long second  # body
-    double normal[2]  # unit vector from first to second
-    double first_before[2]  # velocities
-    double second_before[2]
-    double first_after[2]
-    double second_after[2]
-
-cdef struct Struck:  # what tells whether a disc's next impact will be ambiguous, see impacts.pxd
-    double time  # of its last impacts; below 0 where there was none
-    double nx  # normal of the first of them
-    double ny
-    double across_x  # normal of the first of them that is not parallel to it, or (0, 0)
-    double across_y
-
-cdef struct Record:
-    Impact *rows
-    Index count
-    Index room
-    long long *ambiguous  # numbers of rows
-    Index ambiguous_count
-    Index ambiguous_room
-    Struck *struck  # one a disc
 
 
 # ---- the run ----
@@ -129,8 +81,11 @@ cdef struct State:  # all that a run consists of
     double horizon  # for how long a bound holds at most, seconds: `MOST_FRAMES` of bounds.pxd
     bint skips  # whether tests that can find nothing are left out
     Index row  # plain looping: the disc whose tests come next at this frame; 0 between frames
-    double excess  # work of skipping beyond that of plain looping, in tests of two discs
-    double work  # that is left until a pause, in tests of two discs
+    double excess  # work of skipping beyond that of plain looping
+    double allowance  # of such work
+    double first_look  # work of looking around all discs once
+    bint pays_back  # by plain looping, what skipping has cost beyond the allowance
+    double work  # that is left until a pause; all work is counted in tests of two discs by plain looping
     bint no_memory  # was found where it was needed
     Law law
     Clock clock

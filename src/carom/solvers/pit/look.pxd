@@ -1,30 +1,26 @@
 """One frame of Algorithm 1: all its tests, or those only that can find something."""
 
+from carom.solvers.event_driven.layout cimport INF, Index
 from carom.solvers.pit.grid cimport settle
 from carom.solvers.pit.impacts cimport collide_pair, collide_wall
 from carom.solvers.pit.interference cimport discs_interfere, wall_interferes
-from carom.solvers.pit.layout cimport INF, Index, State
-from carom.solvers.pit.motion cimport go_to_next_frame
+from carom.solvers.pit.layout cimport State
+from carom.solvers.pit.motion cimport go_to_next_frame, skip_frames
 from carom.solvers.pit.search cimport look_around
 from carom.solvers.pit.turns cimport FIRST_TURN, HALF, next_turn
 
 cdef extern from *:
     """
-    /* What looking around costs, in tests of the plain loop: a disc, and a pair or wall. Measured (carom.bench.pit),
-       rounded up. */
-    #define carom_LOOK_WORK 24.0
-    #define carom_WAIT_WORK 6.0
-    /* How much more skipping may have cost than plain looping: a part of that, and what is nothing to anybody. */
-    #define carom_EXCESS_PART 0.03
-    #define carom_EXCESS_WORK 4096.0
-    /* For how many frames what has been saved counts. */
+    /* Where skipping has not paid, frames are looped plainly until it has cost no more than this part of them. */
+    #define carom_EXCESS_PART 0.02
+    /* What has been saved counts for so many frames. */
     #define carom_SAVED_FRAMES 64.0
+    /* How often all discs may be looked around before skipping counts as not paying: at the start, and once more. */
+    #define carom_FIRST_LOOKS 2.0
     """
-    const double LOOK_WORK "carom_LOOK_WORK"
-    const double WAIT_WORK "carom_WAIT_WORK"
     const double EXCESS_PART "carom_EXCESS_PART"
-    const double EXCESS_WORK "carom_EXCESS_WORK"
     const double SAVED_FRAMES "carom_SAVED_FRAMES"
+    const double FIRST_LOOKS "carom_FIRST_LOOKS"
 
 
 cdef inline double plain_work(const State *s) noexcept nogil:
@@ -32,9 +28,27 @@ cdef inline double plain_work(const State *s) noexcept nogil:
     return s.disc_count * (0.5 * (s.disc_count - 1) + s.wall_count)
 
 
-cdef inline bint is_too_dear(const State *s) noexcept nogil:
-    """Return whether skipping has cost so much more than plain looping that the next frame is looped plainly."""
-    return s.excess > EXCESS_WORK + EXCESS_PART * plain_work(s) * s.counts.frames
+cdef inline bint loops_plainly(State *s) noexcept nogil:
+    """Decide whether the next frame is looped plainly: asked for, or while what skipping has cost is earned back.
+
+    To skip, all discs must be looked around first, and bounds that have run out meanwhile are found anew. So skipping
+    that costs more than plain looping is given up only after a while, and is tried again after a longer one.
+    """
+    if not s.skips:
+        return True
+    if s.excess > s.allowance + FIRST_LOOKS * s.first_look:
+        s.pays_back = True
+    elif s.excess <= 0.0:
+        s.pays_back = False
+    return s.pays_back
+
+
+cdef inline void save(State *s, Index frames) noexcept nogil:
+    """Note that some frames have not been looped plainly."""
+    plain = plain_work(s)
+    s.excess -= frames * plain
+    if s.excess < -SAVED_FRAMES * plain:
+        s.excess = -SAVED_FRAMES * plain
 
 
 cdef inline void test_all(State *s) noexcept nogil:
@@ -64,6 +78,7 @@ cdef inline void test_all(State *s) noexcept nogil:
     s.counts.looked_at += 1
     s.counts.frames += 1
     s.work -= n * s.wall_count
+    s.excess -= EXCESS_PART * plain_work(s)
 
 
 cdef inline Index find_due(State *s) noexcept nogil:
@@ -102,6 +117,14 @@ cdef inline void make_test(State *s) noexcept nogil:
     s.next_look = s.due[first] if s.due[first] < s.next_look else s.next_look
 
 
+cdef inline bint skip(State *s, Index until) noexcept nogil:
+    """Pass frames, up to `until`, at which no disc is due; return whether there were any."""
+    frames = skip_frames(s, until)
+    save(s, frames)
+    s.work -= frames * s.disc_count
+    return frames > 0
+
+
 cdef inline void look(State *s) noexcept nogil:
     """Make those tests of the next frame that can find something."""
     cdef Index k, count, i
@@ -110,9 +133,9 @@ cdef inline void look(State *s) noexcept nogil:
     s.work -= s.disc_count
     count = find_due(s)
     if count == 0:
+        save(s, 1)
         return
     s.counts.looked_at += 1
-    tests = s.counts.pair_tests
     s.turns.last = FIRST_TURN
     for k in range(count):
         settle(s, s.looking[k])
@@ -124,9 +147,6 @@ cdef inline void look(State *s) noexcept nogil:
         due = s.due[s.looking[k]]
         if due < s.next_look:
             s.next_look = due
-    work = LOOK_WORK * count + WAIT_WORK * (s.counts.pair_tests - tests)
-    s.work -= work
-    plain = plain_work(s)
-    s.excess += work - plain
-    if s.excess < -SAVED_FRAMES * plain:
-        s.excess = -SAVED_FRAMES * plain
+    save(s, 1)
+    if s.counts.frames == 1:
+        s.first_look = s.excess

@@ -4,7 +4,8 @@
 over many frames in one step. But it can be taken over many frames before the next disc is.
 """
 
-from carom.solvers.pit.layout cimport MOST_STEPS, Clock, Disc, Index, State
+from carom.solvers.event_driven.layout cimport Index
+from carom.solvers.pit.layout cimport MOST_STEPS, Clock, Disc, State
 
 
 cdef inline double frame_time(const Clock *clock, Index frame) noexcept nogil:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
-from carom import extension
+from carom.extension import Patience
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -44,11 +44,6 @@ class FrameRun(ABC):
 
     @property
     @abstractmethod
-    def impacts(self) -> int:
-        """Number of impacts so far."""
-
-    @property
-    @abstractmethod
     def counts(self) -> dict[str, int]:
         """Work so far."""
 
@@ -62,7 +57,7 @@ class FrameRun(ABC):
 
     @abstractmethod
     def pass_frames(self, until: int, max_impacts: int | None) -> None:
-        """Pass frames before number `until`, at least one, as many as take some hundredths of a second.
+        """Pass frames before number `until`, no more than take some hundredths of a second.
 
         Args:
             until: Number of a frame that has not been passed yet.
@@ -99,12 +94,13 @@ class FrameRun(ABC):
         return self.clock.time_s(max(0, self.frames - 1))
 
     def _advance(self, until: int, max_impacts: int | None, progress: Progress | None) -> Outcome:
-        patience = extension.Patience()
+        patience = Patience()
         while self.frames < until:
-            if max_impacts is not None and self.impacts >= max_impacts:
+            if max_impacts is not None and len(self.log) >= max_impacts:
                 return Outcome.MAX_IMPACTS
             self.pass_frames(until, max_impacts)
             if progress is not None:
-                progress(self.impacts, self._last_frame_s)
-            patience.look()
+                progress(len(self.log), self._last_frame_s)
+            if self.notes:  # of what would have been faster
+                patience.look()
         return Outcome.COMPLETED

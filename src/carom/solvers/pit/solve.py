@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom import extension
+from carom.extension import extension_available, extension_notes
 from carom.solvers.pit.clock import FrameClock
 from carom.trace import Trace
 
@@ -25,11 +25,11 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
             leaves none out.
     """
     if scene.gravity_m_s2 == (0.0, 0.0):
-        if extension.available():
+        if extension_available():
             from carom.solvers.pit.compiled import CompiledRun
 
             return CompiledRun(scene, clock, skipping=skipping)
-        notes = extension.notes()
+        notes = extension_notes()
     else:
         notes = ()
     from carom.solvers.pit.frames import FrameSampledRun

@@ -7,7 +7,8 @@ number that grows in it: i in the upper half and j in the lower, or discs + i an
 
 from libc.stdlib cimport realloc
 
-from carom.solvers.pit.layout cimport Index, State, Turn, Turns
+from carom.solvers.event_driven.layout cimport Index
+from carom.solvers.pit.layout cimport State, Turn, Turns
 
 cdef enum:
     FIRST_TURN = 0  # no test has this number: a disc is not paired with itself
