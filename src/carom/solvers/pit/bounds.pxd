@@ -2,22 +2,24 @@
 
 Between impacts a disc moves straight, so two of them overlap from the lesser root of ``|d + u t| = R`` on, if there is
 one (`docs/physics.md`). PIT's discs are moved frame by frame, each move rounded, so they are a little beside that path.
-Hence the root is taken of a contact distance that is too large by more than all rounding can amount to:
+Hence the root is taken of a distance I that is larger than R by `MARGIN` of E, the sum of what ``|x| + |y|`` of both can
+grow to. Three things use it up; E is never less than ``|d|``, which is R or more until they overlap.
 
-- *Of the path.* A move rounds each coordinate twice: the product ``v dt``, by 2^-53 of it, and the sum, by 2^-53 of the
-  coordinate. (``dt`` is exact: it is the difference of two floats that lie within a factor of 2, or the later of which
-  follows 0.) Over the `MOST_FRAMES` = 2^16 that a bound is used at most, the products add up to 2^-53 of the way, the
-  sums to 2^-37 of the largest coordinate on it. So two discs are seen from each other less than 2^-36 of their `extent`
-  beside the straight path, the extent being the sum of what ``|x| + |y|`` of either can grow to. Velocities seen from
-  each other are rounded by 2^-53, which turns the path by as much of its length. `PATH_MARGIN` is four times all this.
-- *Of the bound itself.* With S = ``|d|^2``, a = ``|u|^2`` and the distance I so enlarged, it is
-  ``(S - I^2) / (sqrt(D) - d.u)``, D = ``a I^2 - (d x u)^2``. Its terms are rounded by less than 2^-49 of S, of ``a I^2``
-  and of ``|d| |u|``. Where S is within 2^28 of I^2 that is less than what `CONTACT_MARGIN` = 2^-20 has added to I^2,
-  and beyond it is less than 2^-48 of S - I^2, for which the wait is cut by `PATH_MARGIN` of itself.
-- *Of time.* A frame's instant and the sum of now and the wait are rounded by 2^-53 of themselves each, for which
-  `TIME_MARGIN` is taken off.
+- *The path.* A move rounds each coordinate twice: the product ``v dt``, by 2^-53 of it, and the sum, by 2^-53 of the
+  coordinate. (``dt`` is exact, a difference of floats within a factor of 2, or from 0.) Over the `MOST_FRAMES` = 2^16
+  that a bound is used at most, the products lose 2^-53 of the way, the sums 2^-37 of the largest coordinate. Velocities
+  seen from each other, and the test of PIT, are rounded by a few 2^-53. All together is below 2^-36 E: what is still
+  proven of the exact path with ``P = R + 2^-36 E``, at least ``3 * 2^-36 E`` below I, is proven of PIT's.
+- *Whether they meet.* With ``a = |u|^2``, they pass each other at the distance ``|d x u| / |u|``. That is computed to
+  2^-50 ``(|d| + I)``, so where ``D = a I^2 - (d x u)^2`` comes out below 0 the distance is above P.
+- *When.* With ``N = |d|^2 - I^2``, that is at ``N / (sqrt(D) - d.u)``. D is computed to 2^-49 ``a I |d|``, less than
+  what it would fall with P for I. N is computed to 2^-49 ``|d|^2``: up to ``|d| = 2^14 I`` less than the
+  2^-35 ``I |d|`` that it would grow with P for I, and beyond 2^-48 of N. ``d.u`` is computed to 2^-51 ``|d| |u|``: where
+  N is 2^-30 ``|d|^2`` or more, 2^-36 of itself, as its square is ``a N + D``; and below that, where N with P for I is
+  larger by a 33rd or more, less than that outweighs. So what is found, less `MARGIN` of itself, is before they meet.
 
-Where anything over- or underflows, the bound is 0 by the form of the comparisons: then nothing is left out.
+The sum of now and the wait, and the instants of frames, are rounded by 2^-53 of themselves each: `TIME_MARGIN`. Where
+anything over- or underflows the comparisons come out so that the wait is 0, and nothing is left out.
 """
 
 from libc.math cimport fabs, sqrt
@@ -30,13 +32,11 @@ cdef enum:
 
 cdef extern from *:
     """
-    #define carom_PATH_MARGIN 0x1p-34
-    #define carom_CONTACT_MARGIN 0x1p-20
+    #define carom_PIT_MARGIN 0x1p-34
     #define carom_TIME_MARGIN 0x1p-50
     #define carom_IN_CONTACT (-1.0)
     """
-    const double PATH_MARGIN "carom_PATH_MARGIN"
-    const double CONTACT_MARGIN "carom_CONTACT_MARGIN"
+    const double MARGIN "carom_PIT_MARGIN"
     const double TIME_MARGIN "carom_TIME_MARGIN"
     const double IN_CONTACT "carom_IN_CONTACT"  # a wait: the two approach and may overlap at this very frame
 
@@ -48,7 +48,7 @@ cdef inline double extent(const State *s, const Disc *a) noexcept nogil:
 
 cdef inline double shortened(double wait) noexcept nogil:
     """Return a wait less what its own rounding may be; 0 where it has come out as no number."""
-    return wait * (1.0 - PATH_MARGIN) if 0.0 < wait < INF else 0.0
+    return wait * (1.0 - MARGIN) if 0.0 < wait < INF else 0.0
 
 
 cdef inline double pair_wait(const State *s, const Disc *a, const Disc *b, double extent_a) noexcept nogil:
@@ -62,8 +62,8 @@ cdef inline double pair_wait(const State *s, const Disc *a, const Disc *b, doubl
     uy = b.vy - a.vy
     along = dx * ux + dy * uy
     squared = dx * dx + dy * dy
-    margin = PATH_MARGIN * (extent_a + extent(s, b))
-    contact = (a.radius + b.radius) * (1.0 + CONTACT_MARGIN) + margin
+    margin = MARGIN * (extent_a + extent(s, b))
+    contact = a.radius + b.radius + margin
     if squared > contact * contact:
         if along >= 0.0:
             return INF
@@ -89,10 +89,10 @@ cdef inline double wall_wait(const Disc *a, const Wall *wall, double extent_a) n
     along = a.vx * wall.nx + a.vy * wall.ny
     if along >= 0.0:  # the very number that PIT tests, at every frame
         return INF
-    margin = PATH_MARGIN * (extent_a + fabs(wall.x) + fabs(wall.y) + a.radius)
+    margin = MARGIN * (extent_a + fabs(wall.x) + fabs(wall.y) + a.radius)
     gap = (a.x - wall.x) * wall.nx + (a.y - wall.y) * wall.ny - a.radius - margin
     if gap > 0.0:
-        return shortened(gap / (PATH_MARGIN * (fabs(a.vx) + fabs(a.vy)) - along))
+        return shortened(gap / (MARGIN * (fabs(a.vx) + fabs(a.vy)) - along))
     return IN_CONTACT
 
 

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.pit.clock import FrameClock
 
-__all__ = ["ALLOWANCE", "CompiledLog", "CompiledRun"]
+__all__ = ["PATIENCE", "CompiledLog", "CompiledRun"]
 
 #: Tests handed to the loop at a time: some hundredths of a second, for progress and Ctrl-C.
 _WORK = 2.0**23
 _NO_LIMIT = 2**62
 
-#: Some microseconds.
-ALLOWANCE = 2.0**12
+#: It is done at the start, and once more where bounds have run out: chosen, not tuned.
+PATIENCE = 2.0
 
 
 class CompiledLog:
@@ -66,17 +66,16 @@ class CompiledRun(FrameRun):
         scene: The scene.
         clock: When the frames are.
         skipping: Whether to leave them out. Where the discs are so crowded that it does not pay, they are made.
-        allowance: How much more work skipping may have cost than plain looping before it counts as not paying, beside
-            a small part of that work; in tests of two discs.
+        patience: How many times the work of looking around all discs once may be wasted before it counts as not paying.
 
     Raises:
         InputError: The scene has gravity.
     """
 
-    def __init__(self, scene: Scene, clock: FrameClock, *, skipping: bool = True, allowance: float = ALLOWANCE) -> None:
+    def __init__(self, scene: Scene, clock: FrameClock, *, skipping: bool = True, patience: float = PATIENCE) -> None:
         require_supported(scene, "compiled PIT")
         super().__init__(clock)
-        self._loop = FrameLoop(scene, clock.step_s, clock.rate_hz, skipping, allowance)
+        self._loop = FrameLoop(scene, clock.step_s, clock.rate_hz, skipping, patience)
         self.log = CompiledLog(self._loop)
 
     @property

@@ -51,13 +51,13 @@ cdef class FrameLoop:
         step_s: Frame k stands at ``k * step_s / rate_hz``, seconds.
         rate_hz: See `step_s`.
         skips: Whether tests that can find nothing are left out.
-        allowance: Work that this may cost more than plain looping before that takes over, in tests of two discs;
-            infinity for as much as it likes.
+        patience: How many times the work of looking around all discs once may be wasted before plain looping takes over
+            for a while; infinity for as often as it likes.
     """
 
     cdef State s
 
-    def __cinit__(self, scene, double step_s, double rate_hz, bint skips, double allowance):
+    def __cinit__(self, scene, double step_s, double rate_hz, bint skips, double patience):
         s = &self.s
         cdef Index i
         s.disc_count, s.wall_count = len(scene.discs), len(scene.walls)
@@ -66,7 +66,7 @@ cdef class FrameLoop:
         s.clock.step, s.clock.rate = step_s, rate_hz
         s.horizon = MOST_FRAMES * step_s / rate_hz
         s.law.restitution, s.law.wall_restitution = scene.restitution, scene.wall_restitution
-        s.skips, s.allowance = skips, allowance
+        s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
         s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
         s.due = <double *>memory(s.disc_count, sizeof(double))

@@ -82,9 +82,9 @@ cdef struct State:  # all that a run consists of
     bint skips  # whether tests that can find nothing are left out
     Index row  # plain looping: the disc whose tests come next at this frame; 0 between frames
     double excess  # work of skipping beyond that of plain looping
-    double allowance  # of such work
     double first_look  # work of looking around all discs once
-    bint pays_back  # by plain looping, what skipping has cost beyond the allowance
+    double patience  # how many times that much may be in excess
+    bint pays_back  # loops plainly, since there was more
     double work  # that is left until a pause; all work is counted in tests of two discs by plain looping
     bint no_memory  # was found where it was needed
     Law law

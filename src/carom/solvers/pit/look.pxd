@@ -1,7 +1,6 @@
 """One frame of Algorithm 1: all its tests, or those only that can find something."""
 
 from carom.solvers.event_driven.layout cimport INF, Index
-from carom.solvers.pit.grid cimport settle
 from carom.solvers.pit.impacts cimport collide_pair, collide_wall
 from carom.solvers.pit.interference cimport discs_interfere, wall_interferes
 from carom.solvers.pit.layout cimport State
@@ -12,15 +11,12 @@ from carom.solvers.pit.turns cimport FIRST_TURN, HALF, next_turn
 cdef extern from *:
     """
     /* Where skipping has not paid, frames are looped plainly until it has cost no more than this part of them. */
-    #define carom_EXCESS_PART 0.02
+    #define carom_EXCESS_PART 0x1p-6
     /* What has been saved counts for so many frames. */
     #define carom_SAVED_FRAMES 64.0
-    /* How often all discs may be looked around before skipping counts as not paying: at the start, and once more. */
-    #define carom_FIRST_LOOKS 2.0
     """
     const double EXCESS_PART "carom_EXCESS_PART"
     const double SAVED_FRAMES "carom_SAVED_FRAMES"
-    const double FIRST_LOOKS "carom_FIRST_LOOKS"
 
 
 cdef inline double plain_work(const State *s) noexcept nogil:
@@ -36,7 +32,7 @@ cdef inline bint loops_plainly(State *s) noexcept nogil:
     """
     if not s.skips:
         return True
-    if s.excess > s.allowance + FIRST_LOOKS * s.first_look:
+    if s.excess > s.patience * s.first_look:
         s.pays_back = True
     elif s.excess <= 0.0:
         s.pays_back = False
@@ -138,8 +134,6 @@ cdef inline void look(State *s) noexcept nogil:
     s.counts.looked_at += 1
     s.turns.last = FIRST_TURN
     for k in range(count):
-        settle(s, s.looking[k])
-    for k in range(count):
         look_around(s, s.looking[k])
     while next_turn(&s.turns):
         make_test(s)
@@ -147,6 +141,6 @@ cdef inline void look(State *s) noexcept nogil:
         due = s.due[s.looking[k]]
         if due < s.next_look:
             s.next_look = due
-    save(s, 1)
     if s.counts.frames == 1:
         s.first_look = s.excess
+    save(s, 1)

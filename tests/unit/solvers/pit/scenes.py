@@ -21,7 +21,7 @@ def _speed(rng: random.Random, scale: float) -> Vector:
 
 def _gas(rng: random.Random) -> list[Disc]:
     """Discs of about one size, few or many, slow or so fast that they pass several others in a frame."""
-    side, scale = rng.choice([1, 2, 3, 5, 6, 7]), rng.choice([0.1, 3.0, 30.0, 300.0])
+    side, scale = rng.choice([1, 2, 3, 5, 6, 7]), rng.choice([0.001, 0.1, 3.0, 30.0, 300.0])
     return [
         Disc(
             position_m=(2 * column + rng.uniform(-0.2, 0.2), 2 * row + rng.uniform(-0.2, 0.2)),
@@ -93,6 +93,19 @@ def _far_out(rng: random.Random) -> list[Disc]:
     ]
 
 
+def _coarse(rng: random.Random) -> list[Disc]:
+    """Discs that move by a few units in the last place of their coordinates in a frame: rounding turns their paths."""
+    far = 10.0 ** rng.uniform(6, 12)
+    unit = math.ulp(far)
+    side = max(1, round(200 * unit))
+    discs = []
+    for k in range(rng.choice([2, 4, 9])):
+        place = (far + 2 * side * (k % 3) + rng.randint(0, 40) * unit, far + 2 * side * (k // 3) + rng.randint(0, 40) * unit)
+        velocity = tuple(rng.uniform(-4, 4) * unit * 24.0 for _ in range(2))
+        discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=side - 25 * unit))
+    return discs
+
+
 def _dust(rng: random.Random) -> list[Disc]:
     """Small discs that seldom meet: most frames and pairs are left out."""
     return [
@@ -109,6 +122,7 @@ KINDS = {
     "grazing": _grazing,
     "pile-up": _pile_up,
     "far out": _far_out,
+    "coarse": _coarse,
     "dust": _dust,
 }
 
