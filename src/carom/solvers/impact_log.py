@@ -6,8 +6,8 @@ normals are exactly orthogonal, for then neither impulse changes what the other 
 order that is a convention: (time, first, second).
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
-of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one does
-that reaches furthest of those not parallel to it, or else none does.
+of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one
+does that reaches furthest of those not parallel to it, or else none does.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def standstill_impacts(bodies: int) -> int:
     """Return after how many impacts at one instant time no longer advances, where there are so many bodies.
 
     Equal discs in a line make at most n(n-1)/2 impacts altogether, and all of them at one instant if they touch. Masses
-    1:100 against a wall make 31, 1:10,000 make 314. A hundred times the square of the number of bodies lets all of these
-    through, and ends a run in which time stands still after milliseconds; with many bodies ten million above the line's
-    do, seconds of the event-driven kernel.
+    1:100 against a wall make 31, 1:10,000 make 314. A hundred times the square of the number of bodies lets all of
+    these through, and ends a run in which time stands still after milliseconds. With many bodies ten million above
+    those of a line do so, some seconds of the event-driven kernel.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 

@@ -67,5 +67,5 @@ def require_time(time_s: float) -> None:
     Raises:
         InputError: It is NaN.
     """
-    if time_s != time_s:  # noqa: PLR0124 - true of NaN alone
+    if time_s != time_s:
         raise InputError(f"time_s must be a number of seconds, got {time_s}")

@@ -11,7 +11,7 @@ from carom.trace import IMPACT_DTYPE
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.solvers.event_driven.kernel import Kernel
+    from carom.solvers.event_driven import kernel
 
 __all__ = ["RecordedImpacts"]
 
@@ -19,8 +19,8 @@ __all__ = ["RecordedImpacts"]
 class RecordedImpacts:
     """Impacts in their order: the memory that the kernel wrote them into, handed over when somebody asks."""
 
-    def __init__(self, kernel: Kernel) -> None:
-        self._kernel = kernel
+    def __init__(self, run: kernel.Kernel) -> None:
+        self._kernel = run
         self._taken = np.empty(0, IMPACT_DTYPE)
 
     def __len__(self) -> int:

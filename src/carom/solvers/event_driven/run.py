@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom import extension
+from carom.disc_arrays import DiscArrays
 from carom.errors import CaromError, InputError
-from carom.solvers.event_driven.disc_arrays import DiscArrays
-from carom.solvers.event_driven.overlap import require_apart
+from carom.extension import extension_available, extension_notes
 from carom.solvers.event_driven.recorded import RecordedImpacts
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.run import require_time
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.event_driven.kernel import Kernel
+    from carom.solvers.event_driven import kernel
     from carom.solvers.run import Progress
 
 __all__ = ["EventDrivenRun", "RunState"]
@@ -43,9 +42,9 @@ class RunState:
     What is predicted is made anew; impacts that have been recorded are not part of it.
 
     Attributes:
-        discs: A row a disc: centre ``x``, ``y`` (metres) at its own ``time`` (seconds since the epoch), velocity ``vx``,
-            ``vy`` (metres a second), ``radius``, ``inverse_mass`` (1/kg), number of ``impacts``, and ``last``, the body
-            that it met last.
+        discs: A row a disc: centre ``x``, ``y`` (metres) at its own ``time`` (seconds since the epoch), velocity
+            ``vx``, ``vy`` (metres a second), ``radius``, ``inverse_mass`` (1/kg), number of ``impacts``, and ``last``,
+            the body that it met last.
         last_impact_s: Time of each disc's last impact since the epoch, where a contact takes time, else empty.
         recent: What tells whether the next impact of each disc is ambiguous, where impacts are recorded, else empty.
         clock: ``now`` (of the last impact, since the epoch), ``epoch`` and ``epoch_rest`` (a sum, since the start), and
@@ -97,9 +96,9 @@ class EventDrivenRun:
             from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
 
             require_supported(start, "the event-driven kernel")
-            start = DiscArrays.from_scene(start)
+            start = start.arrays
         elif resume is None:
-            require_apart(start)
+            start.require_apart()
         if record not in {"all", "none"}:
             raise InputError(f"record must be 'all' or 'none', got {record!r}")
         if not contact_duration_s >= 0:
@@ -175,9 +174,7 @@ class EventDrivenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far: impacts, of these on walls, predictions of discs after impacts, events found stale, cell crossings,
-        and epochs begun anew.
-        """
+        """Work so far: impacts, those on walls, predictions after impacts, stale events, cell crossings, new epochs."""
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 
@@ -187,14 +184,16 @@ class EventDrivenRun:
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
-def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> Kernel:
-    if not extension.extension_available():
-        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension.extension_notes())}")
-    from carom.solvers.event_driven.kernel import Kernel
+def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> kernel.Kernel:
+    if not extension_available():
+        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension_notes())}")
+    from carom.solvers.event_driven import kernel
 
-    arrays = (start.position_m, start.velocity_m_s, start.radius_m, 1.0 / start.mass_kg)
-    return Kernel(
-        *(np.ascontiguousarray(array, np.float64) for array in arrays),
+    return kernel.Kernel(
+        np.ascontiguousarray(start.position_m, np.float64),
+        np.ascontiguousarray(start.velocity_m_s, np.float64),
+        np.ascontiguousarray(start.radius_m, np.float64),
+        1.0 / start.mass_kg,
         np.array(start.walls, np.float64).reshape(-1, 4),
         (start.restitution, start.wall_restitution, contact_duration_s),
         standstill_impacts(len(start) + len(start.walls)),

@@ -30,9 +30,9 @@ cdef extern from *:
     const double ROOT_ERROR "carom_ROOT_ERROR"
     const double CERTAIN "carom_CERTAIN"
 
-cdef struct Gathered:
-    Index count  # discs
-    Index chains  # cells on which more of them hang
+cdef struct Chains:  # of a block of cells, as far as they have not been looked at
+    Index left  # how many, with the one that has been begun
+    Index disc  # with which that one goes on, or NOBODY
 
 
 cdef inline double pair_event_time(const State *s, Index i, Index j) noexcept nogil:
@@ -61,11 +61,11 @@ cdef inline Index just_met(const State *s, Index i) noexcept nogil:
     return last if s.discs[last].inverse_mass == 0.0 or s.discs[last].last == i else NOBODY
 
 
-cdef inline Gathered gather(State *s, Block block) noexcept nogil:
-    """Round 1: find the discs in a block of cells; those on chains are left for `gather_chains`."""
+cdef inline Index gather(State *s, Block block, Chains *chains) noexcept nogil:
+    """Round 1: find the discs in a block of cells, those on chains left out; return how many."""
     cdef Index line, k, place, disc
     cdef Index count = 0
-    cdef Index chains = 0
+    cdef Index left = 0
     for line in range(block.lines):
         for k in range(3):
             cell = &s.grid.cells[block.first + line * block.to_line + k * block.to_cell]
@@ -73,30 +73,31 @@ cdef inline Gathered gather(State *s, Block block) noexcept nogil:
                 disc = cell.disc[place]
                 s.candidates.disc[count] = <int>disc
                 count += disc > NOBODY
-            chains += cell.disc[PLACES - 1] < NOBODY
-    return Gathered(count, chains)
+            left += cell.disc[PLACES - 1] < NOBODY
+    chains.left = left
+    chains.disc = NOBODY
+    return count
 
 
-cdef inline Index nth_chain(const State *s, Block block, Index n) noexcept nogil:
-    """Return the first disc of the n-th chain (from 1 on) of a block of cells."""
+cdef inline Index gather_chained(State *s, Block block, Chains *chains) noexcept nogil:
+    """Round 1 again, for up to a batch of the discs on chains; return how many."""
     cdef Index line, k, last
-    for line in range(block.lines):
-        for k in range(3):
-            last = s.grid.cells[block.first + line * block.to_line + k * block.to_cell].disc[PLACES - 1]
-            if last < NOBODY:
-                n -= 1
-                if n == 0:
-                    return CHAINED - last
-    return NOBODY
-
-
-cdef inline Index gather_chain(State *s, Index *disc) noexcept nogil:
-    """Find up to a batch of the discs of a chain from `disc` on, which becomes the one to go on with, or NOBODY."""
     cdef Index count = 0
-    while disc[0] != NOBODY and count < BATCH:
-        s.candidates.disc[count] = <int>disc[0]
+    cdef Index chain = chains.left
+    if chains.disc == NOBODY:
+        for line in range(block.lines):
+            for k in range(3):
+                last = s.grid.cells[block.first + line * block.to_line + k * block.to_cell].disc[PLACES - 1]
+                if last < NOBODY:
+                    chain -= 1
+                    if chain == 0:
+                        chains.disc = CHAINED - last
+    while chains.disc != NOBODY and count < BATCH:
+        s.candidates.disc[count] = <int>chains.disc
         count += 1
-        disc[0] = s.grid.chain[disc[0]]
+        chains.disc = s.grid.chain[chains.disc]
+    if chains.disc == NOBODY:
+        chains.left -= 1
     return count
 
 
@@ -212,27 +213,22 @@ cdef inline void predict_impact(State *s, Index i, Change change) noexcept nogil
     """Predict the next impact of disc `i` with a disc: of all around, or (OF_CELL) of the predicted and of new ones."""
     cdef Candidate best = Candidate(INF, INF, NOBODY)
     cdef Index met = just_met(s, i)
-    cdef Index chain = NOBODY
     cdef Index count, kept, known
+    cdef Chains chains
     if change == OF_CELL:
         best = predicted(&s.predictions[i])
         block = new_neighbours(s, i)
     else:
         block = cells_around(s, i)
     known = best.partner
-    found = gather(s, block)
-    count = found.count
+    count = gather(s, block, &chains)
     while True:
         kept = keep_approaching(s, i, met, count)
         bound_times(&s.candidates, kept)
         best = earliest_of(s, i, kept, best)
-        if likely(found.chains == 0):
+        if likely(chains.left == 0):
             break
-        if chain == NOBODY:
-            chain = nth_chain(s, block, found.chains)
-        count = gather_chain(s, &chain)
-        if chain == NOBODY:
-            found.chains -= 1
+        count = gather_chained(s, block, &chains)
     if change == OF_CELL and best.partner == known:
         return
     p = &s.predictions[i]

@@ -1,8 +1,8 @@
 """PIC as the source paper's Algorithm 2: frame by frame, stopping at each impact on the way to the next frame.
 
 The printed algorithm carries out one impact a frame; its own figure 9 needs several. Here a frame goes on until no
-impact is left in it, which is what the figure shows. Frames add no rounding (see `AllPairsRun`), so the impacts come out
-as those of the event-driven form, which finds them by other means, identical to the bit.
+impact is left in it, which is what the figure shows. Frames add no rounding (see `AllPairsRun`), so the impacts come
+out as those of the event-driven form, which finds them by other means, identical to the bit.
 """
 
 from __future__ import annotations
@@ -64,6 +64,5 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         dt_s=1.0 / rate,
         ambiguous=run.log.ambiguous(),
         counts={"frames": frames, **run.counts},
-        impacts_per_disc=run.impacts_per_disc(),
         notes=run.notes,
     )

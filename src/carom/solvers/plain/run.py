@@ -1,8 +1,8 @@
 """PIC by all pairs, on plain floats: every two bodies are solved for, and the earliest impact is carried out.
 
-It has no cells, no bounds and no queue, so it is what the event-driven kernel is held to, bit for bit; and it serves where
-that is not there. A disc's stored position is that of its last impact and its position at any time is computed from there,
-so it does not matter in how many pieces a run is taken.
+It has no cells, no bounds and no queue, so it is what the event-driven kernel is held to, bit for bit; and it serves
+where that is not there. A disc's stored position is that of its last impact, and its position at any time is computed
+from there: so it does not matter in how many pieces a run is taken.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class AllPairsRun:
         self._last_impact_s = [-math.inf] * len(scene.discs)
         self._impacts_per_disc = [0] * len(scene.discs)
         self._counts = {"impacts": 0, "wall_impacts": 0, "predictions": 0, "epochs": 0}
-        # Row i holds when disc i meets wall K-1, ..., wall 0, disc 0, ..., disc n-1, each pair once: so the first of the
-        # least times is that of the first impact in the order of (time, first, second).
+        # Row i holds when disc i meets wall K-1, ..., wall 0, disc 0, ..., disc n-1, each pair once: so the first of
+        # the least times is that of the first impact in the order of (time, first, second).
         self._times = np.full((len(scene.discs), len(scene.walls) + len(scene.discs)), math.inf)
         for i in range(len(scene.discs)):
             self._predict(i, range(i + 1, len(scene.discs)))
