@@ -16,7 +16,8 @@ from carom.adapter import (
     Scene,
     Setting,
 )
-from carom.solvers.pit.frames import pit_run
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -29,15 +30,12 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = pit_run(scene)
-        self._dt_s = float(settings["dt_s"])
-        self._steps = 0
+        self._run = pit_run(scene, FrameClock(step_s=float(settings["dt_s"])))
         self._seen = 0
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
-        self._run.advance_frames([step * self._dt_s for step in range(self._steps + 1, self._steps + steps + 1)])
-        self._steps += steps
+        self._run.advance_frames(steps)
 
     @property
     def counts(self) -> Mapping[str, int]:

@@ -6,7 +6,6 @@ import json
 import math
 import tomllib
 from enum import StrEnum
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema"]
+__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
 
 #: A million discs written as JSON take about 100 MiB; a file above this size is not a scene.
 MAX_FILE_BYTES = 256 * 2**20
@@ -282,27 +281,37 @@ class Scene(_Model):
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 
     def step_count(self, dt_s: float) -> int:
-        """Number of steps of length `dt_s` that cover the duration; the last one may reach beyond it.
-
-        The quotient is taken exactly. When `duration_s` and `dt_s` are both the nearest float to what was meant (2 and
-        1/240, say) the exact quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53
-        for each of the two), which must not cost a step.
+        """Number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
 
         Raises:
             InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.limits.MOST_STEPS` steps.
         """
-        if not 0 < dt_s < math.inf:
-            raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
-        exact = Fraction(self.duration_s) / Fraction(dt_s)
-        if exact > MOST_STEPS:
-            raise InputError(
-                f"a step must be at least {1 / MOST_STEPS:.3g} of the scene's duration ({self.duration_s} s), "
-                f"got {dt_s}: lengthen it, or shorten the scene"
-            )
-        nearest = round(exact)
-        if nearest > 0 and abs(exact - nearest) <= exact * Fraction(2, 2**53):
-            return nearest
-        return math.ceil(exact)
+        return steps_to_cover(self.duration_s, dt_s)
+
+
+def steps_to_cover(duration_s: float, dt_s: float) -> int:
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
+
+    The quotient is taken exactly. When both are the nearest float to what was meant (2 and 1/240, say) the exact
+    quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53 for each of the two), which
+    must not cost a step.
+
+    Raises:
+        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.limits.MOST_STEPS` steps.
+    """
+    if not 0 < dt_s < math.inf:
+        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
+    (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
+    whole, part = a * d, b * c  # the quotient is whole / part
+    if whole > MOST_STEPS * part:
+        raise InputError(
+            f"a step must be at least {1 / MOST_STEPS:.3g} of the time that it is to cover ({duration_s} s), "
+            f"got {dt_s}: lengthen it, or shorten the scene"
+        )
+    nearest = (2 * whole + part) // (2 * part)
+    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
+        return nearest
+    return -(-whole // part)
 
 
 def scene_schema() -> dict[str, Any]:

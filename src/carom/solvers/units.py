@@ -15,7 +15,7 @@ from carom.limits import ORDINARY
 from carom.sizes import Sizes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -152,9 +152,9 @@ class RunInUnits:
         outcome: Outcome = self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
         return outcome
 
-    def advance_frames(self, frames_s: Sequence[float]) -> None:
-        """Test at the present frame and on to each of the following ones; the last is reached, not tested at."""
-        self._run.advance_frames([self._units.of_seconds(frame_s) for frame_s in frames_s])
+    def advance_frames(self, frames: int) -> None:
+        """Pass so many frames of PIT, and go to the instant of the one that follows."""
+        self._run.advance_frames(frames)
 
     def positions(self) -> Array:
         """Return the centres now, metres, shape ``(n, 2)``."""
