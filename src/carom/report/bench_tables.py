@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from carom.bench.convergence import Order
 from carom.bench.noise import Noise, Spread
 from carom.bench.results import Bench, Curve, Point, SceneBench
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.bench_figure import is_floor
 from carom.runner.environment import Environment
