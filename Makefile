@@ -4,12 +4,17 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
 REPORT ?= reports/latest
+# For campaign-pic: impacts in all (counts add up in build/campaign-pic.json), and processes.
+IMPACTS ?= 1e6
+JOBS ?= 1
 
-.PHONY: help report test check clean
+.PHONY: help report test test-long campaign-pic check clean
 
 help:
 	@echo "make report   install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test     install everything, run the tests"
+	@echo "make test-long     the tests that take minutes"
+	@echo "make campaign-pic  IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make check    lint, format, types, import contracts"
 	@echo "make clean    remove $(VENV) and caches"
 
@@ -19,6 +24,13 @@ report: $(INSTALLED)
 
 test: $(INSTALLED)
 	$(BIN)/python -m pytest -n auto --dist worksteal
+
+test-long: $(INSTALLED)
+	$(BIN)/python -m pytest -n auto --dist worksteal -m long
+
+campaign-pic: $(INSTALLED)
+	@mkdir -p build
+	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state build/campaign-pic.json
 
 check: $(INSTALLED)
 	$(BIN)/ruff check .

@@ -13,7 +13,7 @@ from setuptools.command.build_ext import build_ext
 
 #: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
 #: and which keep GCC from taking branches out of hot loops (a quarter of the speed).
-_GCC = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0"]
+_GCC = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0", "-Wno-unused-function"]
 FLAGS = ["/O2", "/fp:precise"] if sys.platform == "win32" else _GCC
 
 #: Given here and not at the head of a .pyx: from there they do not reach the functions of .pxd files.
@@ -25,6 +25,12 @@ DIRECTIVES = {
     "infer_types": True,
     "auto_pickle": False,
 }
+
+#: Compiled into every module: see `carom.extension`.
+DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
+
+#: What Cython would add to each module that takes arrays, once for all of them.
+SHARED = "carom._cython"
 
 #: For continuous integration: a build without the extension is an error there.
 REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
@@ -48,28 +54,31 @@ class OptionalBuild(build_ext):
             self.extensions = []
 
 
-def _module(path: Path) -> str:
-    return ".".join(path.relative_to("src").with_suffix("").parts)
-
-
-SOURCES = sorted(Path("src").rglob("*.p[yx][xd]"))
-extensions = [
-    Extension(
-        _module(path),
-        [str(path)],
-        depends=[*map(str, SOURCES), "setup.py"],  # all modules carry the digest of all sources
+def _extension(name: str, source: str, sources: list[str]) -> Extension:
+    return Extension(
+        name,
+        [source],
+        depends=[*sources, "setup.py"],
         extra_compile_args=FLAGS,
-        define_macros=[
-            ("Py_LIMITED_API", "0x030B0000"),
-            ("CAROM_SOURCES", runpy.run_path("src/carom/extension.py")["sources_digest"]()),
-        ],
+        define_macros=[("Py_LIMITED_API", "0x030B0000"), ("CAROM_SOURCES", DIGEST)],
         py_limited_api=True,
     )
-    for path in SOURCES
-    if path.suffix == ".pyx"
+
+
+sources = sorted(path.as_posix() for path in Path("src").rglob("*.p[yx][xd]"))
+extensions = [
+    _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)
+    for path in sources
+    if path.endswith(".pyx")
 ]
 setup(
-    ext_modules=cythonize(extensions, compiler_directives=DIRECTIVES, include_path=["src"], build_dir="build/cython"),
+    ext_modules=cythonize(
+        [_extension(SHARED, "carom/_cython.c", []), *extensions],
+        compiler_directives=DIRECTIVES,
+        include_path=["src"],
+        build_dir="build/cython",
+        shared_utility_qualified_name=SHARED,
+    ),
     cmdclass={"build_ext": OptionalBuild},
     options={"bdist_wheel": {"py_limited_api": "cp311"}},
 )

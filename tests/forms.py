@@ -12,7 +12,7 @@ from carom import extension
 __all__ = ["needs_extension", "plain_form"]
 
 #: For a test that compares the compiled form with another. The suite passes without a compiler, too.
-needs_extension = pytest.mark.skipif(not extension.available(), reason="the compiled extension is not built")
+needs_extension = pytest.mark.skipif(not extension.extension_available(), reason="the compiled extension is not built")
 
 
 @contextmanager
@@ -20,6 +20,6 @@ def plain_form() -> Iterator[None]:
     """Let plain Python serve in this block, as it does where there is no compiler."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(extension.PLAIN_VARIABLE, "1")
-        extension.available.cache_clear()
+        extension.extension_available.cache_clear()
         yield
-    extension.available.cache_clear()
+    extension.extension_available.cache_clear()

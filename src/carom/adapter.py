@@ -111,6 +111,8 @@ class Capabilities:
         max_move_m: Greatest distance that a body moves in one step, whatever its velocity.
         min_radius_m: Least radius of a disc that is simulated.
         max_radius_m: Greatest radius of a disc that is simulated.
+        min_mass_kg: Least mass of a disc that is simulated.
+        max_mass_kg: Greatest mass of a movable disc that is simulated.
         float_bits: Width of the engine's floating-point numbers.
         dimensions: 2, or 3 where discs are bodies in space, held or not held in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
@@ -130,6 +132,8 @@ class Capabilities:
     max_move_m: float = math.inf
     min_radius_m: float = 0.0
     max_radius_m: float = math.inf
+    min_mass_kg: float = 0.0
+    max_mass_kg: float = math.inf
     float_bits: int = 64
     dimensions: int = 2
     deterministic: bool = True
@@ -356,6 +360,10 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
         if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
             limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
             return f"{name} is {disc.radius_m:g}, and this method simulates {limits}"
+    for name, disc in ((f"discs[{i}].mass_kg", disc) for i, disc in enumerate(scene.discs)):
+        if not (disc.immovable or capabilities.min_mass_kg <= disc.mass_kg <= capabilities.max_mass_kg):
+            limits = f"{capabilities.min_mass_kg:g} to {capabilities.max_mass_kg:g} kg, or an immovable disc"
+            return f"{name} is {disc.mass_kg:g}, and this method simulates {limits}"
     farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
     if farthest > capabilities.max_coordinate_m:
         return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"

@@ -3,8 +3,8 @@
 Every .pyx file of the package becomes a module of the extension. They are built together or not at all, so
 `carom.built` stands for them all. Where they are not there, plain Python serves, many times slower, with the same bits.
 
-Whoever chooses between the two forms calls ``extension.available()`` when a run starts, by that name and not by one
-imported from here: tests replace it (see `plain_form` in ``tests/forms.py``).
+Whoever chooses between the two forms asks `extension_available` when a run starts, and adds `extension_notes` to what
+the run has to say; a loop in plain Python that may take long has a `Patience`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import time
 import warnings
 from pathlib import Path
 
-__all__ = ["PLAIN_VARIABLE", "Patience", "PlainFormWarning", "available", "notes", "sources_digest"]
+__all__ = ["PLAIN_VARIABLE", "Patience", "PlainFormWarning", "extension_available", "extension_notes", "sources_digest"]
 
 #: Set to anything but nothing, it makes plain Python serve although the extension is there.
 PLAIN_VARIABLE = "CAROM_PLAIN"
@@ -30,14 +30,14 @@ class PlainFormWarning(UserWarning):
 
 
 @functools.cache
-def available() -> bool:
+def extension_available() -> bool:
     """Return whether the compiled forms serve."""
     return not _absence()
 
 
-def notes() -> tuple[str, ...]:
+def extension_notes() -> tuple[str, ...]:
     """Return what a result must say of the form that ran: nothing where it was compiled, else why not, and a remedy."""
-    return () if available() else (_absence(),)
+    return () if extension_available() else (_absence(),)
 
 
 class Patience:
@@ -48,7 +48,7 @@ class Patience:
 
     def look(self) -> None:
         """Warn where the run has become long for want of the extension; costs little enough for a loop."""
-        if time.monotonic() > self._ends and not available():
+        if time.monotonic() > self._ends and not extension_available():
             _warn()
 
 

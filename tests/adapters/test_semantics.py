@@ -225,6 +225,16 @@ def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter
     assert "radius_m is" in unsupported_reason(beyond, else_unlimited, dt_s)
 
 
+@pytest.mark.parametrize("mass_kg", [1e-120, 1e-30, 1e30, 1e120])
+def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg: float) -> None:
+    """Before the engine is called, the plan says which mass it does not simulate, and between which it does."""
+    capabilities = engine.capabilities
+    discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5), Disc(position_m=(3.0, 0.0), radius_m=0.5, mass_kg=mass_kg)]
+    reason = unsupported_reason(Scene(name="pair", discs=discs, duration_s=1.0), capabilities, 1 / 60)
+    within = capabilities.min_mass_kg <= mass_kg <= capabilities.max_mass_kg
+    assert reason == "" if within else reason.startswith(f"discs[1].mass_kg is {mass_kg:g}, and this method simulates")
+
+
 def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adapter) -> None:
     """Where positions are rounded by more than a disc is large, the plan says so before the engine is called."""
     radius = {32: 1.0, 64: 1e-8}[engine.capabilities.float_bits]

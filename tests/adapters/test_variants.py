@@ -10,8 +10,9 @@ import pytest
 import carom
 from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Adapter
+from carom.report.document import Medium
 from carom.report.grid import build_grid
-from carom.report.profile_table import build_profile_table
+from carom.report.tables import profile_table
 from carom.runner.drive import observe_run
 from carom.runner.plan import missing_profile_reason
 from carom.scenes import catalogue
@@ -81,9 +82,10 @@ def test_every_empty_place_of_the_profile_table_has_its_reason() -> None:
     """Of every engine and every profile that any has, the report says what came of it or why there is none."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     results = carom.cross_check([scene], profiles=["all"], timing=False, dts=[1 / 60])
-    table = build_profile_table(results, build_grid(results))
-    assert set(table.profiles) == {"default", "tuned", "located", "no-ccd", "cylinder", "cylinder-plain"}
-    cells = {line.engine: dict(zip(table.profiles, line.cells, strict=True)) for line in table.lines}
+    columns, rows = profile_table(results, build_grid(results)).shown(Medium.PAGE)
+    profiles = [column.head for column in columns[1:]]
+    assert set(profiles) == {"default", "tuned", "located", "no-ccd", "cylinder", "cylinder-plain"}
+    cells = {row[0].text: dict(zip(profiles, (cell.text for cell in row[1:]), strict=True)) for row in rows}
     assert all(text for line in cells.values() for text in line.values())
     assert "two-dimensional" in cells["pymunk"]["cylinder"]
     assert "no continuous detection" in cells["pymunk"]["no-ccd"]

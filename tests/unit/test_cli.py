@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 import carom
@@ -158,12 +159,24 @@ def test_engines_lists_each_with_version_or_reason() -> None:
         assert info.version in output if info.available else "unavailable" in output
 
 
+def test_help_says_what_each_command_does() -> None:
+    """`carom --help` shows the first sentence of every command whole, and `carom COMMAND --help` all of its options."""
+    listing = " ".join(carom_command("--help").output.split())
+    commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
+    assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
+    for name, command in commands.items():
+        assert f"{name} {command.help.partition(chr(10) * 2)[0]}" in listing
+        shown = carom_command(name, "--help").output
+        assert all(option in shown for parameter in command.params for option in parameter.opts if "--" in option)
+
+
 def test_help_imports_nothing_heavy() -> None:
-    """`carom --help` imports neither NumPy nor Pydantic nor an engine, so that it feels instant."""
+    """`carom --help` imports neither NumPy, Pydantic, Rich nor an engine, so that it feels instant."""
     code = (
         "import sys; from carom.cli import app\n"
         "try: app(['--help'])\nexcept SystemExit: pass\n"
-        "heavy = {'numpy', 'pydantic', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2'} & set(sys.modules)\n"
+        "heavy = {'numpy', 'pydantic', 'rich', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2'}\n"
+        "heavy &= set(sys.modules)\n"
         "sys.exit(f'imported {heavy}' if heavy else 0)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -25,18 +25,18 @@ def test_every_source_of_the_extension_is_built() -> None:
 
 def test_the_plain_form_can_be_asked_for_and_says_so() -> None:
     """With the variable set, plain Python serves, and the note names the variable; afterwards all is as before."""
-    before = extension.available()
+    before = extension.extension_available()
     with plain_form():
-        assert not extension.available()
-        (note,) = extension.notes()
+        assert not extension.extension_available()
+        (note,) = extension.extension_notes()
         assert extension.PLAIN_VARIABLE in note
-    assert extension.available() == before
+    assert extension.extension_available() == before
 
 
 @needs_extension
 def test_compiled_runs_have_nothing_to_note() -> None:
     """Where the extension serves, there is no note, and however long a wait, no warning."""
-    assert extension.notes() == ()
+    assert extension.extension_notes() == ()
     patience = extension.Patience()
     patience._ends = 0.0  # noqa: SLF001 - long ago
     patience.look()

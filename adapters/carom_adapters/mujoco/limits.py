@@ -69,6 +69,8 @@ CAPABILITIES = Capabilities(
     max_speed_m_s=LARGEST_VALUE,
     max_coordinate_m=LARGEST_VALUE,
     min_radius_m=SMALLEST_RADIUS_M,
+    min_mass_kg=math.nextafter(SMALLEST_MASS_KG, 1.0),
+    max_mass_kg=LARGEST_MASS_KG,
     dimensions=3,
 )
 
@@ -77,8 +79,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what MuJoCo would refuse in words of its own, or silently get wrong.
 
     Raises:
-        AdapterError: A setting has an unknown name or value, or a step, mass, radius or all
-            speeds are beyond one of MuJoCo's own constants.
+        AdapterError: A setting has an unknown name or value, or a step or all speeds
+            are beyond one of MuJoCo's own constants.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0})
@@ -94,7 +96,3 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             f"MuJoCo: the fastest disc's speed over dt_s must be at least {LEAST_ACCELERATION_M_S2:g} m/s^2, "
             f"got {fastest:g} m/s in {dt_s:g} s: its solver would take the bounce for rounding"
         )
-    for i, disc in enumerate(scene.discs):
-        if not (disc.immovable or SMALLEST_MASS_KG < disc.mass_kg <= LARGEST_MASS_KG):
-            limits = f"above {SMALLEST_MASS_KG:g} and at most {LARGEST_MASS_KG:g}, or inf"
-            raise AdapterError(f"MuJoCo: discs[{i}].mass_kg must be {limits}, got {disc.mass_kg}")

@@ -69,6 +69,8 @@ CAPABILITIES = Capabilities(
     max_coordinate_m=LARGEST_COORDINATE_M,
     min_radius_m=SMALLEST_RADIUS_M,
     max_radius_m=LARGEST_RADIUS_M,
+    min_mass_kg=SMALLEST_MASS_KG,
+    max_mass_kg=LARGEST_MASS_KG,
     dimensions=3,
 )
 
@@ -77,8 +79,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """Refuse what Bullet would silently get wrong.
 
     Raises:
-        AdapterError: A setting has an unknown name, or a step, mass or radius is beyond one of
-            Bullet's own constants.
+        AdapterError: A setting has an unknown name, or a step is beyond one of Bullet's own
+            constants.
     """
     require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
     if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
@@ -86,7 +88,3 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     dt_s = float(settings["dt_s"])
     if not SHORTEST_STEP_S <= dt_s < math.inf:
         raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")
-    for i, disc in enumerate(scene.discs):
-        if not (disc.immovable or SMALLEST_MASS_KG <= disc.mass_kg <= LARGEST_MASS_KG):
-            limits = f"{SMALLEST_MASS_KG:g} to {LARGEST_MASS_KG:g}"
-            raise AdapterError(f"PyBullet: discs[{i}].mass_kg must lie in {limits} or be inf, got {disc.mass_kg}")

@@ -17,8 +17,9 @@ import numpy as np
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.errors import InputError
 from carom.runner.cell_score import Measures, cell_key
-from carom.runner.cross_check import chosen_engines, distinct_profiles, reference_trace
+from carom.runner.cross_check import reference_trace
 from carom.runner.phases import even_phases
+from carom.runner.plan import chosen_engines, distinct_profiles
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import Pool, sweep
 from carom.scene import Scene

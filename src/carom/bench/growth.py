@@ -13,11 +13,10 @@ from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
-from carom.runner.cross_check import chosen_engines
 from carom.runner.drive import profile_settings
 from carom.runner.environment import Environment, environment
 from carom.runner.messages import Failure
-from carom.runner.plan import capabilities_of, unsupported_reason
+from carom.runner.plan import capabilities_of, chosen_engines, unsupported_reason
 from carom.runner.process import Crashed, TimedOut, Worker
 
 __all__ = [

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from carom.bench.error_kind import ErrorKind
 from carom.errors import InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runner.cross_check import distinct_profiles
 from carom.runner.phases import even_phases
+from carom.runner.plan import distinct_profiles
 from carom.runner.results import Cell
 from carom.scene import Scene
 

@@ -15,9 +15,9 @@ from carom.bench.results import Bench, Curve, Point, SceneBench, cheapest, paret
 from carom.bench.timing import Config, SceneTiming, time_scene
 from carom.bench.timing_journal import TimingJournal
 from carom.runner.cell_score import CellKey, CellResult, cell_key
-from carom.runner.cross_check import chosen_engines
 from carom.runner.environment import environment
 from carom.runner.journal import Journal
+from carom.runner.plan import chosen_engines
 from carom.runner.results import Cell, Status
 from carom.runner.sweep import Pool, sweep
 from carom.scene import Scene

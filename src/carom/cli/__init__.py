@@ -13,20 +13,25 @@ __all__ = ["app", "main"]
 app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `carom --help`
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
     help="Cross-check disc collisions: collision times and post-impact velocities of physics engines, "
     "scored against the analytic result.",
     epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable "
     "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
 )
 
-app.command()(run.run)
-app.command()(bench.bench)
-app.command()(advise.advise)
-app.command()(certify.certify)
-app.command()(stress.stress)
-app.command()(scenes.scenes)
-app.command()(engines.engines)
+for command in (
+    run.run,
+    bench.bench,
+    advise.advise,
+    certify.certify,
+    stress.stress,
+    scenes.scenes,
+    engines.engines,
+):
+    # Its first sentence whole: by default the list of commands cuts it at 45 characters.
+    app.command(short_help=(command.__doc__ or "").partition("\n\n")[0])(command)
 
 
 def _print_version(wanted: bool) -> None:

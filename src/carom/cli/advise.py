@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import console, guarded, plain_scenes_named
+from carom.cli.common import guarded, plain_scenes_named, print_document
 from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
 from carom.cli.progress import progress_bar
 from carom.errors import InputError
@@ -44,8 +44,7 @@ def advise(
     """
     from carom.bench.advise import Demand
     from carom.bench.advise import advise as find
-    from carom.report.advice import advice_sentences, advice_table
-    from carom.report.bench_terminal import rich_table
+    from carom.report.advice import advice_document
     from carom.runner.local import LocalPool
 
     found = plain_scenes_named([scene])
@@ -65,10 +64,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    printer = console()
-    printer.print(rich_table(advice_table(advice)))
-    for sentence in advice_sentences(advice):
-        printer.print(sentence, soft_wrap=True)
+    print_document(advice_document(advice))
 
 
 def angle(text: str) -> float:

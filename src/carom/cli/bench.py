@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.bench.error_kind import ErrorKind
-from carom.cli.common import EXIT_INTERRUPTED, command_line, console, guarded, plain_scenes_named, seconds
+from carom.cli.common import (
+    EXIT_INTERRUPTED,
+    command_line,
+    console,
+    guarded,
+    plain_scenes_named,
+    print_document,
+    seconds,
+)
 from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
 from carom.cli.progress import progress_bar
 from carom.errors import InputError
@@ -89,8 +97,8 @@ def bench(
     from carom.bench.plan import Plan
     from carom.bench.timing_journal import TimingJournal
     from carom.bench.work_precision import work_precision
+    from carom.report.bench import bench_document
     from carom.report.bench_figure import Diagram
-    from carom.report.bench_terminal import bench_lines
     from carom.report.bench_write import write_bench
     from carom.report.write import require_writable
     from carom.runner.journal import Journal
@@ -132,13 +140,8 @@ def bench(
         typer.echo(f"carom: interrupted; what is finished is in {scored}, and --resume goes on from there", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
     paths = write_bench(result, out, shown)
-    printer = console()
-    for item in bench_lines(result):
-        if isinstance(item, str):
-            printer.print(item, soft_wrap=True)
-        else:
-            printer.print(item)
-    printer.print(f"page: {paths.html}", soft_wrap=True)
+    print_document(bench_document(result))
+    console().print(f"page: {paths.html}", soft_wrap=True)
 
 
 def step_series(text: str) -> tuple[float, ...]:
@@ -164,9 +167,7 @@ def _grow(
     time_limit_s: float,
 ) -> None:
     from carom.bench.growth import growth
-    from carom.report.bench_tables import stamp_lines
-    from carom.report.bench_terminal import rich_table
-    from carom.report.growth import growth_tables, unrun_growth, write_growth
+    from carom.report.growth import growth_document, write_growth
     from carom.report.write import require_writable
 
     if scenes:
@@ -185,11 +186,8 @@ def _grow(
             command=command_line(),
         )
     page = write_growth(found, out)
-    printer = console()
-    for table in growth_tables(found):
-        printer.print(rich_table(table))
-    for line in (*unrun_growth(found), *stamp_lines(found.environment, found.command), f"page: {page}"):
-        printer.print(line, soft_wrap=True)
+    print_document(growth_document(found))
+    console().print(f"page: {page}", soft_wrap=True)
 
 
 def _scenes(names: list[str]) -> list[Scene]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_VIOLATION, console, guarded, plain_scenes_named
+from carom.cli.common import EXIT_INTERRUPTED, EXIT_VIOLATION, guarded, plain_scenes_named, print_document
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -46,7 +46,7 @@ def certify(
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
-    from carom.report.certified_table import certified_summary, certified_table
+    from carom.report.certified_table import certified_document
     from carom.solvers.certified import Ending, enclosures
 
     if out is not None:
@@ -62,9 +62,7 @@ def certify(
                 path = out / f"{scene.name.replace('/', '-')}.json"
                 path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
         if not as_json:
-            if show and len(found):
-                console().print(certified_table(found, show))
-            console().print(certified_summary(found), soft_wrap=True)
+            print_document(certified_document(found, show))
         if found.ending is Ending.INTERRUPTED:
             worst = EXIT_INTERRUPTED
             break

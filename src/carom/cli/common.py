@@ -16,6 +16,7 @@ from carom.errors import CaromError, InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from carom.report.document import Document
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
 
@@ -29,6 +30,7 @@ __all__ = [
     "console",
     "guarded",
     "plain_scenes_named",
+    "print_document",
     "scenes_named",
     "seconds",
 ]
@@ -58,7 +60,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         except BrokenPipeError:  # the reader, `head` say, has seen enough
             sys.stderr.close()
             raise typer.Exit from None
-        except OSError as error:  # a disc that is full, a file that may not be written
+        except OSError as error:  # a disk that is full, a file that may not be written
             typer.echo(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
@@ -72,6 +74,15 @@ def console() -> Console:
     # A pipe or a log has no width of its own; 160 columns keep a row of the widest table on one line.
     # Names and an engine's own words may hold brackets and colons that are no markup.
     return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
+
+
+def print_document(document: Document) -> None:
+    """Print a document."""
+    from carom.report.render import terminal
+
+    out = console()
+    for item in terminal(document):
+        out.print(item, soft_wrap=isinstance(item, str))
 
 
 def command_line() -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.cli.common import console, guarded
+from carom.cli.common import guarded, print_document
 
 __all__ = ["engines"]
 
@@ -11,6 +11,6 @@ __all__ = ["engines"]
 def engines() -> None:
     """List the engines: version, profiles and capabilities, or why one is unavailable."""
     from carom.registry import engines as known_engines
-    from carom.report.engine_table import engine_table
+    from carom.report.engine_table import engine_document
 
-    console().print(engine_table(known_engines()))
+    print_document(engine_document(known_engines()))

@@ -15,6 +15,7 @@ from carom.cli.common import (
     command_line,
     console,
     guarded,
+    print_document,
     scenes_named,
     seconds,
 )
@@ -105,9 +106,8 @@ def run(
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
     """
-    from carom.report import require_writable, verdict_line, verdict_table, write_report
-    from carom.report.certified_reach import certified_lines
-    from carom.report.impact_table import impact_tables
+    from carom.report import require_writable, write_report
+    from carom.report.cross_check import cross_check_document
 
     found = scenes_named(scenes or [])
     if explain:
@@ -122,16 +122,11 @@ def run(
     results = _cross_check(
         found, engine, dt, profile, jobs, time_limit, timing, certify, certify_time, phases, drawn=report is not None
     )
-    paths = None if report is None else write_report(results, report)
-    out = console()
-    out.print(verdict_table(results))
-    for table in impact_tables(results):
-        out.print(table)
-    out.print(verdict_line(results), soft_wrap=True)
-    for reach in certified_lines(results):
-        out.print(reach.sentence, soft_wrap=True)
+    document = cross_check_document(results)
+    paths = None if report is None else write_report(results, report, document)
+    print_document(document)
     if paths is not None:
-        out.print(f"report: {paths.html}", soft_wrap=True)
+        console().print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
         raise typer.Exit(code)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import console, guarded
+from carom.cli.common import guarded, print_document
 
 __all__ = ["scenes"]
 
@@ -31,12 +31,12 @@ def scenes(
 
         typer.echo(json.dumps(scene_schema(), indent=2))
         return
-    from carom.report.scene_table import scene_table, scene_text
+    from carom.report.scene_table import scene_document, scene_text
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
 
     if not names and save is None:
-        console().print(scene_table(list(all_scenes().values())))
+        print_document(scene_document(list(all_scenes().values())))
         return
     found = find_scenes(names) if names else list(all_scenes().values())
     for entry in found:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, command_line, console, guarded
+from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, command_line, console, guarded, print_document
 from carom.cli.options import EngineNames, Jobs, ProfileNames
 from carom.cli.progress import progress_bar
 
@@ -64,7 +64,7 @@ def stress(
     if time_limit is not None and not time_limit > 0:
         raise InputError(f"--time-limit must be a number of seconds above 0, got {time_limit}")
     from carom.report import require_writable
-    from carom.report.stress_documents import stress_summary, stress_tables, write_stress
+    from carom.report.stress_documents import stress_document, write_stress
 
     require_writable(out)
     try:
@@ -73,11 +73,8 @@ def stress(
         typer.echo(f"carom: interrupted; finished cells are in {out / JOURNAL}: go on with --resume", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
     paths = write_stress(results, out)
-    shown = console()
-    for table in stress_tables(results):
-        shown.print(table)
-    shown.print(stress_summary(results), soft_wrap=True)
-    shown.print(f"report: {paths.html}", soft_wrap=True)
+    print_document(stress_document(results))
+    console().print(f"report: {paths.html}", soft_wrap=True)
     asked = {method.engine: method for method in results.methods if method.engine in (engine or ())}
     if any(method.unavailable for method in asked.values()):
         raise typer.Exit(EXIT_UNAVAILABLE)

@@ -193,7 +193,7 @@ def _off_path(place: Array, flown: Array) -> Array:
     unknown = np.asarray(np.isnan(flown).any(axis=1))
     gaps = np.concatenate([[0], np.cumsum(unknown)])
     path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, flown), axis=0)])
-    known = ~np.isnan(place).any(axis=1)
+    known = ~np.asarray(np.isnan(place).any(axis=1))
     anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
     here = np.arange(1, len(place))
     off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))

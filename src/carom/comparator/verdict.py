@@ -16,7 +16,7 @@ from carom.comparator.score import Finding, Verdict
 from carom.comparator.thresholds import THRESHOLDS, place_rounding
 from carom.trace import Outcome, Trace, wall_index
 
-__all__ = ["Evidence", "findings"]
+__all__ = ["THRESHOLDS", "Evidence", "findings"]
 
 
 @dataclass(frozen=True)

@@ -30,11 +30,13 @@ cdef extern from *:
     #define carom_ERROR 0x1p-50
     #define carom_NEGLIGIBLE 0x1p-900
     #define carom_GRID 0x1p28
+    #define carom_UNCERTAIN -1.0
     """
     const double NEVER "carom_NEVER"
     const double ERROR "carom_ERROR"  # 8 roundings, see `ERROR` in pair_time.py
     const double NEGLIGIBLE "carom_NEGLIGIBLE"  # where products of this size count, underflow may count too
     const double GRID "carom_GRID"  # see `_GRID` in pair_time.py
+    const double UNCERTAIN "carom_UNCERTAIN"  # in place of a time: the error-free form must decide
 
 cdef enum:
     LARGEST_EXPONENT = 1024  # every float is below two to this
@@ -49,10 +51,6 @@ cdef struct Encounter:  # the second disc as seen from the first, without roundi
     DoubleDouble ux
     DoubleDouble uy
     DoubleDouble reach  # sum of the radii
-
-cdef struct Root:
-    double time
-    bint certain  # that it is the earlier root, and right to 2 units in the last place
 
 
 cdef inline Bounded approach(double dx, double dy, double ux, double uy) noexcept nogil:
@@ -88,8 +86,11 @@ cdef inline DoubleDouble advanced(DoubleDouble t, DoubleDouble p, DoubleDouble v
     return DoubleDouble(head.high, rest)
 
 
-cdef inline Root refine(double near, Encounter e) noexcept nogil:
-    """Return the root near a guess of 22 right bits or more: one step on operands split onto a common grid."""
+cdef inline double refine(double near, Encounter e) noexcept nogil:
+    """Return the root near a guess of 22 right bits or more: one step on operands split onto a common grid.
+
+    UNCERTAIN unless it is the earlier root, and right to 2 units in the last place.
+    """
     t = split(near)
     radius = e.reach.high
     grid = GRID * radius
@@ -105,22 +106,37 @@ cdef inline Root refine(double near, Encounter e) noexcept nogil:
     lr = (radius - hr) + e.reach.low
     gap = ((hx * hx + hy * hy) - hr * hr) + (2.0 * ((hx * lx + hy * ly) - hr * lr) + ((lx * lx + ly * ly) - lr * lr))
     closing = -(px * e.ux.high + py * e.uy.high)
-    # A far graze can leave a closing speed of exactly 0, which `certain` refuses.
+    # A far graze can leave a closing speed of exactly 0, which is UNCERTAIN below.
     inverse = 1.0 / (closing + (1.0 if closing == 0.0 else 0.0))
     step = gap * inverse
     bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse
     speed = fabs(e.ux.high) + fabs(e.uy.high)
     extent = fabs(e.x.high) + fabs(e.y.high) + near * speed
-    cdef bint certain = (
-        closing >= 2.0**-10 * (radius * speed)
-        and extent <= 2.0**34 * radius
-        and fabs(bend) <= 2.0**-12
-        and fabs(step) <= 2.0**-22 * near
-        and 2.0**-17 * (radius * (2.0 * radius + extent)) <= closing * near
-        and radius >= 2.0**-440
-        and speed >= 2.0**-440
-    )
-    return Root(near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend)), certain)
+    # Selects, which a compiler makes of two pairs at a time, where it could not take apart a chain of `and`.
+    cdef double root = near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend))
+    root = root if closing >= 2.0**-10 * (radius * speed) else UNCERTAIN
+    root = root if extent <= 2.0**34 * radius else UNCERTAIN
+    root = root if fabs(bend) <= 2.0**-12 else UNCERTAIN
+    root = root if fabs(step) <= 2.0**-22 * near else UNCERTAIN
+    root = root if 2.0**-17 * (radius * (2.0 * radius + extent)) <= closing * near else UNCERTAIN
+    root = root if radius >= 2.0**-440 else UNCERTAIN
+    return root if speed >= 2.0**-440 else UNCERTAIN
+
+
+cdef inline Encounter encounter(
+    double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
+) noexcept nogil:
+    return Encounter(two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2))
+
+
+cdef inline double refined_time(double b, double d, Encounter e) noexcept nogil:
+    """Return the time of impact from the plain form's ``b`` and ``D``, refined once, or UNCERTAIN."""
+    c = separation(e.x.high, e.y.high, e.reach.high)
+    closing = sqrt(greater(d, 0.0)) - b
+    cdef double root = refine(c.value / (closing if closing > 0.0 else 1.0), e)
+    root = root if b < 0.0 else UNCERTAIN
+    root = root if c.value > 0.0 else UNCERTAIN
+    return root if d > 0.0 else UNCERTAIN
 
 
 cdef inline DoubleDouble discriminant_from_gap(DoubleDouble b, DoubleDouble c, DoubleDouble a) noexcept nogil:
@@ -209,11 +225,8 @@ cdef inline double pair_time(
     d = discriminant(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2)
     if d.value < -d.error:
         return NEVER
-    e = Encounter(two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2))
-    c = separation(e.x.high, e.y.high, e.reach.high)
-    cdef Root root = Root(0.0, False)
-    if b.value < 0.0 and c.value > 0.0 and d.value > 0.0:
-        root = refine(c.value / (sqrt(d.value) - b.value), e)
-    if unlikely(not root.certain):
+    e = encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
+    time = refined_time(b.value, d.value, e)
+    if unlikely(time < 0.0):
         return exact_pair_time(e)
-    return root.time
+    return time

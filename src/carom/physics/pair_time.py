@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ERROR",
-    "INLINE",
     "NEGLIGIBLE",
     "approach",
     "contact_time",
@@ -49,7 +48,6 @@ __all__ = [
     "exact_pair_time",
     "exact_root",
     "pair_time",
-    "quick_pair_time",
     "refine",
     "separation",
 ]
@@ -272,23 +270,6 @@ def contact_time(
     return exact_pair_time(x[0], x[1], y[0], y[1], ux[0], ux[1], uy[0], uy[1], reach[0], reach[1])
 
 
-def quick_pair_time(
-    x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
-) -> float:
-    """Return `pair_time` where the plain form and one refinement settle it, else a negative number."""
-    x, y = two_diff(x2, x1), two_diff(y2, y1)
-    ux, uy = two_diff(vx2, vx1), two_diff(vy2, vy1)
-    reach = two_sum(r1, r2)
-    b, b_error = approach(x[0], y[0], ux[0], uy[0])
-    d, d_error = encounter(x[0], y[0], ux[0], uy[0], reach[0])
-    c, _ = separation(x[0], y[0], reach[0])
-    closing = math.sqrt(d if d > 0.0 else 0.0) - b
-    time, certain = refine(c / (closing if closing > 0.0 else 1.0), x, y, ux, uy, reach)
-    settled = (b < 0.0) & (c > 0.0) & (d > 0.0) & certain
-    never = (b > b_error) | (d < -d_error)
-    return math.inf if never else time if settled else -1.0
-
-
 def pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
@@ -318,7 +299,3 @@ def pair_time(
     if d < -d_error:
         return math.inf
     return contact_time(b, d, x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
-
-
-#: What a loop over many pairs must hold whole to be taken apart into vectors.
-INLINE = (quick_pair_time, refine)

@@ -7,10 +7,16 @@ from collections.abc import Iterator
 
 from carom.bench.advise import RESOLUTION, Advice, Answer, Cause, HardImpact, Trial
 from carom.report import wording
-from carom.report.bench_tables import TableOf
+from carom.report.document import Document, Section, Table
 from carom.trace import wall_index
 
-__all__ = ["advice_sentences", "advice_table"]
+__all__ = ["advice_document", "advice_sentences", "advice_table"]
+
+
+def advice_document(advice: Advice) -> Document:
+    """Return the answer, with what was tried for it."""
+    table = advice_table(advice)
+    return Document("Carom: advice", tuple(advice_sentences(advice)), (Section(table.title, (table,)),))
 
 
 def advice_sentences(advice: Advice) -> Iterator[str]:
@@ -61,9 +67,9 @@ def _hardest(impact: HardImpact, impacts: int) -> str:
     )
 
 
-def advice_table(advice: Advice) -> TableOf:
+def advice_table(advice: Advice) -> Table:
     """Return for every method the step that passes and the one that fails."""
-    return TableOf(
+    return Table.of(
         f"{advice.scene.name}: the largest step that meets the demand",
         ("engine", "profile", "passes at", "there: lost, direction", "fails at", "there: lost, direction", "remark"),
         tuple(_row(answer) for answer in advice.answers),

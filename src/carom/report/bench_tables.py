@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from carom.bench.convergence import Order
 from carom.bench.noise import Noise, Spread
-from carom.bench.results import Bench, Curve, Point, SceneBench
-from carom.comparator.thresholds import THRESHOLDS
+from carom.bench.results import Curve, Point, SceneBench
+from carom.comparator.verdict import THRESHOLDS
 from carom.report import wording
 from carom.report.bench_figure import is_floor
-from carom.runner.environment import Environment
+from carom.report.document import Table
 
 __all__ = [
-    "TableOf",
     "all_tables",
     "cheapest_sentence",
     "cheapest_table",
@@ -24,28 +22,11 @@ __all__ = [
     "noise_sentence",
     "order_table",
     "order_words",
-    "stamp",
-    "stamp_lines",
     "unrun_lines",
 ]
 
 
-@dataclass(frozen=True)
-class TableOf:
-    """A table in words; `note` says what its columns mean.
-
-    The first `left` columns are text, the rest are numbers; those of `page_only` are too much for a terminal.
-    """
-
-    title: str
-    head: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str
-    left: int = 2
-    page_only: frozenset[str] = frozenset()
-
-
-def error_table(bench: SceneBench, error_label: str) -> TableOf:
+def error_table(bench: SceneBench, error_label: str) -> Table:
     """Return the errors of every curve at every step."""
     steps = sorted({point.dt_s for curve in bench.curves for point in curve.points}, reverse=True)
     rows = []
@@ -53,7 +34,7 @@ def error_table(bench: SceneBench, error_label: str) -> TableOf:
         at = {point.dt_s: point for point in curve.points}
         rows.append((curve.engine, curve.profile, *(_error(at.get(dt_s)) for dt_s in steps)))
     phases = max((point.phases for curve in bench.curves for point in curve.points), default=1)
-    return TableOf(
+    return Table.of(
         f"{bench.scene.name}: error at each step",
         ("engine", "profile", *(wording.step(dt_s) for dt_s in steps)),
         tuple(rows),
@@ -84,13 +65,13 @@ def order_words(order: Order) -> str:
     return f"{order.verdict.value}: {wording.number(order.exponent, 3)} ({interval})"
 
 
-def order_table(bench: SceneBench) -> TableOf:
+def order_table(bench: SceneBench) -> Table:
     """Return the fitted order of convergence of every curve."""
     rows = [
         (curve.engine, curve.profile, order_words(curve.order), str(curve.order.points), _sound(curve))
         for curve in bench.curves
     ]
-    return TableOf(
+    return Table.of(
         f"{bench.scene.name}: order of convergence",
         ("engine", "profile", "order (95 % interval)", "steps fitted", "steps that find every impact"),
         tuple(rows),
@@ -104,7 +85,7 @@ def _sound(curve: Curve) -> str:
     return f"{sum(point.sound for point in curve.points)} of {len(curve.points)}"
 
 
-def cost_table(bench: SceneBench) -> TableOf:
+def cost_table(bench: SceneBench) -> Table:
     """Return the two clocks of every point, with what is paid without any collision in columns of its own."""
     rows = []
     for curve in bench.curves:
@@ -130,7 +111,7 @@ def cost_table(bench: SceneBench) -> TableOf:
                     _quartiles(timing.whole_ratio),
                 )
             )
-    return TableOf(
+    return Table.of(
         f"{bench.scene.name}: run time",
         (
             "engine",
@@ -158,7 +139,7 @@ def cost_table(bench: SceneBench) -> TableOf:
     )
 
 
-def cheapest_table(bench: SceneBench, target: float) -> TableOf:
+def cheapest_table(bench: SceneBench, target: float) -> Table:
     """Return the cheapest way of every curve to an error of at most the target."""
     rows = []
     for curve in sorted(bench.curves, key=lambda curve: _seconds(curve.cheapest)):
@@ -179,7 +160,7 @@ def cheapest_table(bench: SceneBench, target: float) -> TableOf:
             )
         else:
             rows.append((curve.engine, curve.profile, _why_not(curve, target), "", "", "", ""))
-    return TableOf(
+    return Table.of(
         f"{bench.scene.name}: the cheapest way to an error of {wording.number(target)}",
         (
             "engine",
@@ -263,21 +244,6 @@ def noise_sentence(noise: Noise | None) -> str:
     )
 
 
-def stamp(bench: Bench) -> tuple[str, ...]:
-    """Return the lines at the foot: machine, versions, and the command that makes it again."""
-    return stamp_lines(bench.environment, bench.command)
-
-
-def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
-    """Return machine, versions, and a command, a line each."""
-    versions = ", ".join(f"{name} {version}" for name, version in here.versions.items())
-    return (
-        f"{here.date}; {here.processor}, {wording.count(here.cores, 'core')}; {here.system}",
-        f"Carom {here.carom}, {here.python}, {versions}",
-        command,
-    )
-
-
 def _seconds(point: Point | None) -> float:
     return point.timing.advance_s.median if point is not None and point.timing is not None else math.inf
 
@@ -302,7 +268,7 @@ def _quartiles(found: Spread | None) -> str:
     return wording.ABSENT if found is None else f"{wording.number(found.low)} to {wording.number(found.high)}"
 
 
-def all_tables(bench: SceneBench, error_label: str, target: float) -> Sequence[TableOf]:
+def all_tables(bench: SceneBench, error_label: str, target: float) -> Sequence[Table]:
     """Return every table of a scene, in the order of reading."""
     timed = bench.noise is not None
     tables = [error_table(bench, error_label), order_table(bench)]

@@ -11,13 +11,14 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.bench.results import Bench, SceneBench
+from carom.report.bench import bench_document, diagrams_of, stamp_lines
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
-from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, stamp, unrun_lines
-from carom.report.extra import rendered, require_report_extra
+from carom.report.extra import require_report_extra
 from carom.report.jsonl import strict
+from carom.report.render import html
 from carom.report.write import replace_all
 
-__all__ = ["BenchPaths", "alone", "bench_json", "render_page", "value_of", "write_bench"]
+__all__ = ["BenchPaths", "alone", "bench_json", "value_of", "write_bench"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
@@ -43,15 +44,15 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
     """
     require_report_extra()
     files: dict[Path, str | bytes] = {}
-    label, foot = bench.plan.error.label, stamp(bench)
+    label, foot = bench.plan.error.label, (*stamp_lines(bench.environment), bench.command)
     for scene in bench.scenes:
-        for kind in axes if scene.noise is not None else [kind for kind in axes if kind is Diagram.ERROR_DT]:
+        for kind in diagrams_of(scene, axes):
             base = folder / f"{_file_name(scene)}-{kind.value}"
             files[base.with_name(f"{base.name}.svg")] = alone(diagram_svg(scene, kind, label))
             files[base.with_name(f"{base.name}.png")] = diagram_png(scene, kind, label, foot)
     diagrams = tuple(files)
     paths = BenchPaths(folder / "index.html", folder / "bench.json", diagrams)
-    files[paths.html] = _html(bench, axes)
+    files[paths.html] = html(bench_document(bench, axes))
     files[paths.json] = bench_json(bench)
     folder.mkdir(parents=True, exist_ok=True)
     replace_all(files)
@@ -96,35 +97,3 @@ def _file_name(scene: SceneBench) -> str:
 def alone(svg: str) -> str:
     """Return a drawing made for a page as a file of its own."""
     return svg.replace("<svg ", _SVG_HEAD, 1) + "\n"
-
-
-def _html(bench: Bench, axes: Sequence[Diagram]) -> str:
-    error, target = bench.plan.error, bench.plan.target
-    label = error.label
-    parts: list[dict[str, object]] = []
-    for scene in bench.scenes:
-        timed = scene.noise is not None
-        shown = [kind for kind in axes if timed or kind is Diagram.ERROR_DT]
-        diagrams = [(kind.heading, diagram_svg(scene, kind, label)) for kind in shown]
-        if timed and Diagram.ERROR_TIME in shown:
-            title = "Error against run time, preparation included"
-            diagrams.insert(1, (title, diagram_svg(scene, Diagram.ERROR_TIME, label, whole=True)))
-        parts.append(
-            {
-                "name": scene.scene.name,
-                "description": scene.scene.description,
-                "sentence": cheapest_sentence(scene, target) if timed else "Not timed.",
-                "diagrams": diagrams,
-                "tables": all_tables(scene, error.meaning, target),
-                "unrun": list(unrun_lines(scene)),
-                "noise": noise_sentence(scene.noise),
-                "timed_at": scene.timed_at,
-                "rounds": scene.rounds,
-            }
-        )
-    return render_page("Carom bench", parts, stamp(bench), bench.plan.seed)
-
-
-def render_page(title: str, parts: Sequence[Mapping[str, object]], foot: Sequence[str], seed: int) -> str:
-    """Return a page of a bench; every name is escaped."""
-    return rendered("bench.html.j2", title=title, scenes=parts, stamp=foot, seed=seed)

@@ -1,29 +1,29 @@
-"""A certified run on a terminal: the impacts with their proven digits only, and how far it reached."""
+"""A certified run: the impacts with their proven digits only, and how far it reached."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from rich.table import Table
-from rich.text import Text
-
+from carom.report.document import Column, Document, Section, Table
 from carom.solvers.certified import proven_decimal
 from carom.trace import wall_index
 
 if TYPE_CHECKING:
     from carom.solvers.certified import CertifiedTrace
 
-__all__ = ["certified_summary", "certified_table"]
+__all__ = ["certified_document"]
 
 
-def certified_table(certified: CertifiedTrace, most: int) -> Table:
-    """Return the first impacts, every digit of them right to one unit in the last."""
-    table = Table(title=f"{certified.trace.scene.name}: every digit proven", title_justify="left")
-    table.add_column("#", justify="right")
-    table.add_column("time, s", no_wrap=True)
-    table.add_column("bodies", no_wrap=True)
-    table.add_column("velocities after, m/s")
+def certified_document(certified: CertifiedTrace, most: int) -> Document:
+    """Return the first impacts, every digit of them right to one unit in the last, and how far the run reached."""
+    table = _impacts(certified, most)
+    blocks = (table,) if most and len(certified) else ()
+    return Document("Carom: certified", tuple(_summary(certified)), (Section(table.title, blocks),))
+
+
+def _impacts(certified: CertifiedTrace, most: int) -> Table:
     impacts, radii = certified.trace.impacts, certified.radii
+    rows = []
     for k in range(min(most, len(impacts))):
         first, second = int(impacts[k]["first"]), int(impacts[k]["second"])
         if certified.decimals:
@@ -39,14 +39,15 @@ def certified_table(certified: CertifiedTrace, most: int) -> Table:
         after = f"({velocity[0]}, {velocity[1]})"
         if second >= 0:
             after += f"  ({velocity[2]}, {velocity[3]})"
-        table.add_row(str(k), Text(time), Text(bodies), Text(after))
+        rows.append((str(k), time, bodies, after))
     if len(impacts) > most:
-        table.add_row("", f"and {len(impacts) - most} more", "", "")
-    return table
+        rows.append(("", f"and {len(impacts) - most} more", "", ""))
+    columns = (Column("#", number=True), Column("time, s"), Column("bodies"), Column("velocities after, m/s"))
+    return Table(columns, tuple(rows), title=f"{certified.trace.scene.name}: every digit proven")
 
 
-def certified_summary(certified: CertifiedTrace) -> str:
-    """Return how far the run is certified, and why it ended, in a sentence or two."""
+def _summary(certified: CertifiedTrace) -> list[str]:
+    """Say how far the run is certified, and why it ended."""
     n = len(certified)
     end = certified.trace.end_time_s
     reach = f"certified to {certified.digits} digits for {n} {'impact' if n == 1 else 'impacts'}, to {end:.6g} s"
@@ -59,4 +60,4 @@ def certified_summary(certified: CertifiedTrace) -> str:
         lines.append(
             f"The order of {len(certified.commuted)} simultaneous impacts makes no difference, and is not certified."
         )
-    return "\n".join(lines)
+    return lines

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.table import Table
-from rich.text import Text
-
 from carom.adapter import Capabilities
 from carom.registry import EngineInfo
+from carom.report.document import Cell, Column, Document, Section, Table
 
-__all__ = ["engine_table"]
+__all__ = ["engine_document"]
 
 
-def engine_table(infos: Sequence[EngineInfo]) -> Table:
+def engine_document(infos: Sequence[EngineInfo]) -> Document:
     """Return a table of engines: version, or why unavailable, profiles and capabilities."""
-    table = Table(title="Engines", title_justify="left")
-    for heading in ("name", "engine", "version, or why it is unavailable", "profiles", "capabilities"):
-        table.add_column(heading)
-    for info in infos:
-        state = Text(info.version) if info.available else Text(f"unavailable: {info.unavailable}", style="red")
-        able = _capabilities(info.capabilities) if info.capabilities else ""
-        table.add_row(Text(info.name), Text(info.engine), state, Text(", ".join(info.profiles)), Text(able))
-    return table
+    heads = ("name", "engine", "version, or why it is unavailable", "profiles", "capabilities")
+    rows = tuple(
+        (
+            info.name,
+            info.engine,
+            info.version if info.available else Cell(f"unavailable: {info.unavailable}", style="red"),
+            ", ".join(info.profiles),
+            _capabilities(info.capabilities) if info.capabilities else "",
+        )
+        for info in infos
+    )
+    return Document("Carom: engines", (), (Section("Engines", (Table(tuple(map(Column, heads)), rows),)),))
 
 
 def _capabilities(able: Capabilities) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.verdict import THRESHOLDS
 from carom.report import wording
 from carom.report.marks import Mark, mark_of
 from carom.runner import Results, Row
@@ -186,7 +186,8 @@ def reasons_of(row: Row | None) -> tuple[str, ...]:
         return (NO_REFERENCE,)
     # An engine that was cut short on its own warning, a reset say, is told in its own words first.
     warned = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
-    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings))
+    untimed = (f"not timed: {row.untimed}",) if row.untimed else ()
+    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings), *untimed)
 
 
 def _cell(column: Column, row: Row | None) -> GridCell:

@@ -11,18 +11,20 @@ from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.report import wording
+from carom.report.bench import making, stamp_lines
 from carom.report.bench_figure import PNG_DPI
-from carom.report.bench_tables import TableOf, stamp_lines
-from carom.report.bench_write import alone, render_page, value_of
+from carom.report.bench_write import alone, value_of
+from carom.report.document import Document, Figure, Figures, Lines, Section, Table
 from carom.report.extra import require_report_extra
 from carom.report.jsonl import strict
+from carom.report.render import html
 from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
 from carom.report.write import replace_all
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib import figure as drawn
 
-__all__ = ["growth_diagram", "growth_tables", "unrun_growth", "write_growth"]
+__all__ = ["growth_diagram", "growth_document", "growth_tables", "unrun_growth", "write_growth"]
 
 FORMAT = 1
 _WIDTH_IN, _HEIGHT_IN = 7.6, 4.6
@@ -30,7 +32,25 @@ _MARKERS = "osD^vP*X"
 _MIB = 2.0**20
 
 
-def growth_tables(growth: Growth) -> tuple[TableOf, ...]:
+def growth_document(growth: Growth) -> Document:
+    """Return run time and memory against the number of discs."""
+    figures = (
+        Figure(lambda: growth_diagram(growth, memory=False)[0], "Run time"),
+        Figure(lambda: growth_diagram(growth, memory=True)[0], "Memory"),
+    )
+    left_out = tuple(unrun_growth(growth))
+    return Document(
+        "Carom bench: growth",
+        ("Run time and memory against the number of discs.",),
+        (
+            Section("Cost as work grows", (Figures(figures), *growth_tables(growth))),
+            Section("Left out, and why", (Lines(left_out),) if left_out else (), level=3),
+            making(growth.environment, growth.command),
+        ),
+    )
+
+
+def growth_tables(growth: Growth) -> tuple[Table, ...]:
     """Return run time, memory and exponents."""
     sizes = sorted({point.discs for curve in growth.curves for point in curve.points})
     what = (
@@ -38,25 +58,25 @@ def growth_tables(growth: Growth) -> tuple[TableOf, ...]:
         "of its own, one at a time."
     )
     return (
-        TableOf(
+        Table.of(
             "Run time of a step, ms",
             ("engine", "profile", *map(str, sizes)),
             _rows(growth, sizes, lambda point: wording.number(1e3 * point.advance_s / STEPS)),
             f"{what} Preparation is not in it.",
         ),
-        TableOf(
+        Table.of(
             "Run time over PIT's with as many discs",
             ("engine", "profile", *map(str, sizes)),
             _rows(growth, sizes, lambda point: wording.number(point.ratio)),
             "Both in this run. Only these may be held against another machine's.",
         ),
-        TableOf(
+        Table.of(
             "Memory, MiB",
             ("engine", "profile", *map(str, sizes)),
             _rows(growth, sizes, lambda point: wording.number(point.memory_bytes / _MIB)),
             "What the process held at most, less what it held with the scene and the engine loaded and no world yet.",
         ),
-        TableOf(
+        Table.of(
             "Growth with the number of discs n, from 100 discs on",
             (
                 "engine",
@@ -122,7 +142,7 @@ def growth_diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tu
         return svg, buffer.getvalue()
 
 
-def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> Figure:
+def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
     height = _HEIGHT_IN + 0.16 * len(foot)
     figure = new_figure(_WIDTH_IN, height)
     axes = figure.add_axes((0.115, (0.55 + 0.16 * len(foot)) / height, 0.605, (_HEIGHT_IN - 1.1) / height))
@@ -171,26 +191,13 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         OSError: The folder can't be written to.
     """
     require_report_extra()
-    foot = stamp_lines(growth.environment, growth.command)
+    foot = (*stamp_lines(growth.environment), growth.command)
     files: dict[Path, str | bytes] = {}
-    diagrams = []
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, png = growth_diagram(growth, memory, foot)
         files[folder / f"{name}.svg"], files[folder / f"{name}.png"] = alone(svg), png
-        diagrams.append(("Memory" if memory else "Run time", svg))
-    part = {
-        "name": "Cost as work grows",
-        "description": "",
-        "sentence": "Run time and memory against the number of discs.",
-        "diagrams": diagrams,
-        "tables": growth_tables(growth),
-        "unrun": list(unrun_growth(growth)),
-        "noise": "",
-        "timed_at": "",
-        "rounds": 0,
-    }
     page = folder / "growth.html"
-    files[page] = render_page("Carom bench: growth", [part], foot, 0)
+    files[page] = html(growth_document(growth))
     content = {"format": FORMAT, **{k: v for k, v in _plain_fields(growth).items() if k != "engines"}}
     files[folder / "growth.json"] = json.dumps(strict(content), ensure_ascii=False, allow_nan=False, indent=1) + "\n"
     folder.mkdir(parents=True, exist_ok=True)

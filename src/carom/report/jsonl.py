@@ -75,6 +75,7 @@ def _fields(row: Row) -> dict[str, object]:
         "notes": list(trace.notes) if trace else [],
         "settings": dict(trace.settings) if trace else None,
         "timing": dataclasses.asdict(row.timing) if row.timing else None,
+        "untimed": row.untimed,
         "time_ratio": row.time_ratio,
     }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["Pair", "draw_pair"]
+__all__ = ["draw_pair"]
 
 _WIDTH_IN = 3.3
 #: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
@@ -37,25 +36,8 @@ _MOST_MISSES = 4
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
 
 
-@dataclass(frozen=True)
-class Pair:
-    """Reference and observed run, drawn to the same scale.
-
-    Attributes:
-        reference: SVG of the reference.
-        observed: SVG of the observed run.
-        over_time: Whether position is drawn against time, as everything moves along one line.
-        misses_drawn: Whether missed impacts are shown by the frames on either side.
-    """
-
-    reference: str
-    observed: str
-    over_time: bool
-    misses_drawn: bool
-
-
-def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> Pair:
-    """Draw a run beside its reference; `labels` are the accessible names of the two pictures."""
+def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> tuple[str, str]:
+    """Return a run beside its reference, as SVG and to one scale; `labels` are their accessible names."""
     scene = divergence.reference.scene
     reference, observed = exact_paths(divergence.reference), observed_paths(divergence.observed)
     score = divergence.cell.row.score if divergence.cell.row else None
@@ -68,14 +50,12 @@ def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> Pair:
             _over_time(scene, paths, axis, (low[axis], high[axis]), label)
             for paths, label in zip((reference, observed), labels, strict=True)
         ]
-        return Pair(pictures[0], pictures[1], over_time=True, misses_drawn=False)
+        return pictures[0], pictures[1]
     limits = _limits(scene, reference, observed)
     dotted = max(len(reference.stands), len(observed.stands)) > _MOST_STANDS
-    return Pair(
+    return (
         _in_the_plane(scene, reference, [], limits, labels[0], dotted=dotted),
         _in_the_plane(scene, observed, misses, limits, labels[1], dotted=dotted),
-        over_time=False,
-        misses_drawn=bool(misses),
     )
 
 

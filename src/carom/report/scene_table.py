@@ -5,27 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import tomli_w
-from rich.table import Table
-from rich.text import Text
 
+from carom.report.document import Document, Section, Table
 from carom.scenes import CatalogueScene, Complaint
 
-__all__ = ["scene_table", "scene_text"]
+__all__ = ["scene_document", "scene_text"]
 
 
-def scene_table(entries: Sequence[CatalogueScene]) -> Table:
+def scene_document(entries: Sequence[CatalogueScene]) -> Document:
     """Return a table of scenes: name, size, and what each shows."""
-    table = Table(title="Scenes", title_justify="left")
-    table.add_column("name", no_wrap=True)
-    for heading in ("discs", "walls", "impacts"):
-        table.add_column(heading, justify="right")
-    table.add_column("what it shows")
-    for entry in entries:
-        scene, count = entry.scene, entry.known.count
-        impacts = "" if count is None else str(count)
-        row = (entry.name, str(len(scene.discs)), str(len(scene.walls)), impacts, entry.shows)
-        table.add_row(*(Text(cell) for cell in row))
-    return table
+    rows = (
+        (
+            entry.name,
+            entry.shows,
+            str(len(entry.scene.discs)),
+            str(len(entry.scene.walls)),
+            "" if entry.known.count is None else str(entry.known.count),
+        )
+        for entry in entries
+    )
+    table = Table.of("Scenes", ("name", "what it shows", "discs", "walls", "impacts"), rows)
+    return Document("Carom: scenes", (), (Section("Scenes", (table,)),))
 
 
 def scene_text(entry: CatalogueScene) -> str:

@@ -1,4 +1,4 @@
-"""A stress campaign as documents: a table on the terminal, Markdown, HTML and JSON."""
+"""A stress campaign as a document, and as JSON."""
 
 from __future__ import annotations
 
@@ -8,21 +8,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from rich import box
-from rich.table import Table
-from rich.text import Text
-
-from carom.report import wording
-from carom.report.extra import rendered
-from carom.report.markdown import _table as markdown_table
-from carom.report.markdown import _text as markdown_text
+from carom.report.cross_check import environment_facts
+from carom.report.document import ON_PAPER, PAGE, Cell, Code, Column, Document, Lines, Section, Table, Text
+from carom.report.render import html, markdown
 from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, columns, groups, reasons, summary
 from carom.report.write import replace_all
 
 if TYPE_CHECKING:
-    from carom.stress.results import Line, StressResults
+    from carom.stress.results import Line, Spot, StressResults
 
-__all__ = ["StressPaths", "stress_summary", "stress_tables", "write_stress"]
+__all__ = ["StressPaths", "stress_document", "write_stress"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
@@ -44,124 +39,78 @@ def write_stress(results: StressResults, folder: Path) -> StressPaths:
         OSError: The folder can't be written to.
     """
     paths = StressPaths(*(folder / f"stress.{ending}" for ending in ("html", "md", "json")))
-    texts = (_html(results), _markdown(results), _json(results))
+    document = stress_document(results)
+    texts = (html(document), markdown(document), _json(results))
     folder.mkdir(parents=True, exist_ok=True)
     replace_all(dict(zip(paths, texts, strict=True)))
     return paths
 
 
-def stress_summary(results: StressResults) -> str:
-    """Return what was found, in plain sentences."""
-    return "\n".join(summary(results))
-
-
-def stress_tables(results: StressResults) -> Iterator[Table]:
-    """Return a table for each kind of line, its reasons below it."""
-    for kind, lines in groups(results):
-        table = Table(title=HEADINGS[kind], title_justify="left", caption=NOTES[kind], caption_justify="left")
-        table.box, table.pad_edge = box.SIMPLE_HEAD, False
-        table.add_column(kind, no_wrap=True)
-        methods, with_axis = columns(results, kind, lines), kind in {"attack", "own"}
-        if with_axis:
-            table.add_column("axis" if kind == "attack" else "what", max_width=34 if kind == "attack" else None)
-        for method in methods:
-            table.add_column(Text(f"{method.engine}\n{method.profile}"))
-        for line in lines:
-            cells = [cell_text(results.spots[line.name, method.name]) for method in methods]
-            shown = [f"{c.mark} {c.text}" + (f"\n  {c.error}" if c.error else "") for c in cells]
-            table.add_row(Text(line.name), *([Text(line.axis)] if with_axis else []), *map(Text, shown))
-        yield table
-        why = Table(title="Why", title_justify="left", box=None, show_header=False, pad_edge=False)
-        why.add_column(no_wrap=True)
-        why.add_column()
-        for line in lines:
-            for reason, names in reasons(results, line):
-                why.add_row(Text(line.name), Text(f"{', '.join(names)}: {reason}"))
-        if why.row_count:
-            yield why
-
-
-def _markdown(results: StressResults) -> str:
-    return "\n".join(_markdown_lines(results)) + "\n"
-
-
-def _markdown_lines(results: StressResults) -> Iterator[str]:
-    yield f"# {TITLE}"
-    for sentence in summary(results):
-        yield from ("", markdown_text(sentence))
-    for kind, lines in groups(results):
-        yield from ("", f"## {HEADINGS[kind]}", "", NOTES[kind], "")
-        rows, methods = [], columns(results, kind, lines)
-        for line in lines:
-            cells = [cell_text(results.spots[line.name, method.name]) for method in methods]
-            rows.append(
-                [line.name, line.axis, *(f"{c.mark} {c.text}" + (f" ({c.error})" if c.error else "") for c in cells)]
-            )
-        yield from markdown_table([kind, "axis", *(method.name for method in methods)], rows)
-        yield from ("", "### Why, and which scene shows it", "")
-        for line in lines:
-            yield f"- **{line.name}**: {markdown_text(line.gives_way)} Truth: {markdown_text(line.truth)}."
-            if line.link:
-                yield f"  - <{line.link}>"
-            for reason, names in reasons(results, line):
-                yield f"  - {', '.join(names)}: {markdown_text(reason)}"
-            for name, files in _files(results, line):
-                yield f"  - {name}: {', '.join(f'`{file}`' for file in files)}"
-    yield from ("", "## Machine and versions", "")
-    yield from markdown_table(["", ""], _environment(results))
-    yield from ("", "Made by", "", f"    {results.command}")
-
-
-def _files(results: StressResults, line: Line) -> Iterator[tuple[str, tuple[str, ...]]]:
-    for method in results.methods:
-        spot = results.spots[line.name, method.name]
-        if spot.scenes:
-            yield method.name, spot.scenes
-
-
-def _environment(results: StressResults) -> list[list[str]]:
-    here = results.environment
-    return [
-        ["Date", here.date],
-        ["Processor", f"{here.processor}, {wording.count(here.cores, 'core')}"],
-        ["System", here.system],
-        ["Python", here.python],
-        ["Carom", here.carom],
-        ["Versions", ", ".join(f"{name} {version}" for name, version in here.versions.items())],
-        ["Whole run", wording.seconds(results.elapsed_s)],
-    ]
-
-
-def _html(results: StressResults) -> str:
-    return rendered(
-        "stress.html.j2",
-        title=TITLE,
-        results=results,
-        sentences=summary(results),
-        groups=[
-            (
-                kind,
-                HEADINGS[kind],
-                NOTES[kind],
-                columns(results, kind, lines),
-                [
-                    (
-                        line,
-                        [
-                            (cell_text(spot), spot)
-                            for spot in (
-                                results.spots[line.name, method.name] for method in columns(results, kind, lines)
-                            )
-                        ],
-                        reasons(results, line),
-                    )
-                    for line in lines
-                ],
-            )
-            for kind, lines in groups(results)
-        ],
-        environment=_environment(results),
+def stress_document(results: StressResults) -> Document:
+    """Return a campaign: for each kind of line a table, and why its cells are as they are."""
+    return Document(
+        TITLE,
+        tuple(summary(results)),
+        (
+            *(section for kind, lines in groups(results) for section in _group(results, kind, lines)),
+            Section("Machine and versions", (environment_facts(results.environment, results.elapsed_s),)),
+            Section("Made by", (Code(results.command, ON_PAPER),), level=3),
+        ),
     )
+
+
+def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
+    methods = columns(results, kind, lines)
+    table = Table(
+        (Column(kind), Column("axis"), *(Column(method.engine, method.profile) for method in methods)),
+        tuple(
+            (line.name, line.axis, *(_cell(results.spots[line.name, method.name]) for method in methods))
+            for line in lines
+        ),
+        note=NOTES[kind],
+        css="grid",
+    )
+    yield Section(HEADINGS[kind], (table, Text("A cell leads to the scene that shows its number: run it.", PAGE)))
+    yield Section(
+        f"{HEADINGS[kind]}: why",
+        (Lines(tuple(why for line in lines for why in _why(results, line))),),
+        level=3,
+    )
+    yield Section(
+        f"{HEADINGS[kind]}: what is asked, and what is true",
+        (Lines(tuple(said for line in lines for said in (_asked(line), *_scenes(results, line))), ON_PAPER),),
+        level=3,
+    )
+
+
+def _cell(spot: Spot) -> Cell:
+    shown = cell_text(spot)
+    return Cell(
+        shown.text,
+        shown.error,
+        title=spot.reason,
+        css=shown.css,
+        symbol=shown.mark,
+        link=spot.scenes[0] if spot.scenes else "",
+    )
+
+
+def _asked(line: Line) -> str:
+    thread = f" {line.link}" if line.link else ""
+    return f"{line.name}: {line.gives_way} Truth: {line.truth}.{thread}"
+
+
+def _scenes(results: StressResults, line: Line) -> Iterator[str]:
+    """Name the scene files that show a line's numbers."""
+    for method in results.methods:
+        files = results.spots[line.name, method.name].scenes
+        if files:
+            yield f"{line.name} on {method.name}: {', '.join(files)}"
+
+
+def _why(results: StressResults, line: Line) -> Iterator[str]:
+    for reason, names in reasons(results, line):
+        yield f"{line.name}, {', '.join(names)}: {reason}"
 
 
 def _json(results: StressResults) -> str:

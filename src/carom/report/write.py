@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.errors import InputError
+from carom.report.cross_check import cross_check_document
+from carom.report.document import Document
 from carom.report.extra import require_report_extra
-from carom.report.html import html
 from carom.report.jsonl import jsonl
 from carom.report.junit import junit
-from carom.report.markdown import markdown
-from carom.report.view import build_view
+from carom.report.render import html, markdown
 from carom.runner import Results
 
 __all__ = ["ReportPaths", "replace_all", "require_writable", "write_report"]
@@ -28,7 +28,7 @@ class ReportPaths(NamedTuple):
     junit: Path
 
 
-def write_report(results: Results, folder: Path) -> ReportPaths:
+def write_report(results: Results, folder: Path, document: Document | None = None) -> ReportPaths:
     """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, in place of older ones.
 
     Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
@@ -36,15 +36,16 @@ def write_report(results: Results, folder: Path) -> ReportPaths:
     Args:
         results: What is reported.
         folder: Where to; it is made where it does not exist.
+        document: Its document, where that was made already.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         OSError: The folder can't be written to.
     """
-    view = build_view(results)
+    document = document or cross_check_document(results)
     folder = Path(folder)
     paths = ReportPaths(*(folder / name for name in ("index.html", "report.md", "results.jsonl", "junit.xml")))
-    texts = (html(view), markdown(view), jsonl(results), junit(results))
+    texts = (html(document), markdown(document), jsonl(results), junit(results))
     folder.mkdir(parents=True, exist_ok=True)
     replace_all(dict(zip(paths, texts, strict=True)))
     return paths
@@ -66,7 +67,7 @@ def require_writable(folder: Path) -> None:
 
 
 def replace_all(contents: Mapping[Path, str | bytes]) -> None:
-    """Write each text beside its place first; only when all are on the disc are they renamed."""
+    """Write each text beside its place first; only when all are on the disk are they renamed."""
     whole: list[tuple[Path, Path]] = []
     try:
         for path, text in contents.items():

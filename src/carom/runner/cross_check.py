@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from carom.adapter import Adapter
 from carom.comparator import Horizon, Score, compare
 from carom.comparator.believed import estimate_horizon
-from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.registry import EngineInfo, engines, load_adapter
+from carom.errors import AdapterError, InputError
+from carom.registry import EngineInfo, load_adapter
 from carom.runner.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
-from carom.runner.drive import profile_settings
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
 from carom.runner.phases import PhaseSpread, Shifted, phase_values, shifted_scenes, spread_of
+from carom.runner.plan import chosen_engines, planned_cells
 from carom.runner.results import Cell, Results, Row, Status
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, deviation
@@ -24,29 +23,14 @@ from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
 __all__ = [
-    "ALL_PROFILES",
-    "DEFAULT_PROFILES",
     "DEFAULT_TIME_LIMIT_S",
     "MOST_IMPACTS",
-    "chosen_engines",
     "cross_check",
-    "default_dts",
-    "distinct_profiles",
-    "distinct_settings",
     "reference_trace",
     "run",
 ]
 
 DEFAULT_TIME_LIMIT_S = 60.0
-DEFAULT_PROFILES = ("default", "tuned", "located")
-
-#: Stands for every profile that an engine offers.
-ALL_PROFILES = "all"
-
-#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
-REFINEMENT = 4
-REFINEMENTS = 3
-
 #: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
 MOST_IMPACTS = 200_000
 
@@ -55,11 +39,6 @@ SAMPLING = ("pit", "tuned")
 
 Progress = Callable[[int, int, str], None]
 Key = tuple[str, str, str, float]
-
-
-def default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
-    return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
 def run(
@@ -141,7 +120,7 @@ def cross_check(
     )
     plain, answers = _sort_out(scenes)
     infos = chosen_engines(engine_names)
-    cells = list(_cells(plain, infos, dts, profiles))
+    cells = list(planned_cells(plain, infos, dts, profiles))
     solved = {scene.name: reference_trace(scene) for scene in plain}
     held_against: dict[str, Reference] = {}
     pic = {name: trace for name, trace in solved.items() if isinstance(trace, Trace)}
@@ -252,67 +231,6 @@ def _sort_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[list[Scene], di
     if twice:
         raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
     return plain, answers
-
-
-def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
-    """Return what is known of the engines of these names, or of all.
-
-    Raises:
-        UnknownNameError: There is no such engine.
-    """
-    known = {info.name: info for info in engines()}
-    for name in names or ():
-        if name not in known:
-            raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(known)}")
-    return [info for info in known.values() if names is None or info.name in names]
-
-
-def _cells(
-    scenes: Sequence[Scene], infos: Sequence[EngineInfo], dts: Sequence[float] | None, asked: Sequence[str] | None
-) -> Iterator[Cell]:
-    offered = {profile: None for info in infos for profile in info.profiles}
-    profiles = asked if asked is not None else [name for name in DEFAULT_PROFILES if name in offered]
-    if ALL_PROFILES in profiles:
-        profiles = tuple(offered)
-    if not profiles:  # no adapter asked for can be loaded: its rows say why
-        profiles = DEFAULT_PROFILES
-    for profile in asked or ():
-        if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
-    for scene in scenes:
-        steps = tuple(dts) if dts else default_dts(scene)
-        for info in infos:
-            for refinement, dt_s in enumerate(sorted(set(steps), reverse=True)):
-                for profile in distinct_profiles(info, profiles, dt_s):
-                    if dts or refinement == 0 or not _is_located(info, profile):
-                        yield Cell(scene, info.name, profile, dt_s, refinement)
-
-
-def _is_located(info: EngineInfo, profile: str) -> bool:
-    return bool(info.profiles) and load_adapter(info.name).profiles[profile].located
-
-
-def distinct_profiles(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[str]:
-    """Return the profiles to run of an engine, without those that would only run the same settings again."""
-    if not info.profiles:  # the adapter can't be loaded: one row says why
-        return [profiles[-1]]
-    return distinct_settings(load_adapter(info.name), profiles, dt_s)
-
-
-def distinct_settings(adapter: Adapter, profiles: Sequence[str], dt_s: float) -> list[str]:
-    """Return which profiles of an adapter to run: of those with the same settings at a step only the last."""
-    by_settings: dict[object, str] = {}
-    for profile in profiles:
-        if profile in adapter.profiles:
-            try:
-                settings: object = (
-                    adapter.profiles[profile].located,
-                    *sorted(profile_settings(adapter, profile, dt_s).items()),
-                )
-            except AdapterError:  # its row will say why
-                settings = profile
-            by_settings[settings] = profile
-    return sorted(by_settings.values(), key=list(profiles).index)
 
 
 def reference_trace(scene: Scene) -> Trace | str:

@@ -81,7 +81,7 @@ class Executor:
         request = Request(cell.engine, cell.scene, cell.profile, cell.dt_s, timing_runs=TIMING_RUNS)
         answer = self._ask(cell, request)
         if isinstance(answer, Row):
-            return replace(row, reason=f"not timed: {answer.status.value}: {answer.reason}")
+            return replace(row, untimed=f"{answer.status.value}: {answer.reason}")
         return replace(row, timing=_as(Timing, answer))
 
     def _ask(self, cell: Cell, request: Request) -> object:

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from carom.errors import AdapterError, InputError
-from carom.registry import load_adapter, unavailable_reason
-from carom.runner.cross_check import DEFAULT_PROFILES, MOST_IMPACTS, chosen_engines, default_dts, distinct_settings
-from carom.runner.execute import MOST_DISCS_DRAWN
+from carom.registry import EngineInfo
+from carom.runner.cross_check import reference_trace
+from carom.runner.execute import MOST_DISCS_DRAWN, refusal
 from carom.runner.phases import phase_values, shifted_scenes
-from carom.runner.plan import capabilities_of, unsupported_reason
+from carom.runner.plan import chosen_engines, default_dts, planned_cells, profiles_to_plan
+from carom.runner.results import Cell
 from carom.scene import Scene
 from carom.scenes import CatalogueScene
 from carom.solvers.pic import solve_pic
@@ -45,15 +45,15 @@ def explain(
         drawn: Whether a report with pictures is written.
 
     Raises:
-        UnknownNameError: There is no such engine.
+        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     infos = chosen_engines(engine_names)
-    wanted = profiles or DEFAULT_PROFILES
+    wanted = profiles_to_plan(infos, profiles)
     for entry in scenes:
         scene = entry.scene if isinstance(entry, CatalogueScene) else entry
         steps = sorted(set(dts), reverse=True) if dts else list(default_dts(scene))
         yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
-        reference = _reference(scene)
+        reference = reference_trace(scene)
         if isinstance(reference, str):
             yield f"  nothing is run: {reference}"
             continue
@@ -66,9 +66,11 @@ def explain(
             kept = len(shifted_scenes(reference, steps[0], phase_values(phases)))
             why = "a shift that changes which impacts happen is left out"
             yield f"  phases: {kept} of {phases} at {steps[0]:.6g} s; {why}"
+        cells = list(planned_cells([scene], infos, dts, profiles))
         for info in infos:
-            for profile in wanted:
-                yield f"  {info.name} {profile}: {_cell(scene, info.name, profile, wanted, steps, asked=bool(dts))}"
+            for profile in wanted if info.profiles else wanted[-1:]:
+                planned = [cell for cell in cells if (cell.engine, cell.profile) == (info.name, profile)]
+                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(steps))}"
 
 
 def _bodies(scene: Scene) -> str:
@@ -78,13 +80,6 @@ def _bodies(scene: Scene) -> str:
 
 def _needs(scene: Scene) -> str:
     return ", ".join(sorted(need.value for need in scene.needs)) or "nothing special"
-
-
-def _reference(scene: Scene) -> Trace | str:
-    try:
-        return solve_pic(scene, max_impacts=MOST_IMPACTS)
-    except InputError as error:
-        return str(error)
 
 
 def _pic(scene: Scene, trace: Trace) -> str:
@@ -138,23 +133,16 @@ def _samples(scene: Scene, *, drawn: bool) -> str:
     return "kept at the coarsest step, the only one that is drawn"
 
 
-def _cell(
-    scene: Scene, engine: str, profile: str, wanted: Sequence[str], steps: Sequence[float], *, asked: bool
-) -> str:
-    try:
-        adapter = load_adapter(engine)
-    except AdapterError as error:
-        return f"skipped: {error}"
-    missing = unavailable_reason(adapter.engine)
-    if missing:
-        return f"skipped: {missing}"
-    if profile not in adapter.profiles:
-        return "skipped: it has no such profile"
-    unsupported = unsupported_reason(scene, capabilities_of(adapter, profile), steps[0])
-    if unsupported:
-        return f"skipped: {unsupported}"
-    if profile not in distinct_settings(adapter, wanted, steps[0]):
-        return "skipped: another profile has the very same settings"
-    if adapter.profiles[profile].located and not asked:
-        return f"run at {steps[0]:.6g} s only, as its error hardly hangs on the step; finer ones with --dt"
-    return f"run at {', '.join(f'{dt_s:.6g}' for dt_s in steps)} s"
+def _fate(planned: Sequence[Cell], info: EngineInfo, profile: str, steps: int) -> str:
+    """Return at which steps a profile is run, or why it is not."""
+    if not planned:
+        same = profile in info.profiles
+        return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
+    refused = {cell.dt_s: row.reason for cell in planned if (row := refusal(cell)) is not None}
+    if len(refused) == len(planned):
+        return f"skipped: {refused[planned[0].dt_s]}"
+    left_out = "".join(f"; skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items())
+    runs = ", ".join(f"{cell.dt_s:.6g}" for cell in planned if cell.dt_s not in refused)
+    if len(planned) < steps:
+        return f"run at {runs} s only, as its error hardly depends on the step; finer ones with --dt{left_out}"
+    return f"run at {runs} s{left_out}"

@@ -1,6 +1,6 @@
 """The journal of a sweep: one line of JSON a finished cell, only ever appended to, so that nothing written is at risk.
 
-Each append is one write of whole lines to a file opened for appending, and is on the disc before it returns. A process
+Each append is one write of whole lines to a file opened for appending, and is on the disk before it returns. A process
 killed in the middle can leave one torn line, the last; the next one to open the journal cuts it off. Floats are
 written as the shortest text that reads back as the same float, to the bit; NaN is null, infinity the string "inf".
 """
@@ -116,17 +116,12 @@ class LineFile:
             raise
 
     def append(self, lines: Iterable[str]) -> None:
-        """Write lines, all in one piece, and return when they are on the disc."""
+        """Write lines, all in one piece, and return when they are on the disk."""
         data = "".join(f"{line}\n" for line in lines).encode()
         written = os.write(self._file, data)
-        if written != len(data):  # a full disc; what is torn is cut off at the next start
+        if written != len(data):  # a full disk; what is torn is cut off at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
-
-    def empty(self) -> None:
-        """Drop what the file held when it was opened."""
-        os.ftruncate(self._file, 0)
-        self.found = b""
 
     def close(self) -> None:
         """Close the file; the lock goes with it."""
@@ -162,7 +157,7 @@ class Journal(LineFile):
         return MappingProxyType(self._results)
 
     def add(self, results: Sequence[CellResult]) -> None:
-        """Write results, all in one piece, and return when they are on the disc."""
+        """Write results, all in one piece, and return when they are on the disk."""
         self.append(encode(result) for result in results)
         self._results.update((result.key, result) for result in results)
 

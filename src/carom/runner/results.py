@@ -64,6 +64,7 @@ class Row:
         time_ratio: Seconds for all steps over PIT's for the same scene and step, in the same round; None where either
             was not timed.
         spread: Its scores over many sub-step phases; None where only one was run.
+        untimed: Why it was not timed although it ran and timing was asked for; empty otherwise.
     """
 
     cell: Cell
@@ -74,6 +75,7 @@ class Row:
     timing: Timing | None = None
     time_ratio: float | None = None
     spread: PhaseSpread | None = None
+    untimed: str = ""
 
     @property
     def grade(self) -> Grade | None:

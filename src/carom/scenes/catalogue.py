@@ -10,11 +10,18 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from carom.errors import UnknownNameError
-from carom.scenes.classics import classics
-from carom.scenes.gravity import gravity
-from carom.scenes.issues import issues
+from carom.scenes import (
+    gravity,
+    in_line,
+    issues_falling,
+    issues_pairs,
+    issues_walled,
+    many_discs,
+    paper,
+    two_discs,
+    walled,
+)
 from carom.scenes.known_answer import Tag
-from carom.scenes.paper import paper
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,17 +32,21 @@ __all__ = ["all_scenes", "catalogue", "find_scenes"]
 
 _TAG_PREFIX = "tag:"
 
+#: What runs by default, and the scenes from real complaints, in the order in which reports list them.
+_SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling)
+
 
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
-    return MappingProxyType({entry.name: entry for entry in (*paper(), *classics(), *gravity())})
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in module.SCENES})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return every scene that has a name: the suite, and the groups that run only when they are asked for by name."""
-    return MappingProxyType({**catalogue(), **{entry.name: entry for entry in issues()}})
+    return MappingProxyType({**catalogue(), **{entry.name: entry for module in _ON_REQUEST for entry in module.SCENES}})
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from carom.scenes.known_answer import CatalogueScene
+from carom.scenes.known_answer import Builder, CatalogueScene, Tag
 
-__all__ = ["Complaint", "Symptom"]
+__all__ = ["Complaint", "Symptom", "complained"]
 
 
 class Symptom(StrEnum):
@@ -45,3 +46,26 @@ class Complaint(CatalogueScene):
     symptom: Symptom = Symptom.WRONG_VELOCITY
     at_least: float = 0.01
     made: str = ""
+
+
+def complained(
+    scenes: list[Complaint],
+    name: str,
+    shows: str,
+    tags: frozenset[Tag] = frozenset(),
+    *,
+    about: str,
+    thread: str,
+    reported: str,
+    made: str,
+    engine: str = "",
+    symptom: Symptom = Symptom.WRONG_VELOCITY,
+    at_least: float = Complaint.at_least,
+) -> Callable[[Builder], Builder]:
+    """Return a decorator that enters what a builder makes into a list of complaints; arguments as of `Complaint`."""
+
+    def enter(build: Builder) -> Builder:
+        scenes.append(Complaint(name, shows, build, tags, about, engine, thread, reported, symptom, at_least, made))
+        return build
+
+    return enter

@@ -11,16 +11,22 @@ from typing import TYPE_CHECKING
 
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import after_impact, disc, dot, impact, normal_of_offset, vector
-from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["gravity"]
+__all__ = ["SCENES"]
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
+
+_FALLS = frozenset({Tag.GRAVITY})
+_WALL = _FALLS | {Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN}
 
 
 def _fallen(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
@@ -41,6 +47,12 @@ def _answer(
     return Staged(scene, answer)
 
 
+@listed(
+    SCENES,
+    "gravity/free-fall",
+    "A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone.",
+    _FALLS | {Tag.NO_IMPACT},
+)
 def _free_fall(name: str, shows: str) -> Staged:
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
     scene = Scene(
@@ -90,15 +102,33 @@ def _bouncing(name: str, shows: str, height: float, restitution: float, duration
     return _answer(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], [final], source)
 
 
+@listed(
+    SCENES,
+    "gravity/bouncing-ball",
+    "An elastic ball falls on the floor and bounces to the same height, for ever.",
+    _WALL,
+)
 def _bouncing_ball(name: str, shows: str) -> Staged:
     return _bouncing(name, shows, 0.5, 1.0, 2.75)
 
 
+@listed(
+    SCENES,
+    "gravity/ladder",
+    "A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest.",
+    _WALL | {Tag.INELASTIC},
+)
 def _ladder(name: str, shows: str) -> Staged:
     # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
     return _bouncing(name, shows, 0.35, 0.8, 1.93)
 
 
+@listed(
+    SCENES,
+    "gravity/box",
+    "A ball is thrown in a box: floor and side walls, in an order that only right times give.",
+    _FALLS | {Tag.WALLS, Tag.CHAIN},
+)
 def _box(name: str, shows: str) -> Staged:
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the box that is left to the centre
@@ -137,6 +167,12 @@ def _box(name: str, shows: str) -> Staged:
     return _answer(scene, impacts, [final], source)
 
 
+@listed(
+    SCENES,
+    "gravity/falling-pair",
+    "Two discs collide while they fall, as they would without gravity.",
+    _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC},
+)
 def _falling_pair(name: str, shows: str) -> Staged:
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, as seen by somebody who falls with them
@@ -159,6 +195,12 @@ def _falling_pair(name: str, shows: str) -> Staged:
     return _answer(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], final, source)
 
 
+@listed(
+    SCENES,
+    "gravity/incline",
+    "A ball of restitution 3/4 bounces down a slope of 3 in 4.",
+    _WALL | {Tag.INELASTIC},
+)
 def _incline(name: str, shows: str) -> Staged:
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3
     normal = complex(3, 4) / 5  # falls off to the right
@@ -185,47 +227,3 @@ def _incline(name: str, shows: str) -> Staged:
         "Across the slope a bouncing ball with g cos(slope); along it a slide with g sin(slope), which no bounce feels"
     )
     return _answer(scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], [final], source)
-
-
-def gravity() -> list[CatalogueScene]:
-    """Return the scenes of the group, in order."""
-    falls = frozenset({Tag.GRAVITY})
-    wall = falls | {Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN}
-    return [
-        CatalogueScene(
-            "gravity/free-fall",
-            "A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone.",
-            _free_fall,
-            falls | {Tag.NO_IMPACT},
-        ),
-        CatalogueScene(
-            "gravity/bouncing-ball",
-            "An elastic ball falls on the floor and bounces to the same height, for ever.",
-            _bouncing_ball,
-            wall,
-        ),
-        CatalogueScene(
-            "gravity/ladder",
-            "A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest.",
-            _ladder,
-            wall | {Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "gravity/box",
-            "A ball is thrown in a box: floor and side walls, in an order that only right times give.",
-            _box,
-            falls | {Tag.WALLS, Tag.CHAIN},
-        ),
-        CatalogueScene(
-            "gravity/falling-pair",
-            "Two discs collide while they fall, as they would without gravity.",
-            _falling_pair,
-            falls | {Tag.TWO_BODIES, Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "gravity/incline",
-            "A ball of restitution 3/4 bounces down a slope of 3 in 4.",
-            _incline,
-            wall | {Tag.INELASTIC},
-        ),
-    ]

@@ -8,11 +8,22 @@ from itertools import combinations
 
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import complete_answer, disc, impact, wedge_impacts
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
 
-__all__ = ["in_line"]
+__all__ = ["SCENES"]
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
+
+_LINE = frozenset({Tag.IN_LINE, Tag.CHAIN})
 
 
+@listed(
+    SCENES,
+    "classics/sorting",
+    "Five equal discs on a line, each faster than the next: ten impacts sort their velocities.",
+    _LINE,
+)
 def _sorting(name: str, shows: str) -> Staged:
     # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
     # the line from which the diameters have been taken out.
@@ -47,6 +58,12 @@ def _sorting(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
+@listed(
+    SCENES,
+    "classics/galperin-100",
+    "A mass of 100 drives a mass of 1 against a wall: 31 impacts.",
+    _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE},
+)
 def _galperin_100(name: str, shows: str) -> Staged:
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
@@ -83,6 +100,12 @@ def _galperin_100(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
+@listed(
+    SCENES,
+    "classics/three-in-line",
+    "Three unequal masses on a line collide six times, the most that their masses allow.",
+    _LINE,
+)
 def _three_in_line(name: str, shows: str) -> Staged:
     m0, m1, m2 = 3.0, 0.5, 2.0
     r0, r1, r2 = 0.3, 0.15, 0.25
@@ -127,6 +150,12 @@ def _three_in_line(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
+@listed(
+    SCENES,
+    "classics/between-fixed",
+    "A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit.",
+    _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE},
+)
 def _between_fixed(name: str, shows: str) -> Staged:
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
@@ -168,10 +197,22 @@ def _cradle(name: str, shows: str, gaps_m: list[float], duration_s: float, conve
     return Staged(scene, complete_answer(scene, impacts, source, convention))
 
 
+@listed(
+    SCENES,
+    "classics/cradle-gaps",
+    "Newton's cradle with gaps: the velocity runs from disc to disc.",
+    _LINE,
+)
 def _cradle_gaps(name: str, shows: str) -> Staged:
     return _cradle(name, shows, [0.83, 0.17, 0.31, 0.23], 1.5)
 
 
+@listed(
+    SCENES,
+    "classics/cradle-touching",
+    "Newton's cradle with touching discs: four impacts at one instant.",
+    _LINE | {Tag.CONVENTION},
+)
 def _cradle_touching(name: str, shows: str) -> Staged:
     # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.
     convention = (
@@ -179,46 +220,3 @@ def _cradle_touching(name: str, shows: str) -> Staged:
         "one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
     )
     return _cradle(name, shows, [0.84375, 0.0, 0.0, 0.0], 1.25, convention)
-
-
-def in_line() -> list[CatalogueScene]:
-    """Return the classics on one line."""
-    line = frozenset({Tag.IN_LINE, Tag.CHAIN})
-    return [
-        CatalogueScene(
-            "classics/sorting",
-            "Five equal discs on a line, each faster than the next: ten impacts sort their velocities.",
-            _sorting,
-            line,
-        ),
-        CatalogueScene(
-            "classics/galperin-100",
-            "A mass of 100 drives a mass of 1 against a wall: 31 impacts.",
-            _galperin_100,
-            line | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE},
-        ),
-        CatalogueScene(
-            "classics/three-in-line",
-            "Three unequal masses on a line collide six times, the most that their masses allow.",
-            _three_in_line,
-            line,
-        ),
-        CatalogueScene(
-            "classics/between-fixed",
-            "A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit.",
-            _between_fixed,
-            line | {Tag.IMMOVABLE, Tag.UNSTABLE},
-        ),
-        CatalogueScene(
-            "classics/cradle-gaps",
-            "Newton's cradle with gaps: the velocity runs from disc to disc.",
-            _cradle_gaps,
-            line,
-        ),
-        CatalogueScene(
-            "classics/cradle-touching",
-            "Newton's cradle with touching discs: four impacts at one instant.",
-            _cradle_touching,
-            line | {Tag.CONVENTION},
-        ),
-    ]

@@ -6,10 +6,16 @@ import math
 
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import disc, impact
-from carom.scenes.complaint import Complaint, Symptom
+from carom.scenes.complaint import Complaint, Symptom, complained
 from carom.scenes.known_answer import KnownAnswer, Staged, Tag
 
-__all__ = ["issues_falling"]
+__all__ = ["SCENES"]
+
+#: In the order in which reports list them.
+SCENES: list[Complaint] = []
+
+_TAGS = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
+_OURS = "The thread gives no other sizes; the rest are ours."
 
 
 def _dropped(
@@ -55,124 +61,113 @@ def _dropped(
     return Staged(scene, answer)
 
 
+@complained(
+    SCENES,
+    "issues/bullet3-1530",
+    "An elastic ball is dropped from 10 m.",
+    _TAGS,
+    about="Bullet",
+    engine="pybullet",
+    thread="https://github.com/bulletphysics/bullet3/issues/1530",
+    reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
+    "bounce until it bounces to some 4.5 m.",
+    symptom=Symptom.LOSES_ENERGY,
+    made=f"The height is the thread's. {_OURS}",
+)
 def _bullet_1530(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=10.0, duration_s=20.0, rate_hz=240.0)
 
 
+@complained(
+    SCENES,
+    "issues/rapier-97",
+    "An elastic ball is dropped on a floor.",
+    _TAGS,
+    about="Rapier",
+    thread="https://github.com/dimforge/rapier/issues/97",
+    reported="A ball dropped on a static box, both with restitution 1, bounces higher and higher.",
+    symptom=Symptom.GAINS_ENERGY,
+    made=_OURS,
+)
 def _rapier_97(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=4.0, duration_s=10.0)
 
 
+@complained(
+    SCENES,
+    "issues/rapier-974",
+    "A ball of restitution .8 is dropped from 2 m.",
+    frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
+    about="Rapier",
+    thread="https://github.com/dimforge/rapier/issues/974",
+    reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square of it.",
+    symptom=Symptom.LOSES_ENERGY,
+    at_least=0.25,
+    made="Height and restitution are the thread's; the run ends at the first apex, where the thread measures.",
+)
 def _rapier_974(name: str, shows: str) -> Staged:
     # To the first apex: sqrt(2 h / g) down and e times that up.
     down = math.sqrt(4.0 / 9.81)
     return _dropped(name, shows, height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 
 
+@complained(
+    SCENES,
+    "issues/box2d-76",
+    "An elastic ball is dropped from 19 m.",
+    _TAGS,
+    about="Box2D",
+    engine="box2d",
+    thread="https://github.com/erincatto/box2d/issues/76",
+    reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
+    symptom=Symptom.GAINS_ENERGY,
+    made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
+)
 def _box2d_76(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=19.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=20.0)
 
 
+@complained(
+    SCENES,
+    "issues/box2d-167",
+    "An elastic ball is dropped from 5 m and bounces for half a minute.",
+    _TAGS,
+    about="Box2D",
+    engine="box2d",
+    thread="https://github.com/erincatto/box2d/issues/167",
+    reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
+    symptom=Symptom.GAINS_ENERGY,
+    made=_OURS,
+)
 def _box2d_167(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=5.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=30.0)
 
 
+@complained(
+    SCENES,
+    "issues/jolt-1286",
+    "An elastic ball is dropped from 3 m.",
+    _TAGS,
+    about="Jolt Physics",
+    thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
+    reported="With restitution 1 and no damping every bounce goes higher than the one before.",
+    symptom=Symptom.GAINS_ENERGY,
+    made=_OURS,
+)
 def _jolt_1286(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=3.0, duration_s=15.0)
 
 
+@complained(
+    SCENES,
+    "issues/avian-594",
+    "An elastic ball bounces under ten times the usual gravity.",
+    _TAGS,
+    about="Avian",
+    thread="https://github.com/avianphysics/avian/issues/594",
+    reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the impact.",
+    symptom=Symptom.LOSES_ENERGY,
+    made=f"Gravity and the 120 steps a second are the thread's. {_OURS}",
+)
 def _avian_594(name: str, shows: str) -> Staged:
     return _dropped(name, shows, height_m=50.0, radius_m=10.0, gravity_m_s2=98.1, duration_s=10.0, rate_hz=120.0)
-
-
-def issues_falling() -> list[Complaint]:
-    """Return the complaints that need gravity."""
-    tags = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
-    ours = "The thread gives no other sizes; the rest are ours."
-    return [
-        Complaint(
-            "issues/bullet3-1530",
-            "An elastic ball is dropped from 10 m.",
-            _bullet_1530,
-            tags,
-            about="Bullet",
-            engine="pybullet",
-            thread="https://github.com/bulletphysics/bullet3/issues/1530",
-            reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
-            "bounce until it bounces to some 4.5 m.",
-            symptom=Symptom.LOSES_ENERGY,
-            made=f"The height is the thread's. {ours}",
-        ),
-        Complaint(
-            "issues/rapier-97",
-            "An elastic ball is dropped on a floor.",
-            _rapier_97,
-            tags,
-            about="Rapier",
-            thread="https://github.com/dimforge/rapier/issues/97",
-            reported="A ball dropped on a static box, both with restitution 1, bounces higher and higher.",
-            symptom=Symptom.GAINS_ENERGY,
-            made=ours,
-        ),
-        Complaint(
-            "issues/rapier-974",
-            "A ball of restitution .8 is dropped from 2 m.",
-            _rapier_974,
-            frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
-            about="Rapier",
-            thread="https://github.com/dimforge/rapier/issues/974",
-            reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square "
-            "of it.",
-            symptom=Symptom.LOSES_ENERGY,
-            at_least=0.25,
-            made="Height and restitution are the thread's; the run ends at the first apex, where the thread measures.",
-        ),
-        Complaint(
-            "issues/box2d-76",
-            "An elastic ball is dropped from 19 m.",
-            _box2d_76,
-            tags,
-            about="Box2D",
-            engine="box2d",
-            thread="https://github.com/erincatto/box2d/issues/76",
-            reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than "
-            "before.",
-            symptom=Symptom.GAINS_ENERGY,
-            made=f"The thread names the test; {ours[0].lower()}{ours[1:]}",
-        ),
-        Complaint(
-            "issues/box2d-167",
-            "An elastic ball is dropped from 5 m and bounces for half a minute.",
-            _box2d_167,
-            tags,
-            about="Box2D",
-            engine="box2d",
-            thread="https://github.com/erincatto/box2d/issues/167",
-            reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
-            symptom=Symptom.GAINS_ENERGY,
-            made=ours,
-        ),
-        Complaint(
-            "issues/jolt-1286",
-            "An elastic ball is dropped from 3 m.",
-            _jolt_1286,
-            tags,
-            about="Jolt Physics",
-            thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
-            reported="With restitution 1 and no damping every bounce goes higher than the one before.",
-            symptom=Symptom.GAINS_ENERGY,
-            made=ours,
-        ),
-        Complaint(
-            "issues/avian-594",
-            "An elastic ball bounces under ten times the usual gravity.",
-            _avian_594,
-            tags,
-            about="Avian",
-            thread="https://github.com/avianphysics/avian/issues/594",
-            reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the "
-            "impact.",
-            symptom=Symptom.LOSES_ENERGY,
-            made=f"Gravity and the 120 steps a second are the thread's. {ours}",
-        ),
-    ]

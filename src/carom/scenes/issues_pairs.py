@@ -6,13 +6,20 @@ import math
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact
-from carom.scenes.complaint import Complaint, Symptom
+from carom.scenes.complaint import Complaint, Symptom, complained
 from carom.scenes.known_answer import KnownAnswer, Staged, Tag
 
-__all__ = ["issues_pairs"]
+__all__ = ["SCENES"]
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
+
 _CONVENTION = "Touching discs share one instant; impacts are taken one pair at a time, the limit of vanishing gaps"
+
+#: In the order in which reports list them.
+SCENES: list[Complaint] = []
+
+_PAIR = frozenset({Tag.TWO_BODIES, Tag.IN_LINE})
+_FAST = frozenset({Tag.TWO_BODIES, Tag.IN_LINE, Tag.FAST})
 
 
 def _head_on(
@@ -44,6 +51,19 @@ def _head_on(
     return Staged(scene, complete_answer(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON))
 
 
+@complained(
+    SCENES,
+    "issues/mujoco-441",
+    "A small ball moves towards a thin wall at four times its own size a step.",
+    _FAST | {Tag.IMMOVABLE},
+    about="MuJoCo",
+    engine="mujoco",
+    thread="https://github.com/google-deepmind/mujoco/issues/441",
+    reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
+    "cup or a smaller step.",
+    symptom=Symptom.MISSES,
+    made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
+)
 def _mujoco_441(name: str, shows: str) -> Staged:
     return _head_on(
         name,
@@ -57,12 +77,36 @@ def _mujoco_441(name: str, shows: str) -> Staged:
     )
 
 
+@complained(
+    SCENES,
+    "issues/mujoco-2080",
+    "Two discs meet with restitution 1/2.",
+    _PAIR | {Tag.INELASTIC},
+    about="MuJoCo",
+    engine="mujoco",
+    thread="https://github.com/google-deepmind/mujoco/issues/2080",
+    reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
+    made="The thread has no scene; all sizes are ours.",
+)
 def _mujoco_2080(name: str, shows: str) -> Staged:
     return _head_on(
         name, shows, speeds=(1.0, -1.0), radius_m=(0.1, 0.1), gap_m=0.41, restitution=0.5, duration_s=0.6, rate_hz=500.0
     )
 
 
+@complained(
+    SCENES,
+    "issues/bullet3-2228",
+    "A disc at 500 m/s meets an immovable one.",
+    _FAST | {Tag.IMMOVABLE},
+    about="Bullet",
+    engine="pybullet",
+    thread="https://github.com/bulletphysics/bullet3/issues/2228",
+    reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
+    "detection switched on.",
+    symptom=Symptom.MISSES,
+    made="Impulse, distance and rate are the thread's; capsule and box are discs here.",
+)
 def _bullet_2228(name: str, shows: str) -> Staged:
     # An impulse of 500 N s on a kilogram.
     return _head_on(
@@ -77,14 +121,48 @@ def _bullet_2228(name: str, shows: str) -> Staged:
     )
 
 
+@complained(
+    SCENES,
+    "issues/rapier-984",
+    "Two small discs meet at 180 m/s.",
+    _FAST,
+    about="Rapier",
+    thread="https://github.com/dimforge/rapier/issues/984",
+    reported="Two fast bodies, both with continuous detection, pass through each other.",
+    symptom=Symptom.MISSES,
+    made="The thread shows a picture without numbers; all sizes are ours.",
+)
 def _rapier_984(name: str, shows: str) -> Staged:
     return _head_on(name, shows, speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1, rate_hz=60.0)
 
 
+@complained(
+    SCENES,
+    "issues/jolt-1403",
+    "A disc at 1 m/s meets an equal one at rest.",
+    _PAIR,
+    about="Jolt Physics",
+    thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
+    reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
+    "exchanging velocities.",
+    at_least=0.25,
+    made="Speeds are the thread's; radius and gap are ours.",
+)
 def _jolt_1403(name: str, shows: str) -> Staged:
     return _head_on(name, shows, speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0, rate_hz=60.0)
 
 
+@complained(
+    SCENES,
+    "issues/reactphysics3d-96",
+    "A disc at exactly 1 m/s meets an equal one at rest.",
+    _PAIR,
+    about="ReactPhysics3D",
+    thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
+    reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
+    at_least=0.25,
+    made="Positions, radii, masses and speeds are the thread's.",
+)
 def _reactphysics_96(name: str, shows: str) -> Staged:
     # From 2.8 and 4.0 with radius .5: a gap of .2.
     return _head_on(
@@ -99,6 +177,17 @@ def _reactphysics_96(name: str, shows: str) -> Staged:
     )
 
 
+@complained(
+    SCENES,
+    "issues/hardspheredynamics-8",
+    "A disc meets one of infinite mass.",
+    _PAIR | {Tag.IMMOVABLE},
+    about="HardSphereDynamics.jl",
+    thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
+    reported="The impact law divides infinity by infinity for a ball of infinite mass.",
+    symptom=Symptom.NOT_FINITE,
+    made="The thread has the formula alone; all sizes are ours.",
+)
 def _hard_sphere_8(name: str, shows: str) -> Staged:
     return _head_on(
         name,
@@ -129,18 +218,68 @@ def _row(
     return Staged(scene, complete_answer(scene, impacts, source, _CONVENTION if 0.0 in gaps_m else ""))
 
 
+@complained(
+    SCENES,
+    "issues/newton-3233",
+    "A disc strikes the first of two that touch, at a contact threshold.",
+    frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
+    about="Newton (MuJoCo Warp)",
+    engine="mujoco",
+    thread="https://github.com/newton-physics/newton/issues/3233",
+    reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
+    "one step instead of one after the other.",
+    symptom=Symptom.LOSES_ENERGY,
+    at_least=0.25,
+    made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
+    "touch exactly.",
+)
 def _newton_3233(name: str, shows: str) -> Staged:
     return _row(name, shows, radius_m=0.0625, speed=2.0, gaps_m=[0.5, 0.0], duration_s=0.5, rate_hz=240.0)
 
 
+@complained(
+    SCENES,
+    "issues/pooltool-257",
+    "A row of four discs, a nanometre apart, is struck at its end.",
+    frozenset({Tag.IN_LINE, Tag.CHAIN}),
+    about="pooltool",
+    thread="https://github.com/ekiefl/pooltool/pull/257",
+    reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
+    "before this change.",
+    at_least=0.1,
+    made="The cradle is the thread's; gaps and speed are ours.",
+)
 def _pooltool_257(name: str, shows: str) -> Staged:
     return _row(name, shows, radius_m=0.03125, speed=1.5, gaps_m=[0.3] + [2.0**-30] * 3, duration_s=0.5, rate_hz=240.0)
 
 
+@complained(
+    SCENES,
+    "issues/box2d-1094",
+    "A disc is struck and strikes the next one within one step.",
+    frozenset({Tag.IN_LINE, Tag.CHAIN}),
+    about="Box2D",
+    engine="box2d",
+    thread="https://github.com/erincatto/box2d/pull/1094",
+    reported="Restitution is worked out from the approach velocity of the step before.",
+    made="The thread has code alone; this scene makes that velocity out of date within a step.",
+)
 def _box2d_1094(name: str, shows: str) -> Staged:
     return _row(name, shows, radius_m=0.25, speed=3.0, gaps_m=[0.613, 0.02], duration_s=0.5, rate_hz=60.0)
 
 
+@complained(
+    SCENES,
+    "issues/pooltool-354",
+    "Two pairs of touching discs, one moving along together, one apart: no impact.",
+    frozenset({Tag.NO_IMPACT}),
+    about="pooltool",
+    thread="https://github.com/ekiefl/pooltool/pull/354",
+    reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
+    "collision at once.",
+    symptom=Symptom.INVENTS,
+    made="Both cases are the thread's; sizes are ours.",
+)
 def _pooltool_354(name: str, shows: str) -> Staged:
     radius = 0.25
     scene = Scene(
@@ -157,6 +296,17 @@ def _pooltool_354(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [], "Bodies that touch but do not approach exchange no impulse"))
 
 
+@complained(
+    SCENES,
+    "issues/visualchemeng-10",
+    "Two discs begin in contact, overlapping by one rounding, and approach.",
+    about="visualchemeng-js",
+    thread="https://github.com/adm78/visualchemeng-js/issues/10",
+    reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
+    "leave the box.",
+    symptom=Symptom.ESCAPES,
+    made="Carom refuses a start that overlaps; this is the deepest overlap that it takes, that of rounding.",
+)
 def _visualchemeng_10(name: str, shows: str) -> Staged:
     # In floats .3 - .1 is a little less than .2: the two overlap by one rounding.
     scene = Scene(
@@ -169,6 +319,17 @@ def _visualchemeng_10(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, "Equal masses exchange velocities, at once"))
 
 
+@complained(
+    SCENES,
+    "issues/dynamo-57",
+    "Three discs in line with restitution 1/16: impacts without end in finite time.",
+    frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.INELASTIC, Tag.CONVENTION}),
+    about="DynamO",
+    thread="https://github.com/dynamomd/DynamO/issues/57",
+    reported="An event-driven run of inelastic spheres does not go on after inelastic collapse.",
+    symptom=Symptom.NEVER_ENDS,
+    made="The thread has no scene; this is the least one that collapses.",
+)
 def _dynamo_57(name: str, shows: str) -> Staged:
     radius = 0.25
     scene = Scene(
@@ -185,165 +346,3 @@ def _dynamo_57(name: str, shows: str) -> Staged:
     )
     convention = "The two outer discs arrive at one instant; the limit, all at rest, does not hang on the order"
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))
-
-
-def issues_pairs() -> list[Complaint]:
-    """Return the complaints about single impacts of discs."""
-    pair, fast = frozenset({Tag.TWO_BODIES, Tag.IN_LINE}), frozenset({Tag.TWO_BODIES, Tag.IN_LINE, Tag.FAST})
-    return [
-        Complaint(
-            "issues/mujoco-441",
-            "A small ball moves towards a thin wall at four times its own size a step.",
-            _mujoco_441,
-            fast | {Tag.IMMOVABLE},
-            about="MuJoCo",
-            engine="mujoco",
-            thread="https://github.com/google-deepmind/mujoco/issues/441",
-            reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
-            "cup or a smaller step.",
-            symptom=Symptom.MISSES,
-            made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
-        ),
-        Complaint(
-            "issues/mujoco-2080",
-            "Two discs meet with restitution 1/2.",
-            _mujoco_2080,
-            pair | {Tag.INELASTIC},
-            about="MuJoCo",
-            engine="mujoco",
-            thread="https://github.com/google-deepmind/mujoco/issues/2080",
-            reported="There is no coefficient of restitution to set; the answer points to the contact's spring and "
-            "damper.",
-            made="The thread has no scene; all sizes are ours.",
-        ),
-        Complaint(
-            "issues/bullet3-2228",
-            "A disc at 500 m/s meets an immovable one.",
-            _bullet_2228,
-            fast | {Tag.IMMOVABLE},
-            about="Bullet",
-            engine="pybullet",
-            thread="https://github.com/bulletphysics/bullet3/issues/2228",
-            reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
-            "detection switched on.",
-            symptom=Symptom.MISSES,
-            made="Impulse, distance and rate are the thread's; capsule and box are discs here.",
-        ),
-        Complaint(
-            "issues/rapier-984",
-            "Two small discs meet at 180 m/s.",
-            _rapier_984,
-            fast,
-            about="Rapier",
-            thread="https://github.com/dimforge/rapier/issues/984",
-            reported="Two fast bodies, both with continuous detection, pass through each other.",
-            symptom=Symptom.MISSES,
-            made="The thread shows a picture without numbers; all sizes are ours.",
-        ),
-        Complaint(
-            "issues/jolt-1403",
-            "A disc at 1 m/s meets an equal one at rest.",
-            _jolt_1403,
-            pair,
-            about="Jolt Physics",
-            thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
-            reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
-            "exchanging velocities.",
-            at_least=0.25,
-            made="Speeds are the thread's; radius and gap are ours.",
-        ),
-        Complaint(
-            "issues/reactphysics3d-96",
-            "A disc at exactly 1 m/s meets an equal one at rest.",
-            _reactphysics_96,
-            pair,
-            about="ReactPhysics3D",
-            thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
-            reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
-            at_least=0.25,
-            made="Positions, radii, masses and speeds are the thread's.",
-        ),
-        Complaint(
-            "issues/hardspheredynamics-8",
-            "A disc meets one of infinite mass.",
-            _hard_sphere_8,
-            pair | {Tag.IMMOVABLE},
-            about="HardSphereDynamics.jl",
-            thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
-            reported="The impact law divides infinity by infinity for a ball of infinite mass.",
-            symptom=Symptom.NOT_FINITE,
-            made="The thread has the formula alone; all sizes are ours.",
-        ),
-        Complaint(
-            "issues/newton-3233",
-            "A disc strikes the first of two that touch, at a contact threshold.",
-            _newton_3233,
-            frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
-            about="Newton (MuJoCo Warp)",
-            engine="mujoco",
-            thread="https://github.com/newton-physics/newton/issues/3233",
-            reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
-            "one step instead of one after the other.",
-            symptom=Symptom.LOSES_ENERGY,
-            at_least=0.25,
-            made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
-            "touch exactly.",
-        ),
-        Complaint(
-            "issues/pooltool-257",
-            "A row of four discs, a nanometre apart, is struck at its end.",
-            _pooltool_257,
-            frozenset({Tag.IN_LINE, Tag.CHAIN}),
-            about="pooltool",
-            thread="https://github.com/ekiefl/pooltool/pull/257",
-            reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
-            "before this change.",
-            at_least=0.1,
-            made="The cradle is the thread's; gaps and speed are ours.",
-        ),
-        Complaint(
-            "issues/box2d-1094",
-            "A disc is struck and strikes the next one within one step.",
-            _box2d_1094,
-            frozenset({Tag.IN_LINE, Tag.CHAIN}),
-            about="Box2D",
-            engine="box2d",
-            thread="https://github.com/erincatto/box2d/pull/1094",
-            reported="Restitution is worked out from the approach velocity of the step before.",
-            made="The thread has code alone; this scene makes that velocity out of date within a step.",
-        ),
-        Complaint(
-            "issues/pooltool-354",
-            "Two pairs of touching discs, one moving along together, one apart: no impact.",
-            _pooltool_354,
-            frozenset({Tag.NO_IMPACT}),
-            about="pooltool",
-            thread="https://github.com/ekiefl/pooltool/pull/354",
-            reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
-            "collision at once.",
-            symptom=Symptom.INVENTS,
-            made="Both cases are the thread's; sizes are ours.",
-        ),
-        Complaint(
-            "issues/visualchemeng-10",
-            "Two discs begin in contact, overlapping by one rounding, and approach.",
-            _visualchemeng_10,
-            about="visualchemeng-js",
-            thread="https://github.com/adm78/visualchemeng-js/issues/10",
-            reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
-            "leave the box.",
-            symptom=Symptom.ESCAPES,
-            made="Carom refuses a start that overlaps; this is the deepest overlap that it takes, that of rounding.",
-        ),
-        Complaint(
-            "issues/dynamo-57",
-            "Three discs in line with restitution 1/16: impacts without end in finite time.",
-            _dynamo_57,
-            frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.INELASTIC, Tag.CONVENTION}),
-            about="DynamO",
-            thread="https://github.com/dynamomd/DynamO/issues/57",
-            reported="An event-driven run of inelastic spheres does not go on after inelastic collapse.",
-            symptom=Symptom.NEVER_ENDS,
-            made="The thread has no scene; this is the least one that collapses.",
-        ),
-    ]

@@ -7,14 +7,19 @@ import math
 
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, dot, impact, unit
-from carom.scenes.complaint import Complaint, Symptom
+from carom.scenes.complaint import Complaint, Symptom, complained
 from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
 from carom.scenes.walled import box_walls
 from carom.trace import wall_body
 
-__all__ = ["issues_walled"]
+__all__ = ["SCENES"]
 
 _MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"
+
+#: In the order in which reports list them.
+SCENES: list[Complaint] = []
+
+_WALL = frozenset({Tag.WALLS})
 
 
 def _wall_on_the_right(
@@ -42,26 +47,88 @@ def _wall_on_the_right(
     return Staged(scene, complete_answer(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR))
 
 
+@complained(
+    SCENES,
+    "issues/bullet3-3094",
+    "A ball at 1 m/s meets a wall a metre away.",
+    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE},
+    about="Bullet",
+    engine="pybullet",
+    thread="https://github.com/bulletphysics/bullet3/issues/3094",
+    reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
+    "contacts, and settings that cure it.",
+    at_least=0.25,
+    made="Ball, wall, speed and step are those of the script in the thread.",
+)
 def _bullet_3094(name: str, shows: str) -> Staged:
     return _wall_on_the_right(name, shows, radius_m=0.2, velocity=1 + 0j, gap_m=0.8, duration_s=1.5, rate_hz=240.0)
 
 
+@complained(
+    SCENES,
+    "issues/bullet3-4341",
+    "A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms.",
+    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
+    about="Bullet",
+    engine="pybullet",
+    thread="https://github.com/bulletphysics/bullet3/issues/4341",
+    reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
+    at_least=0.25,
+    made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
+)
 def _bullet_4341(name: str, shows: str) -> Staged:
     return _wall_on_the_right(
         name, shows, radius_m=0.1, velocity=2 + 0j, gap_m=0.1, restitution=0.5, duration_s=0.1, rate_hz=5000.0
     )
 
 
+@complained(
+    SCENES,
+    "issues/box2d-654",
+    "A disc meets a wall at half a metre a second, elastically.",
+    _WALL | {Tag.TWO_BODIES},
+    about="Box2D",
+    engine="box2d",
+    thread="https://github.com/erincatto/box2d/pull/654",
+    reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
+    "restitution; this change lets users set it.",
+    at_least=0.25,
+    made="The thread has no scene; all sizes are ours.",
+)
 def _box2d_654(name: str, shows: str) -> Staged:
     return _wall_on_the_right(name, shows, radius_m=0.25, velocity=0.5 + 0.2j, gap_m=0.3, duration_s=1.25, rate_hz=60.0)
 
 
+@complained(
+    SCENES,
+    "issues/rapier-919",
+    "A ball bounces off a wall of restitution .7.",
+    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
+    about="Rapier",
+    thread="https://github.com/dimforge/rapier/issues/919",
+    reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
+    "time skip the restitution.",
+    at_least=0.25,
+    made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
+)
 def _rapier_919(name: str, shows: str) -> Staged:
     return _wall_on_the_right(
         name, shows, radius_m=0.5, velocity=6 + 0j, gap_m=2.03, restitution=0.7, duration_s=0.75, rate_hz=60.0
     )
 
 
+@complained(
+    SCENES,
+    "issues/rapier-615",
+    "An elastic ball in a box, without gravity.",
+    _WALL | {Tag.CHAIN},
+    about="Rapier",
+    thread="https://github.com/dimforge/rapier/issues/615",
+    reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
+    "default, was the cause.",
+    symptom=Symptom.LOSES_ENERGY,
+    made="The thread has no sizes; all are ours.",
+)
 def _rapier_615(name: str, shows: str) -> Staged:
     radius, width, height, start, speed = 0.2, 3.0, 2.0, 0.7 + 0.6j, 4.1 + 2.3j
     scene = Scene(
@@ -86,6 +153,17 @@ def _rapier_615(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, "Unfolding: one straight line through a lattice of boxes"))
 
 
+@complained(
+    SCENES,
+    "issues/pooltool-217",
+    "A ball goes straight into a corner: two walls at one instant.",
+    _WALL | {Tag.CHAIN},
+    about="pooltool",
+    thread="https://github.com/ekiefl/pooltool/issues/217",
+    reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
+    symptom=Symptom.ESCAPES,
+    made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
+)
 def _pooltool_217(name: str, shows: str) -> Staged:
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
     scene = Scene(
@@ -100,6 +178,17 @@ def _pooltool_217(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; at a right angle neither changes the other"))
 
 
+@complained(
+    SCENES,
+    "issues/pooltool-217-touching",
+    "A ball that touches a cushion is shot towards it.",
+    _WALL,
+    about="pooltool",
+    thread="https://github.com/ekiefl/pooltool/issues/217",
+    reported="A ball placed against a cushion and shot towards it goes through, too.",
+    symptom=Symptom.ESCAPES,
+    made="The case is the thread's; the radius is a power of two, so that ball and cushion touch exactly.",
+)
 def _pooltool_217_touching(name: str, shows: str) -> Staged:
     radius, side = 0.03125, 4.5
     scene = Scene(
@@ -112,6 +201,17 @@ def _pooltool_217_touching(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once"))
 
 
+@complained(
+    SCENES,
+    "issues/nimble-143",
+    "A ball bounces off a wall and meets the one that follows it.",
+    _WALL | {Tag.IN_LINE, Tag.CHAIN},
+    about="Nimble Physics",
+    thread="https://github.com/keenon/nimblephysics/issues/143",
+    reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
+    made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
+    "could not be read, are ours.",
+)
 def _nimble_143(name: str, shows: str) -> Staged:
     # A ball goes to the wall, comes back and meets the one that follows it.
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
@@ -134,6 +234,18 @@ def _nimble_143(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; equal masses exchange velocities"))
 
 
+@complained(
+    SCENES,
+    "issues/pooltool-154",
+    "A cue ball breaks a loosely racked triangle of fifteen.",
+    frozenset({Tag.CHAIN, Tag.CONSERVED}),
+    about="pooltool",
+    thread="https://github.com/ekiefl/pooltool/issues/154",
+    reported="In a break the cue ball goes through another ball: the collision is missed.",
+    symptom=Symptom.MISSES,
+    made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
+    "and there is neither friction nor a cushion.",
+)
 def _pooltool_154(name: str, shows: str) -> Staged:
     radius, gap, speed, angle = 0.028575, 1e-3, 3.262213, math.radians(81.83468)
     pitch = 2 * radius + gap
@@ -160,118 +272,3 @@ def _pooltool_154(name: str, shows: str) -> Staged:
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
     source = "The first impact by the quadratic of the straight path; thereafter the energy stays, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
-
-
-def issues_walled() -> list[Complaint]:
-    """Return the complaints about walls and tables."""
-    wall = frozenset({Tag.WALLS})
-    return [
-        Complaint(
-            "issues/bullet3-3094",
-            "A ball at 1 m/s meets a wall a metre away.",
-            _bullet_3094,
-            wall | {Tag.TWO_BODIES, Tag.IN_LINE},
-            about="Bullet",
-            engine="pybullet",
-            thread="https://github.com/bulletphysics/bullet3/issues/3094",
-            reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
-            "contacts, and settings that cure it.",
-            at_least=0.25,
-            made="Ball, wall, speed and step are those of the script in the thread.",
-        ),
-        Complaint(
-            "issues/bullet3-4341",
-            "A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms.",
-            _bullet_4341,
-            wall | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
-            about="Bullet",
-            engine="pybullet",
-            thread="https://github.com/bulletphysics/bullet3/issues/4341",
-            reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as "
-            "a box.",
-            at_least=0.25,
-            made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
-        ),
-        Complaint(
-            "issues/box2d-654",
-            "A disc meets a wall at half a metre a second, elastically.",
-            _box2d_654,
-            wall | {Tag.TWO_BODIES},
-            about="Box2D",
-            engine="box2d",
-            thread="https://github.com/erincatto/box2d/pull/654",
-            reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
-            "restitution; this change lets users set it.",
-            at_least=0.25,
-            made="The thread has no scene; all sizes are ours.",
-        ),
-        Complaint(
-            "issues/rapier-919",
-            "A ball bounces off a wall of restitution .7.",
-            _rapier_919,
-            wall | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
-            about="Rapier",
-            thread="https://github.com/dimforge/rapier/issues/919",
-            reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
-            "time skip the restitution.",
-            at_least=0.25,
-            made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
-        ),
-        Complaint(
-            "issues/rapier-615",
-            "An elastic ball in a box, without gravity.",
-            _rapier_615,
-            wall | {Tag.CHAIN},
-            about="Rapier",
-            thread="https://github.com/dimforge/rapier/issues/615",
-            reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
-            "default, was the cause.",
-            symptom=Symptom.LOSES_ENERGY,
-            made="The thread has no sizes; all are ours.",
-        ),
-        Complaint(
-            "issues/pooltool-217",
-            "A ball goes straight into a corner: two walls at one instant.",
-            _pooltool_217,
-            wall | {Tag.CHAIN},
-            about="pooltool",
-            thread="https://github.com/ekiefl/pooltool/issues/217",
-            reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
-            symptom=Symptom.ESCAPES,
-            made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
-        ),
-        Complaint(
-            "issues/pooltool-217-touching",
-            "A ball that touches a cushion is shot towards it.",
-            _pooltool_217_touching,
-            wall,
-            about="pooltool",
-            thread="https://github.com/ekiefl/pooltool/issues/217",
-            reported="A ball placed against a cushion and shot towards it goes through, too.",
-            symptom=Symptom.ESCAPES,
-            made="The case is the thread's; the radius is a power of two, so that ball and cushion touch exactly.",
-        ),
-        Complaint(
-            "issues/nimble-143",
-            "A ball bounces off a wall and meets the one that follows it.",
-            _nimble_143,
-            wall | {Tag.IN_LINE, Tag.CHAIN},
-            about="Nimble Physics",
-            thread="https://github.com/keenon/nimblephysics/issues/143",
-            reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
-            made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
-            "could not be read, are ours.",
-        ),
-        Complaint(
-            "issues/pooltool-154",
-            "A cue ball breaks a loosely racked triangle of fifteen.",
-            _pooltool_154,
-            frozenset({Tag.CHAIN, Tag.CONSERVED}),
-            about="pooltool",
-            thread="https://github.com/ekiefl/pooltool/issues/154",
-            reported="In a break the cue ball goes through another ball: the collision is missed.",
-            symptom=Symptom.MISSES,
-            made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
-            "and there is neither friction nor a cushion.",
-        ),
-    ]

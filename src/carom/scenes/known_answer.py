@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Trace, Vector
 
-__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation"]
+__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
 
 
 class Tag(StrEnum):
@@ -133,6 +133,18 @@ class CatalogueScene:
     def group(self) -> str:
         """The part before the stroke."""
         return self.name.partition("/")[0]
+
+
+def listed(
+    scenes: list[CatalogueScene], name: str, shows: str, tags: frozenset[Tag] = frozenset()
+) -> Callable[[Builder], Builder]:
+    """Return a decorator that enters what a builder makes into a list of scenes; arguments as of `CatalogueScene`."""
+
+    def enter(build: Builder) -> Builder:
+        scenes.append(CatalogueScene(name, shows, build, tags))
+        return build
+
+    return enter
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

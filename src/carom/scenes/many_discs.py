@@ -7,12 +7,21 @@ import math
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import complete_answer, disc, impact
-from carom.scenes.known_answer import CatalogueScene, KnownAnswer, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, KnownAnswer, Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
-__all__ = ["many_discs"]
+__all__ = ["SCENES"]
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
 
 
+@listed(
+    SCENES,
+    "classics/one-into-two",
+    "A disc strikes two touching discs at one instant.",
+    frozenset({Tag.CHAIN, Tag.CONVENTION}),
+)
 def _one_into_two(name: str, shows: str) -> Staged:
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
@@ -43,6 +52,12 @@ def _one_into_two(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source, convention))
 
 
+@listed(
+    SCENES,
+    "classics/gas",
+    "Sixteen discs in a box: energy stays, and reversed velocities lead back to the start.",
+    frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONSERVED}),
+)
 def _gas(name: str, shows: str) -> Staged:
     side, radius, pitch, speed = 4, 0.1, 0.5, 1.5
     golden_angle = math.pi * (3 - math.sqrt(5))
@@ -63,21 +78,3 @@ def _gas(name: str, shows: str) -> Staged:
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     energy = len(discs) * 0.5 * speed**2
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=energy))
-
-
-def many_discs() -> list[CatalogueScene]:
-    """Return the classics of many discs."""
-    return [
-        CatalogueScene(
-            "classics/one-into-two",
-            "A disc strikes two touching discs at one instant.",
-            _one_into_two,
-            frozenset({Tag.CHAIN, Tag.CONVENTION}),
-        ),
-        CatalogueScene(
-            "classics/gas",
-            "Sixteen discs in a box: energy stays, and reversed velocities lead back to the start.",
-            _gas,
-            frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONSERVED}),
-        ),
-    ]

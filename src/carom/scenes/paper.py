@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
 
-__all__ = ["paper"]
+__all__ = ["SCENES"]
 
 _FILM_HZ = 24.0
 
@@ -19,6 +19,9 @@ _BACKWARDS = (
     "Written backwards from the impact: normal and instant are chosen, the start follows along straight lines, the "
     "velocities from conservation of momentum and energy along the normal"
 )
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
 
 
 def _two_discs(
@@ -45,16 +48,34 @@ def _two_discs(
     return Staged(scene, complete_answer(scene, [impact(time, 0, 1, *after)], _BACKWARDS))
 
 
+@listed(
+    SCENES,
+    "paper/missed",
+    "Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3).",
+    frozenset({Tag.TWO_BODIES}),
+)
 def _missed(name: str, shows: str) -> Staged:
     # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
     return _two_discs(name, shows, (6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, frames=10.2, duration_s=1.0)
 
 
+@listed(
+    SCENES,
+    "paper/late",
+    "Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5).",
+    frozenset({Tag.TWO_BODIES}),
+)
 def _late(name: str, shows: str) -> Staged:
     # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
     return _two_discs(name, shows, (4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, frames=9.1, duration_s=1.0)
 
 
+@listed(
+    SCENES,
+    "paper/wrong-direction",
+    "Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7).",
+    frozenset({Tag.CHAIN}),
+)
 def _wrong_direction(name: str, shows: str) -> Staged:
     radius, heavy = 0.3, 4.0
     green, blue = 7 + 0j, -1 + 0j
@@ -80,6 +101,12 @@ def _wrong_direction(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))
 
 
+@listed(
+    SCENES,
+    "paper/multiple",
+    "A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9).",
+    frozenset({Tag.CHAIN}),
+)
 def _multiple(name: str, shows: str) -> Staged:
     heavy, radius, small = 8.0, 0.35, 0.12
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
@@ -95,34 +122,3 @@ def _multiple(name: str, shows: str) -> Staged:
         time += 0.28 / _FILM_HZ
     scene = Scene(name=name, description=shows, discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
     return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))
-
-
-def paper() -> list[CatalogueScene]:
-    """Return the scenes of the group, in the order of the paper's cases."""
-    return [
-        CatalogueScene(
-            "paper/missed",
-            "Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3).",
-            _missed,
-            frozenset({Tag.TWO_BODIES}),
-        ),
-        CatalogueScene(
-            "paper/late",
-            "Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5).",
-            _late,
-            frozenset({Tag.TWO_BODIES}),
-        ),
-        CatalogueScene(
-            "paper/wrong-direction",
-            "Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle "
-            "(figures 6 and 7).",
-            _wrong_direction,
-            frozenset({Tag.CHAIN}),
-        ),
-        CatalogueScene(
-            "paper/multiple",
-            "A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9).",
-            _multiple,
-            frozenset({Tag.CHAIN}),
-        ),
-    ]

@@ -7,14 +7,19 @@ import math
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
 
-__all__ = ["two_discs"]
+__all__ = ["SCENES"]
 
 _NEWTON = (
     "Written backwards from the impact; velocities from conservation of momentum and Newton's law of restitution, in "
     "the frame of the centre of mass"
 )
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
+
+_PAIR = frozenset({Tag.TWO_BODIES})
 
 
 def _meeting(
@@ -44,6 +49,12 @@ def _meeting(
     return Staged(scene, complete_answer(scene, [impact(time_s, 0, 1, *after)], source))
 
 
+@listed(
+    SCENES,
+    "classics/head-on",
+    "Masses 1 and 3 meet head-on with restitution 1/2.",
+    _PAIR | {Tag.IN_LINE, Tag.INELASTIC},
+)
 def _head_on(name: str, shows: str) -> Staged:
     return _meeting(
         name,
@@ -57,6 +68,12 @@ def _head_on(name: str, shows: str) -> Staged:
     )
 
 
+@listed(
+    SCENES,
+    "classics/oblique-3-4-5",
+    "A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle.",
+    _PAIR,
+)
 def _oblique_3_4_5(name: str, shows: str) -> Staged:
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
     return _meeting(
@@ -71,6 +88,12 @@ def _oblique_3_4_5(name: str, shows: str) -> Staged:
     )
 
 
+@listed(
+    SCENES,
+    "classics/inelastic-oblique",
+    "Two unequal discs, both moving, meet off centre with restitution 1/2.",
+    _PAIR | {Tag.INELASTIC},
+)
 def _inelastic_oblique(name: str, shows: str) -> Staged:
     return _meeting(
         name,
@@ -85,6 +108,12 @@ def _inelastic_oblique(name: str, shows: str) -> Staged:
     )
 
 
+@listed(
+    SCENES,
+    "classics/perfectly-inelastic",
+    "A disc runs into an equal one at rest with restitution 0, and both go on together.",
+    _PAIR | {Tag.IN_LINE, Tag.INELASTIC},
+)
 def _perfectly_inelastic(name: str, shows: str) -> Staged:
     # Powers of two throughout: the common velocity is exact, so rounding cannot make the pair approach once more.
     return _meeting(
@@ -98,37 +127,12 @@ def _perfectly_inelastic(name: str, shows: str) -> Staged:
     )
 
 
-def _graze(name: str, shows: str) -> Staged:
-    return _meeting(name, shows, velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
-
-
-def _mass_ratio_1000(name: str, shows: str) -> Staged:
-    return _meeting(
-        name,
-        shows,
-        velocity=(2 + 0j, 0j),
-        radius_m=(0.5, 0.1),
-        mass_kg=(500.0, 0.5),
-        offset=0.3,
-        time_s=0.43,
-        duration_s=1.25,
-    )
-
-
-def _bullet(name: str, shows: str) -> Staged:
-    # 1.7 m between two frames, and a target .5 m across.
-    return _meeting(
-        name,
-        shows,
-        velocity=(100 + 0j, 0j),
-        radius_m=(0.05, 0.25),
-        mass_kg=(0.1, 2.0),
-        offset=-0.3,
-        time_s=0.171,
-        duration_s=0.5,
-    )
-
-
+@listed(
+    SCENES,
+    "classics/deflection",
+    "A disc bounces off an immovable one and turns by 120 degrees.",
+    _PAIR | {Tag.IMMOVABLE},
+)
 def _deflection(name: str, shows: str) -> Staged:
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
@@ -147,6 +151,22 @@ def _deflection(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [impact(time, 0, 1, after, 0j)], source))
 
 
+@listed(
+    SCENES,
+    "classics/graze",
+    "A disc grazes another at .999 of the contact distance: a short, shallow overlap.",
+    _PAIR | {Tag.GRAZING},
+)
+def _graze(name: str, shows: str) -> Staged:
+    return _meeting(name, shows, velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
+
+
+@listed(
+    SCENES,
+    "classics/miss",
+    "A disc passes another at 1.001 of the contact distance: no impact.",
+    _PAIR | {Tag.GRAZING, Tag.NO_IMPACT},
+)
 def _miss(name: str, shows: str) -> Staged:
     # Nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
@@ -159,6 +179,12 @@ def _miss(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [], "The least distance of the centres exceeds the sum of the radii"))
 
 
+@listed(
+    SCENES,
+    "classics/touching-apart",
+    "Two discs touch at the start and move apart: no impact.",
+    _PAIR | {Tag.NO_IMPACT},
+)
 def _touching_apart(name: str, shows: str) -> Staged:
     radius = 0.25
     scene = Scene(
@@ -170,68 +196,40 @@ def _touching_apart(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [], "Bodies that do not approach exchange no impulse"))
 
 
-def two_discs() -> list[CatalogueScene]:
-    """Return the classics of two discs."""
-    pair = frozenset({Tag.TWO_BODIES})
-    return [
-        CatalogueScene(
-            "classics/head-on",
-            "Masses 1 and 3 meet head-on with restitution 1/2.",
-            _head_on,
-            pair | {Tag.IN_LINE, Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "classics/oblique-3-4-5",
-            "A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle.",
-            _oblique_3_4_5,
-            pair,
-        ),
-        CatalogueScene(
-            "classics/inelastic-oblique",
-            "Two unequal discs, both moving, meet off centre with restitution 1/2.",
-            _inelastic_oblique,
-            pair | {Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "classics/perfectly-inelastic",
-            "A disc runs into an equal one at rest with restitution 0, and both go on together.",
-            _perfectly_inelastic,
-            pair | {Tag.IN_LINE, Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "classics/deflection",
-            "A disc bounces off an immovable one and turns by 120 degrees.",
-            _deflection,
-            pair | {Tag.IMMOVABLE},
-        ),
-        CatalogueScene(
-            "classics/graze",
-            "A disc grazes another at .999 of the contact distance: a short, shallow overlap.",
-            _graze,
-            pair | {Tag.GRAZING},
-        ),
-        CatalogueScene(
-            "classics/miss",
-            "A disc passes another at 1.001 of the contact distance: no impact.",
-            _miss,
-            pair | {Tag.GRAZING, Tag.NO_IMPACT},
-        ),
-        CatalogueScene(
-            "classics/touching-apart",
-            "Two discs touch at the start and move apart: no impact.",
-            _touching_apart,
-            pair | {Tag.NO_IMPACT},
-        ),
-        CatalogueScene(
-            "classics/mass-ratio-1000",
-            "A disc of 500 kg sweeps one of half a kilogram away.",
-            _mass_ratio_1000,
-            pair | {Tag.MASS_RATIO},
-        ),
-        CatalogueScene(
-            "classics/bullet",
-            "A small disc at 100 m/s strikes another: it passes its target whole between two frames.",
-            _bullet,
-            pair | {Tag.FAST},
-        ),
-    ]
+@listed(
+    SCENES,
+    "classics/mass-ratio-1000",
+    "A disc of 500 kg sweeps one of half a kilogram away.",
+    _PAIR | {Tag.MASS_RATIO},
+)
+def _mass_ratio_1000(name: str, shows: str) -> Staged:
+    return _meeting(
+        name,
+        shows,
+        velocity=(2 + 0j, 0j),
+        radius_m=(0.5, 0.1),
+        mass_kg=(500.0, 0.5),
+        offset=0.3,
+        time_s=0.43,
+        duration_s=1.25,
+    )
+
+
+@listed(
+    SCENES,
+    "classics/bullet",
+    "A small disc at 100 m/s strikes another: it passes its target whole between two frames.",
+    _PAIR | {Tag.FAST},
+)
+def _bullet(name: str, shows: str) -> Staged:
+    # 1.7 m between two frames, and a target .5 m across.
+    return _meeting(
+        name,
+        shows,
+        velocity=(100 + 0j, 0j),
+        radius_m=(0.05, 0.25),
+        mass_kg=(0.1, 2.0),
+        offset=-0.3,
+        time_s=0.171,
+        duration_s=0.5,
+    )

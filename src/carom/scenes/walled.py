@@ -15,10 +15,15 @@ from carom.scenes.closed_forms import (
     unit,
     vector,
 )
-from carom.scenes.known_answer import CatalogueScene, KnownImpact, Staged, Tag
+from carom.scenes.known_answer import CatalogueScene, KnownImpact, Staged, Tag, listed
 from carom.trace import wall_body
 
-__all__ = ["box_walls", "walled"]
+__all__ = ["SCENES"]
+
+#: In the order in which reports list them.
+SCENES: list[CatalogueScene] = []
+
+_WALL = frozenset({Tag.WALLS})
 
 
 def box_walls(width_m: float, height_m: float) -> list[Wall]:
@@ -31,6 +36,12 @@ def box_walls(width_m: float, height_m: float) -> list[Wall]:
     ]
 
 
+@listed(
+    SCENES,
+    "classics/box",
+    "One disc in a box: its many bounces are one straight line, unfolded.",
+    _WALL | {Tag.CHAIN},
+)
 def _box(name: str, shows: str) -> Staged:
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
@@ -62,6 +73,12 @@ def _box(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
+@listed(
+    SCENES,
+    "classics/restitution-ladder",
+    "A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before.",
+    _WALL | {Tag.INELASTIC, Tag.CHAIN},
+)
 def _restitution_ladder(name: str, shows: str) -> Staged:
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
@@ -89,6 +106,12 @@ def _restitution_ladder(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
+@listed(
+    SCENES,
+    "classics/slanted-wall",
+    "A disc bounces off a slanted wall of restitution 3/4.",
+    _WALL | {Tag.TWO_BODIES, Tag.INELASTIC},
+)
 def _slanted_wall(name: str, shows: str) -> Staged:
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
     scene = Scene(
@@ -106,6 +129,12 @@ def _slanted_wall(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source))
 
 
+@listed(
+    SCENES,
+    "classics/bank-shot",
+    "A disc bounces off a wall and then strikes another disc.",
+    _WALL | {Tag.CHAIN},
+)
 def _bank_shot(name: str, shows: str) -> Staged:
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
     outgoing = incoming.conjugate()
@@ -125,34 +154,3 @@ def _bank_shot(name: str, shows: str) -> Staged:
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
     source = "Written backwards from both impacts: the path to the wall is the mirror image of the path from it"
     return Staged(scene, complete_answer(scene, impacts, source))
-
-
-def walled() -> list[CatalogueScene]:
-    """Return the classics with walls."""
-    wall = frozenset({Tag.WALLS})
-    return [
-        CatalogueScene(
-            "classics/box",
-            "One disc in a box: its many bounces are one straight line, unfolded.",
-            _box,
-            wall | {Tag.CHAIN},
-        ),
-        CatalogueScene(
-            "classics/restitution-ladder",
-            "A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before.",
-            _restitution_ladder,
-            wall | {Tag.INELASTIC, Tag.CHAIN},
-        ),
-        CatalogueScene(
-            "classics/slanted-wall",
-            "A disc bounces off a slanted wall of restitution 3/4.",
-            _slanted_wall,
-            wall | {Tag.TWO_BODIES, Tag.INELASTIC},
-        ),
-        CatalogueScene(
-            "classics/bank-shot",
-            "A disc bounces off a wall and then strikes another disc.",
-            _bank_shot,
-            wall | {Tag.CHAIN},
-        ),
-    ]

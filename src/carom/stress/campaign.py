@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import queue
-import shutil
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -13,7 +12,7 @@ from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 
-from carom.errors import UnknownNameError
+from carom.errors import InputError, UnknownNameError
 from carom.runner.environment import environment
 from carom.runner.execute import Executor
 from carom.scenes import Complaint, all_scenes
@@ -81,7 +80,8 @@ def stress(
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
-        InputError: The journal in `out` is of another campaign.
+        InputError: `out` holds a journal or scenes already and `resume` is not set, or its journal is of another
+            campaign.
     """
     started = time.perf_counter()
     limit = time_limit_s or (QUICK_TIME_LIMIT_S if quick else TIME_LIMIT_S)
@@ -92,8 +92,8 @@ def stress(
     here = environment(versions)
     stamp = {"quick": quick, "carom": here.carom, "versions": versions, "time_limit_s": limit}
     with Journal(out / JOURNAL, stamp, resume=resume) as journal:
-        if not resume and scenes.exists():
-            shutil.rmtree(scenes)
+        if not resume and scenes.exists() and any(scenes.iterdir()):
+            raise InputError(f"{scenes} holds files already: name another --out, or go on with a campaign by --resume")
         todo = [
             (task, method)
             for task in tasks

@@ -24,22 +24,21 @@ class Journal(LineFile):
     Args:
         path: The file.
         stamp: What a campaign must share with the one that it takes up: versions and form.
-        resume: Whether to go on with what is there; else what is there goes, and a new journal is begun.
+        resume: Whether to go on with what is there; a journal that holds anything is refused otherwise.
 
     Attributes:
         spots: The cells that are finished, by kind, line and method.
 
     Raises:
-        InputError: The journal there is of another campaign, or another process writes to it.
+        InputError: The file holds something and `resume` is not set, its journal is of another campaign, or another
+            process writes to it.
     """
 
     def __init__(self, path: Path, stamp: Mapping[str, Any], *, resume: bool) -> None:
-        super().__init__(path, resume=True)
+        super().__init__(path, resume=resume)
         try:
             self.spots: dict[tuple[str, str, str], Spot] = {}
             head = json.dumps({"format": FORMAT, **stamp}, sort_keys=True)
-            if not resume:
-                self.empty()
             lines = self.found.splitlines()
             if not lines:
                 self.append([head])
@@ -47,7 +46,7 @@ class Journal(LineFile):
                 there = lines[0][:200].decode(errors="replace")
                 raise InputError(
                     f"{path} is of another campaign ({there}), this one is {head}: "
-                    "leave out --resume to begin anew, or choose another --out"
+                    "leave out --resume and choose another --out"
                 )
             for line in lines[1:]:
                 try:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -14,10 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from carom.bench.time_of_impact import pairs_of_class
 from carom.errors import CaromError
 from carom.physics import compilation, machine_code, object_cache, translations
-from carom.physics import time_of_impact as module
 from carom.physics.compilation import Recipe, addresses, compiled_unit, is_cached, is_translated, translation
 
 WITHOUT_NUMBA = """
@@ -47,26 +44,6 @@ else:
 def test_everything_runs_where_numba_is_not_installed() -> None:
     """Without numba many discs run as plain Python and say so; a compiled run is refused with the remedy."""
     subprocess.run([sys.executable, "-c", WITHOUT_NUMBA], check=True)
-
-
-def test_large_arrays_are_compiled_once_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """From a number of elements on the array form is compiled, with the same bits; sooner where that is cached."""
-    pytest.importorskip("numba")
-    columns = pairs_of_class("as they come", 500, 4)
-    expected = module.pair_times(*columns, compiled=False)
-    for name, cached in (("COMPILED_FROM", False), ("CACHED_FROM", True)):
-        monkeypatch.setattr(module, "COMPILED_FROM", 1000)
-        monkeypatch.setattr(module, "CACHED_FROM", 1000)
-        monkeypatch.setattr(module, "is_cached", lambda _, cached=cached: cached)
-        module._compiled_fill.cache_clear()  # noqa: SLF001 - which of two forms of the same bits was taken shows here only
-        monkeypatch.setattr(module, name, 501)
-        module.pair_times(*columns)
-        assert not module._is_loaded()  # noqa: SLF001
-        monkeypatch.setattr(module, name, 500)
-        assert module.pair_times(*columns).tobytes() == expected.tobytes()
-        assert module._is_loaded()  # noqa: SLF001
-    few = pairs_of_class("as they come", module.LOADED_FROM, 4)
-    assert module.pair_times(*few).tobytes() == module.pair_times(*few, compiled=False).tobytes()
 
 
 def leaf(x: float) -> float:
@@ -228,27 +205,6 @@ def test_a_unit_works_where_nothing_can_be_kept(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(object_cache, "write", lambda *_: None)
     assert sum_of(TOTAL) == 1.75
     assert not is_cached(TOTAL)
-
-
-FIRST_START = """
-import sys
-from carom.bench.time_of_impact import pairs_of_class
-from carom.physics.time_of_impact import pair_times
-times = pair_times(*pairs_of_class("as they come", 500, 4), compiled=True)
-print({"numba", "carom.physics.lowering"} & set(sys.modules), times.sum().hex())
-"""
-
-
-def test_processes_that_compile_at_once_leave_one_good_file_each_unit(cache: Path) -> None:
-    """Three first starts at the same time all succeed; a later start loads what they left, without numba."""
-    environment = os.environ | {"CAROM_CACHE_DIR": str(cache)}
-    command = [sys.executable, "-c", FIRST_START]
-    starts = [subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) for _ in range(3)]
-    answers = {start.communicate()[0].split()[-1] for start in starts}
-    assert [start.returncode for start in starts] == [0, 0, 0]
-    assert sorted(path.name.partition("_")[0] for path in cache.iterdir()) == ["fill"]
-    loaded = subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout
-    assert loaded.split() == ["set()", *answers]
 
 
 @pytest.mark.usefixtures("cache")

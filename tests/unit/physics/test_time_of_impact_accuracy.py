@@ -8,14 +8,13 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from flint import arb, ctx
+from tests.forms import needs_extension, plain_form
 from tests.unit.physics.exact import exact_time, ulps
 
 import carom
-from carom.bench.time_of_impact import CLASSES, pairs_of_class
-from carom.physics.compilation import compiler_installed
+from carom.bench.time_of_impact import CLASSES, carom_form, pairs_of_class
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.pair_time import pair_time
-from carom.physics.time_of_impact import pair_times
 from carom.physics.wall_time import wall_time
 
 CASES = 1500
@@ -34,30 +33,42 @@ def assert_right(row: np.ndarray, found: float) -> None:
 @pytest.mark.parametrize("name", CLASSES)
 def test_every_class_is_right_to_two_units_in_the_last_place(name: str) -> None:
     """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
-    rows = pairs_of_class(name, CASES, 1).T
-    for row, found in zip(rows, pair_times(*rows.T), strict=True):
-        assert_right(row, float(found))
+    columns = pairs_of_class(name, CASES, 1)
+    for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
+        assert_right(row, found)
 
 
 @pytest.mark.parametrize("name", CLASSES)
-def test_scalar_array_and_compiled_forms_agree_to_the_bit(name: str) -> None:
-    """One source serves Python floats, arrays and compiled code, and all three must give the same bits."""
-    rows = pairs_of_class(name, 400, 2).T
-    scalar = [pair_time(*row) for row in rows.tolist()]
-    assert pair_times(*rows.T, compiled=False).tolist() == scalar
-    if compiler_installed():
-        assert pair_times(*rows.T, compiled=True).tolist() == scalar
+def test_scalar_and_array_forms_agree_to_the_bit(name: str) -> None:
+    """Arrays, compiled or in plain Python, give the bits that `pair_time` gives each pair."""
+    columns = pairs_of_class(name, 400, 2)
+    scalar = [pair_time(*row) for row in columns.T.tolist()]
+    assert carom_form(columns).tolist() == scalar
+    with plain_form():
+        assert carom_form(columns).tolist() == scalar
+
+
+@needs_extension
+def test_where_a_pair_stands_does_not_change_its_time() -> None:
+    """Blocks, and what of a block is ruled out before, change no bit: mixed classes, any length, any strides."""
+    columns = np.concatenate([pairs_of_class(name, 400, 7) for name in CLASSES], axis=1)
+    columns = columns[:, np.random.default_rng(7).permutation(columns.shape[1])]
+    scalar = [pair_time(*row) for row in columns.T.tolist()]
+    for count in (0, 1, 127, 128, 129, columns.shape[1]):
+        assert carom_form(columns[:, :count]).tolist() == scalar[:count]
+    assert carom_form(columns[:, ::-3]).tolist() == scalar[::-3]
+    assert carom_form(np.asfortranarray(columns)).tolist() == scalar
 
 
 @pytest.mark.parametrize("length", [1e-100, 1.0, 1e150])
 @pytest.mark.parametrize("speed", [1e-100, 1.0, 1e150])
 def test_no_length_or_speed_is_too_small_or_too_large(length: float, speed: float) -> None:
     """Lengths and speeds from 1e-100 to 1e150 give right times: nothing over- or underflows on the way."""
-    rows = pairs_of_class("random", 50, 3).T
-    rows[:, [0, 1, 4, 5, 6, 9]] *= length
-    rows[:, [2, 3, 7, 8]] *= speed
-    for row, found in zip(rows, pair_times(*rows.T), strict=True):
-        assert_right(row, float(found))
+    columns = pairs_of_class("random", 50, 3)
+    columns[[0, 1, 4, 5, 6, 9]] *= length
+    columns[[2, 3, 7, 8]] *= speed
+    for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
+        assert_right(row, found)
         assert pair_time(*row.tolist()) == found
 
 

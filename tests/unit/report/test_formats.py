@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import html
+import io
 import json
 import re
 import sys
@@ -12,9 +14,15 @@ from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
+from rich.console import Console
 
 from carom.errors import MissingExtraError
 from carom.report import ReportPaths, write_report
+from carom.report.cross_check import cross_check_document
+from carom.report.document import Column, Document, Medium, Section, Table
+from carom.report.render import html as html_of
+from carom.report.render import markdown as markdown_of
+from carom.report.render import terminal
 from carom.runner import Results, Status
 
 VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
@@ -107,10 +115,11 @@ def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
 
 def test_html_shows_the_papers_cases(source: str) -> None:
     """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
-    section = source[source.index("The source paper") :]
+    section = source[source.index("What goes wrong</h2>") :]
+    assert "dashed: those just before and just after what is missed" in section
+    section = section[section.index("The source paper") :]
     assert "paper/missed" in section
     assert "PIT tuned: 0 impacts" in section
-    assert "Dashed: the frames just before and just after" in section
 
 
 @pytest.fixture(scope="module")
@@ -215,3 +224,31 @@ def test_markdown_tables_are_well_formed(paths: ReportPaths) -> None:
         assert len(widths) == 1, block
     assert "<script" not in text.replace("\\<", "")
     assert "carom run --report 'a & b'" in text
+
+
+def test_page_and_markdown_have_the_same_sections_in_order(results: Results, paths: ReportPaths) -> None:
+    """The headings of the page and of the Markdown are one list but for what the document keeps for one of them."""
+    shown = {
+        medium: [section.heading for section in cross_check_document(results).shown(medium)]
+        for medium in (Medium.PAGE, Medium.MARKDOWN)
+    }
+    headings = re.findall(r"<h[23]>(.*?)</h[23]>", paths.html.read_text(encoding="utf-8"))
+    assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
+    text = paths.markdown.read_text(encoding="utf-8")
+    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
+    assert [heading for heading in shown[Medium.PAGE] if heading != "Every cell, at every step"] == shown[
+        Medium.MARKDOWN
+    ]
+
+
+def test_a_column_is_shown_wherever_its_table_is() -> None:
+    """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
+    table = Table.of("Sizes", ("scene", "discs"), [("one", "2")])
+    wider = replace(table, columns=(*table.columns, Column("added")), rows=tuple((*row, "here") for row in table.rows))
+    document = Document("A report", (), (Section("Sizes", (wider,)),))
+    (printed,) = terminal(document)
+    buffer = io.StringIO()
+    Console(file=buffer, width=100).print(printed)
+    for text in (html_of(document), markdown_of(document), buffer.getvalue()):
+        assert "added" in text
+        assert "here" in text

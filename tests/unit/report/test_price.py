@@ -8,13 +8,12 @@ from dataclasses import replace
 import pytest
 
 from carom.comparator import compare
+from carom.report.cross_check import cross_check_document
+from carom.report.document import Medium
 from carom.report.grid import build_grid
-from carom.report.html import html
-from carom.report.markdown import markdown
 from carom.report.price import price_lines, prices
-from carom.report.spread import spread_lines
-from carom.report.terminal import verdict_line
-from carom.report.view import build_view
+from carom.report.render import html, markdown, terminal
+from carom.report.tables import spread_table
 from carom.runner import Results, Row
 from carom.runner.phases import PhaseSpread
 from carom.trace import Trace
@@ -55,9 +54,9 @@ def test_an_engine_that_is_pit_is_said_to_be_all_sampling(results: Results) -> N
     (line,) = price_lines([toy])
     assert "it equals PIT to rounding in all of" in line
     assert "all of its error is the price of sampling" in line
-    assert line in verdict_line(results)
-    assert line in html(build_view(results))
-    assert "all of its error is the price of sampling" in markdown(build_view(results))
+    assert line in list(terminal(cross_check_document(results)))
+    assert line in html(cross_check_document(results))
+    assert "all of its error is the price of sampling" in markdown(cross_check_document(results))
 
 
 def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
@@ -87,20 +86,20 @@ def test_the_spread_over_phases_is_shown(results: Results) -> None:
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
     rows = tuple(replace(row, spread=spread) if row.cell.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
-    view = build_view(wide)
-    assert all(line.column.engine == "toy" for line in spread_lines(wide, build_grid(wide)))
+    view = cross_check_document(wide)
+    assert {row[1].text for row in spread_table(wide, build_grid(wide)).shown(Medium.PAGE)[1]} == {"toy tuned"}
     for text in (html(view), markdown(view)):
         assert "0.012" in text
         assert "0.046" in text
         assert "25 %" in text
-    assert "Spread over phases" not in markdown(build_view(results))
+    assert "Spread over phases" not in markdown(cross_check_document(results))
 
 
 def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     """Where a reference is not believed to its end, the report says up to where, and that it is an estimate."""
     name = next(iter(results.references))
     short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
-    text = markdown(build_view(short))
+    text = markdown(cross_check_document(short))
     assert "0 of 1 impacts" in text
     assert "a horizon is an estimate" in text
 

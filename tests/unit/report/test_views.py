@@ -12,18 +12,28 @@ import pytest
 from rich.console import Console
 
 from carom.comparator import Grade
-from carom.report import verdict_line, verdict_table, wording
+from carom.report import wording
+from carom.report.cross_check import cross_check_document
 from carom.report.divergences import divergences
-from carom.report.grid import build_grid
-from carom.report.html import html
+from carom.report.document import Lines, Medium
+from carom.report.grid import build_grid, reasons_of
+from carom.report.junit import junit
 from carom.report.marks import Mark
 from carom.report.paths import exact_paths, observed_paths
-from carom.report.phrases import unrun_lines
+from carom.report.render import html, terminal
 from carom.report.sampling import agreements
-from carom.report.tables import run_times, settings_used
+from carom.report.tables import run_time_table, settings_table
 from carom.report.trend import build_trend
-from carom.report.view import build_view
 from carom.runner import Results, Status
+
+
+def said(results: Results) -> str:
+    """All that a terminal shows."""
+    buffer = io.StringIO()
+    console = Console(file=buffer, width=200)
+    for item in terminal(cross_check_document(results)):
+        console.print(item, soft_wrap=isinstance(item, str), markup=False, highlight=False)
+    return buffer.getvalue()
 
 
 def test_grid_holds_every_scene_and_engine(
@@ -46,13 +56,27 @@ def test_every_cell_that_was_not_run_has_its_reason(
 ) -> None:
     """The reason stands in the cell and in the list below the grid, once for all cells that share it."""
     grid = build_grid(results)
-    lines = list(unrun_lines(grid))
+    section = next(s for s in cross_check_document(results).sections if s.heading == "Not scored, and why")
+    (block,) = section.blocks
+    assert isinstance(block, Lines)
+    lines = block.items
     assert len(lines) == len(not_run)
     for engine, (status, reason) in not_run.items():
         cells = grid.cells(next(column for column in grid.columns if column.engine == engine))
         assert {cell.reasons for cell in cells} == {(reason,)}
         assert {cell.mark for cell in cells} == {Mark[status.name]}
         assert sum(reason in line and "every scene" in line for line in lines) == 1
+
+
+def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: Results) -> None:
+    """Why a row has no run time is said after its verdicts, in the grid and in JUnit, and takes none of them away."""
+    untimed = "timed out: no answer in 60 s"
+    rows = tuple(replace(row, timing=None, untimed=untimed if row.score else "") for row in results.rows)
+    for before, after in zip(results.rows, rows, strict=True):
+        said = (f"not timed: {untimed}",) if before.score else ()
+        assert reasons_of(after) == (*reasons_of(before), *said)
+    wrong = next(row for row in rows if row.grade is Grade.WRONG)
+    assert str(wrong.score and wrong.score.findings[0].verdict.value) in junit(replace(results, rows=rows))
 
 
 def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:
@@ -69,12 +93,12 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
     bare = replace(results, rows=rows, references={}, known={})
     grid = build_grid(bare)
     assert {cell.mark for cell in grid.cells(grid.columns[2])} == {Mark.UNSCORED}
-    assert "could be scored" in verdict_line(bare)
+    assert "could be scored" in said(bare)
 
 
 def test_verdict_line_counts_the_rows(results: Results) -> None:
     """The numbers of the verdict are those of the foreign engines' rows at the coarsest step."""
-    line = verdict_line(results)
+    line = said(results)
     rows = [row for row in results.rows if row.cell.engine == "toy" and row.cell.refinement == 0]
     assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
@@ -89,14 +113,14 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
 def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Results) -> None:
     """A deviation above rounding, infinite ones included, is told with the scene's name."""
     known = {**results.known, "paper/late": (results.known["paper/late"][0], float("inf"))}
-    line = verdict_line(replace(results, known=known))
+    line = said(replace(results, known=known))
     assert "PIC reproduces 2 of 3 known answers to rounding; it does not reproduce paper/late." in line
 
 
 def test_verdict_line_without_engines_speaks_of_pit(results: Results) -> None:
     """Where only Carom's own methods were run, the counts are PIT's."""
     own = tuple(row for row in results.rows if row.cell.engine in {"pic", "pit"})
-    assert "Of 3 PIT runs at" in verdict_line(replace(results, rows=own, engines=results.engines[:2]))
+    assert "Of 3 PIT runs at" in said(replace(results, rows=own, engines=results.engines[:2]))
 
 
 def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Results) -> None:
@@ -105,7 +129,7 @@ def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Re
         replace(row, cell=replace(row.cell, dt_s=row.cell.dt_s / 3.0, refinement=row.cell.refinement))
         for row in results.rows
     )
-    assert "at the coarsest step" in verdict_line(replace(results, rows=rows))
+    assert "at the coarsest step" in said(replace(results, rows=rows))
 
 
 def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
@@ -114,7 +138,7 @@ def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
     (found,) = agreements(results, grid)
     assert (found.column.engine, found.equal, found.scenes, found.different) == ("toy", 3, 3, ())
     assert found.largest == 0.0
-    assert "toy tuned in 3 of 3 scenes" in verdict_line(results)
+    assert "toy tuned in 3 of 3 scenes" in said(results)
 
 
 def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: str) -> None:
@@ -164,18 +188,21 @@ def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
 def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
     """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
     grid = build_grid(results)
-    used = {entry.column.engine: entry for entry in settings_used(results, grid)}
-    assert set(used) == {"pic", "pit", "toy"}
-    (dt_s,) = used["pit"].settings
-    assert (dt_s.name, dt_s.value, dt_s.varies) == ("dt_s", "0.0416667", "varies with the step")
-    assert {entry.column.engine: entry.median for entry in run_times(grid)} == {"pic": 1.0, "pit": 1.0, "toy": 0.5}
+    settings = {row[0]: row for row in settings_table(results, grid).shown(Medium.PAGE)[1]}
+    by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
+    assert set(by_engine) == {"PIC", "PIT", "toy"}
+    assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
+    medians = {row[0].text: row[1].text for row in run_time_table(grid).shown(Medium.PAGE)[1]}
+    assert medians == {
+        "PIC tuned": wording.ratio(1.0),
+        "PIT tuned": wording.ratio(1.0),
+        "toy tuned": wording.ratio(0.5),
+    }
 
 
 def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
     """The terminal's table has a line for each scene, a column for each engine, and the legend of what it shows."""
-    buffer = io.StringIO()
-    Console(file=buffer, width=200).print(verdict_table(results))
-    text = buffer.getvalue()
+    text = said(results)
     assert nasty in text
     assert re.search(r"paper/missed .* ✓ 0 .* ✗ -1 .* ✗ -1 .*unavailable.*unsupported.*crashed", text)
     assert "wrong: misses or invents an impact" in text
@@ -184,10 +211,9 @@ def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
 def test_nothing_run_is_still_a_report(results: Results) -> None:
     """Where no engine could be run at all the report says why, and draws nothing."""
     rows = tuple(row for row in results.rows if row.status is not Status.RAN)
-    bare = build_view(replace(results, rows=rows))
-    assert not bare.trend.drawable
-    assert bare.paper == bare.worst == ()
-    assert "No engine run at each scene's own frame rate could be scored." in bare.summary.counts
+    bare = cross_check_document(replace(results, rows=rows))
+    assert {"Error against step", "What goes wrong"}.isdisjoint(section.heading for section in bare.sections)
+    assert "No engine run at each scene's own frame rate could be scored." in " ".join(bare.lead)
     assert "<svg" not in html(bare)
 
 

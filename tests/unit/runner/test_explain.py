@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import re
+import sys
+
 import pytest
 
 from carom.errors import UnknownNameError
+from carom.runner import Status, cross_check
 from carom.runner.explain import explain
 from carom.scenes import catalogue
 
@@ -49,3 +53,25 @@ def test_an_engine_that_is_not_known_is_refused() -> None:
     """An unknown engine is an error, not an empty plan."""
     with pytest.raises(UnknownNameError, match="no engine is named 'nonsense'"):
         plan("paper/late", engine_names=["nonsense"])
+
+
+@pytest.mark.parametrize("profiles", [None, ["all"], ["tuned", "default"]])
+def test_what_is_explained_is_what_is_run(profiles: list[str] | None) -> None:
+    """The steps at which the plan says that a profile is run are those of the rows that ran, and no other row ran."""
+    scene, names = catalogue()["paper/late"], ["pic", "pit", "pymunk"]
+    results = cross_check([scene], names, profiles=profiles, timing=False, samples=False)
+    ran: dict[str, list[str]] = {}
+    for row in results.rows:
+        if row.status is Status.RAN:
+            ran.setdefault(f"{row.cell.engine} {row.cell.profile}", []).append(f"{row.cell.dt_s:.6g}")
+    text = plan("paper/late", engine_names=names, profiles=profiles)
+    explained = dict(re.findall(r"^  (\S+ \S+): run at ([\d.e, -]+) s", text, re.MULTILINE))
+    assert {method: steps.split(", ") for method, steps in explained.items()} == ran
+
+
+def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
+    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "MOST_IMPACTS", 3)
+    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False).rows[0]
+    assert row.status is Status.UNSUPPORTED
+    assert f"nothing is run: {row.reason}" in plan("classics/gas", engine_names=["pit"])

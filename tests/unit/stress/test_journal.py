@@ -47,15 +47,14 @@ def test_another_campaigns_journal_is_refused(tmp_path: Path) -> None:
         Journal(path, {**STAMP, "quick": False}, resume=True)
 
 
-def test_without_resume_a_journal_begins_anew(tmp_path: Path) -> None:
-    """An older journal is not read unless it is asked for, and what it held is gone."""
+def test_without_resume_a_journal_that_holds_cells_is_refused(tmp_path: Path) -> None:
+    """Nothing that a campaign has written is lost by starting another one in its folder."""
     path = tmp_path / "journal.jsonl"
     written(path)
-    with Journal(path, STAMP, resume=False) as journal:
-        assert not journal.spots
-        journal.add(SECOND)
-    with Journal(path, STAMP, resume=True) as journal:
-        assert list(journal.spots.values()) == [SECOND]
+    before = path.read_bytes()
+    with pytest.raises(InputError, match="holds results already"):
+        Journal(path, STAMP, resume=False)
+    assert path.read_bytes() == before
 
 
 def test_two_campaigns_do_not_write_one_journal(tmp_path: Path) -> None:
@@ -64,6 +63,6 @@ def test_two_campaigns_do_not_write_one_journal(tmp_path: Path) -> None:
     with Journal(path, STAMP, resume=False) as journal:
         journal.add(FIRST)
         with pytest.raises(InputError, match="another process"):
-            Journal(path, STAMP, resume=False)
+            Journal(path, STAMP, resume=True)
     with Journal(path, STAMP, resume=True) as journal:
         assert list(journal.spots.values()) == [FIRST]

@@ -200,6 +200,16 @@ def _too_large(subject: Subject) -> Scene | None:
     return None if 2 * limit > 1e150 else alone(radius_m=2 * limit)
 
 
+def _too_light(subject: Subject) -> Scene | None:
+    limit = subject.capabilities().min_mass_kg
+    return None if limit == 0 else alone(mass_kg=limit / 2)
+
+
+def _too_heavy(subject: Subject) -> Scene | None:
+    limit = subject.capabilities().max_mass_kg
+    return None if 2 * limit > 1e150 else alone(mass_kg=2 * limit)
+
+
 def _restitution(subject: Subject, *, above: bool) -> Scene | None:
     low, high = subject.capabilities().restitution
     if above:
@@ -219,6 +229,8 @@ REFUSALS = {
     "move": _beyond_move,
     "small radius": _too_small,
     "large radius": _too_large,
+    "light mass": _too_light,
+    "heavy mass": _too_heavy,
 }
 
 
@@ -254,5 +266,7 @@ def _declared(subject: Subject, what: str) -> str:
         "move": f"max_move_m = {can.max_move_m:g}",
         "small radius": f"min_radius_m = {can.min_radius_m:g}",
         "large radius": f"max_radius_m = {can.max_radius_m:g}",
+        "light mass": f"min_mass_kg = {can.min_mass_kg:g}",
+        "heavy mass": f"max_mass_kg = {can.max_mass_kg:g}",
     }
     return values[what]

@@ -34,6 +34,7 @@ def declares_capabilities(subject: Subject) -> None:
     _require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
     _require(can.max_move_m > 0, what, "max_move_m above 0", can.max_move_m)
     _require(0 <= can.min_radius_m <= can.max_radius_m, what, "0 <= min_radius_m <= max_radius_m", can)
+    _require(0 <= can.min_mass_kg <= can.max_mass_kg, what, "0 <= min_mass_kg <= max_mass_kg", can)
     threshold = can.restitution_threshold_m_s
     _require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
     _require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)

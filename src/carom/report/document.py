@@ -1,0 +1,282 @@
+"""What a report shows, before any medium: a document of sections, tables, figures and lines.
+
+The modules of `carom.report` build documents; `carom.report.render` shows them as HTML, as Markdown and on a
+terminal. What a medium leaves out on purpose is said in the document (`only`), so that nothing else can be missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+__all__ = [
+    "EVERYWHERE",
+    "ON_PAPER",
+    "ON_SCREEN",
+    "PAGE",
+    "TERMINAL",
+    "Block",
+    "Cell",
+    "Code",
+    "Column",
+    "Document",
+    "Facts",
+    "Figure",
+    "Figures",
+    "Legend",
+    "Lines",
+    "Media",
+    "Medium",
+    "Pair",
+    "Pairs",
+    "Section",
+    "Table",
+    "Text",
+]
+
+
+class Medium(Enum):
+    """Where a document is shown."""
+
+    PAGE = "HTML"
+    MARKDOWN = "Markdown"
+    TERMINAL = "terminal"
+
+
+Media = frozenset[Medium]
+EVERYWHERE: Media = frozenset(Medium)
+PAGE: Media = frozenset({Medium.PAGE})
+TERMINAL: Media = frozenset({Medium.TERMINAL})
+#: What is written into files, and what there is no room for on a terminal.
+ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
+ON_SCREEN: Media = frozenset({Medium.PAGE, Medium.TERMINAL})
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cell of a table.
+
+    Attributes:
+        text: What it says.
+        note: What stands smaller beside it: the number behind a word.
+        short: What a terminal shows in place of text and note, where that is shorter.
+        title: The whole story, which a page shows when it is pointed at.
+        css: Class of its colours on a page.
+        symbol: A sign before the text, so that colour is never the only one.
+        style: Its colours on a terminal.
+        link: Where the text leads on a page; empty for nowhere.
+        shares: Parts of a bar below the text, as class and size.
+        part: Length of a meter below the text, in parts of the longest; None for no meter.
+    """
+
+    text: str
+    note: str = ""
+    short: str = ""
+    title: str = ""
+    css: str = ""
+    symbol: str = ""
+    style: str = ""
+    link: str = ""
+    shares: tuple[tuple[str, int], ...] = ()
+    part: float | None = None
+
+    @property
+    def line(self) -> str:
+        """All of the cell in one line of text."""
+        return " ".join(filter(None, (self.symbol, self.text, self.note)))
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its heading, a second line of it, and whether it holds numbers."""
+
+    head: str
+    under: str = ""
+    number: bool = False
+    only: Media = EVERYWHERE
+
+    @property
+    def line(self) -> str:
+        """The heading in one line."""
+        return f"{self.head} {self.under}".rstrip()
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; each row has a cell for each column, the first of which heads the row.
+
+    Attributes:
+        columns: What stands in them.
+        rows: Cells; plain text is a cell of nothing else.
+        title: A heading of its own, where the section's is not enough.
+        note: What its columns mean.
+        folded: What a page shows of it until it is opened; empty where it is open.
+        css: Class of its layout on a page.
+        only: The media that show it.
+    """
+
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell | str, ...], ...]
+    title: str = ""
+    note: str = ""
+    folded: str = ""
+    css: str = ""
+    only: Media = EVERYWHERE
+
+    @classmethod
+    def of(
+        cls,
+        title: str,
+        head: Sequence[str],
+        rows: Iterable[tuple[str, ...]],
+        note: str = "",
+        *,
+        left: int = 2,
+        page_only: frozenset[str] = frozenset(),
+    ) -> Table:
+        """Return a table of words and numbers.
+
+        Args:
+            title: As of `Table`; so is `note`.
+            head: The headings.
+            rows: What stands below them.
+            note: What the columns mean.
+            left: So many columns, the first, are words; the others are numbers.
+            page_only: Headings of columns for which a terminal has no room.
+        """
+        columns = tuple(
+            Column(name, number=k >= left, only=ON_PAPER if name in page_only else EVERYWHERE)
+            for k, name in enumerate(head)
+        )
+        return cls(columns, tuple(rows), title, note)
+
+    def shown(self, medium: Medium) -> tuple[tuple[Column, ...], tuple[tuple[Cell, ...], ...]]:
+        """Return columns and rows as a medium shows them."""
+        kept = [k for k, column in enumerate(self.columns) if medium in column.only]
+        rows = tuple(tuple(_cell(row[k]) for k in kept) for row in self.rows)
+        return tuple(self.columns[k] for k in kept), rows
+
+
+def _cell(content: Cell | str) -> Cell:
+    return content if isinstance(content, Cell) else Cell(content)
+
+
+@dataclass(frozen=True)
+class Text:
+    """A paragraph."""
+
+    text: str
+    only: Media = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Lines:
+    """A list of sentences."""
+
+    items: tuple[str, ...]
+    only: Media = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Names with their values."""
+
+    items: tuple[tuple[str, str], ...]
+    only: Media = ON_PAPER
+
+
+@dataclass(frozen=True)
+class Legend:
+    """What the marks of a table stand for, each as a cell with symbol and word, and its meaning."""
+
+    items: tuple[tuple[Cell, str], ...]
+    only: Media = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Code:
+    """Text to be typed as it is."""
+
+    text: str
+    only: Media = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A drawing: made when a page needs it, as SVG."""
+
+    draw: Callable[[], str]
+    caption: str
+
+
+@dataclass(frozen=True)
+class Figures:
+    """Drawings side by side; a medium that shows none has the tables."""
+
+    items: tuple[Figure, ...]
+    only: Media = PAGE
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two drawings to the same scale.
+
+    Attributes:
+        heading: What they are of.
+        badge: What came of it.
+        sides: What each shows, in a few words.
+        draw: Makes both.
+        caption: Sentences below them.
+    """
+
+    heading: str
+    badge: Cell
+    sides: tuple[str, str]
+    draw: Callable[[], tuple[str, str]]
+    caption: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Pairs:
+    """Several pairs of drawings; in Markdown their captions alone."""
+
+    items: tuple[Pair, ...]
+    only: Media = ON_PAPER
+
+
+Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs
+
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a document.
+
+    Attributes:
+        heading: Its heading.
+        blocks: What it holds, in order.
+        level: 2, or 3 for a part of the section before it.
+        only: The media that show it.
+    """
+
+    heading: str
+    blocks: tuple[Block, ...]
+    level: int = 2
+    only: Media = EVERYWHERE
+
+    def shown(self, medium: Medium) -> tuple[Block, ...]:
+        """Return the blocks that a medium shows."""
+        return tuple(block for block in self.blocks if medium in block.only)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A document: its title, the sentences that matter most, and its sections."""
+
+    title: str
+    lead: tuple[str, ...]
+    sections: tuple[Section, ...]
+
+    def shown(self, medium: Medium) -> Iterable[Section]:
+        """Return the sections that a medium shows; one without anything to show is left out."""
+        return (section for section in self.sections if medium in section.only and section.shown(medium))

@@ -1,0 +1,145 @@
+"""Gases of all kinds for the campaign, each drawn from its number alone."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.solvers.event_driven import DiscArrays
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+__all__ = ["Gas", "Kind", "draw"]
+
+LEAST_DISCS, MOST_DISCS = 64, 10_000
+LEAST_PACKING, MOST_PACKING = 0.1, 0.7
+#: Radii differ by this factor at most.
+LARGEST_RATIO = 10.0
+#: Share of the plane that a lattice of equal discs covers where they touch, six about each.
+DENSEST = math.pi / math.sqrt(12.0)
+
+
+class Kind(StrEnum):
+    """What is special about a gas; its value is how the table names it."""
+
+    EQUAL = "equal discs"
+    UNEQUAL = "unequal radii and masses"
+    IMMOVABLE = "10 to 40 % immovable"
+    INELASTIC = "restitution .95 to .999"
+    LATTICE = "whole numbers: ties"
+    TILTED = "tilted box far from the origin"
+    MIXED = "all of these at once"
+    OPEN = "no walls"
+
+
+@dataclass(frozen=True)
+class Gas:
+    """One gas of the campaign.
+
+    Attributes:
+        number: What it is drawn from.
+        kind: What is special about it.
+        packing: Share of the box that its discs cover; 0 without walls.
+        start: Its discs and walls.
+        impacts: How many impacts it is followed over, at most.
+    """
+
+    number: int
+    kind: Kind
+    packing: float
+    start: DiscArrays
+    impacts: int
+
+
+def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
+    """Return the gas of a number.
+
+    Args:
+        number: From 0 on; kinds take turns.
+        kind: One kind instead of the number's own.
+        most_discs: Number of discs at most, at least 64.
+    """
+    rng = np.random.default_rng(number)
+    kinds = list(Kind)
+    kind = kinds[number % len(kinds)] if kind is None else kind
+    discs = round(math.exp(rng.uniform(math.log(LEAST_DISCS), math.log(most_discs))))
+    packing = float(rng.uniform(LEAST_PACKING, MOST_PACKING))
+    if kind is Kind.LATTICE:
+        return Gas(number, kind, *_on_whole_numbers(rng, discs, packing), 100 * discs)
+    radius = np.full(discs, 0.5)
+    mass = np.ones(discs)
+    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN}:
+        radius *= rng.uniform(_least_radius(packing), 1.0, discs)
+        mass = radius**2 * np.exp(rng.uniform(-1.0, 1.0, discs))
+    place, side = _stretched_lattice(rng, radius, packing)
+    velocity = rng.normal(size=(discs, 2))
+    if kind in {Kind.IMMOVABLE, Kind.MIXED}:
+        still = rng.random(discs) < rng.uniform(0.1, 0.4)
+        mass[still], velocity[still] = math.inf, 0.0
+    walls = np.array([[0, 0, 1, 0], [side, 0, -1, 0], [0, 0, 0, 1], [0, side, 0, -1]], np.float64)
+    if kind in {Kind.TILTED, Kind.MIXED}:
+        angle, shift = rng.uniform(0.0, math.tau), rng.uniform(-1e4, 1e4, 2)
+        turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        place, velocity = place @ turn + shift, velocity @ turn
+        walls = np.hstack([walls[:, :2] @ turn + shift, walls[:, 2:] @ turn])
+    if kind is Kind.OPEN:
+        velocity -= 2.0 * (place - place.mean(axis=0)) / math.sqrt(discs)  # they head for the middle, and fly apart
+        walls, packing = walls[:0], 0.0
+    restitution, wall_restitution = 1.0, 1.0
+    if kind in {Kind.INELASTIC, Kind.MIXED}:
+        restitution, wall_restitution = map(float, rng.uniform(0.95, 0.999, 2))
+    sides = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in walls)
+    start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution)
+    return Gas(number, kind, _packing(start, side) if len(walls) else 0.0, start, 200 * discs)
+
+
+def _packing(start: DiscArrays, side: float) -> float:
+    return float(math.pi * np.sum(start.radius_m**2)) / side**2
+
+
+def _least_radius(packing: float) -> float:
+    """Return the least of radii, spread evenly up to 1, that cover so much of the plane on a lattice of the largest."""
+    # The mean of squares is (1 + a + a^2) / 3. A tenth is left for what a box cuts off a lattice.
+    mean_square = min(1.1 * packing / DENSEST, 1.0)
+    return max(1.0 / LARGEST_RATIO, (math.sqrt(12.0 * mean_square - 3.0) - 1.0) / 2.0 if mean_square > 0.25 else 0.0)
+
+
+def _stretched_lattice(rng: np.random.Generator, radius: Floats, packing: float) -> tuple[Floats, float]:
+    """Return places for discs, and the side of a box, of a packing or the nearest that a hexagonal lattice allows."""
+    discs, largest = len(radius), float(radius.max())
+    side = math.sqrt(math.pi * float(np.sum(radius**2)) / packing)
+    rows = np.arange(1, discs + 1)
+    columns = -(-discs // rows)
+    while True:
+        across = (side - 2.0 * largest) / np.maximum(1.0, columns - 0.5)
+        along = (side - 2.0 * largest) / np.maximum(1.0, rows - 1.0)
+        nearest = np.minimum(np.minimum(across, 2.0 * along), np.hypot(across / 2.0, along))
+        best = int(np.argmax(nearest))
+        if nearest[best] > 2.001 * largest:
+            break
+        side *= 1.01
+    row, column = np.divmod(rng.permutation(discs), columns[best])
+    x = largest + (column + (row % 2) / 2.0) * across[best]
+    return np.stack([x, largest + row * along[best]], axis=1), side
+
+
+def _on_whole_numbers(rng: np.random.Generator, discs: int, packing: float) -> tuple[float, DiscArrays]:
+    """Return a gas whose places, sizes and velocities are halves and wholes, so that impacts come at one instant."""
+    columns = math.ceil(math.sqrt(discs))
+    pitch = max(2, round(math.sqrt(math.pi / packing)))  # for discs of radius 1, touching where it is 2
+    row, column = np.divmod(np.arange(discs), columns)
+    place = np.stack([column, row], axis=1) * float(pitch) + pitch // 2
+    velocity = rng.integers(-2, 3, (discs, 2)).astype(np.float64)
+    mass = rng.choice([1.0, 1.0, 2.0, math.inf], discs)
+    velocity[np.isinf(mass)] = 0.0
+    side = float(pitch * columns + pitch % 2)
+    walls = ((0.0, 0.0, 1.0, 0.0), (side, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, side, 0.0, -1.0))
+    start = DiscArrays(place, velocity, np.full(discs, 1.0), mass, walls)
+    return _packing(start, side), start

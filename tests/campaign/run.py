@@ -1,0 +1,98 @@
+"""Draws gas after gas, runs and checks them in processes of their own, and counts."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import time
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+from tests.campaign.gases import Gas, draw
+from tests.campaign.tally import Finding, Tally
+from tests.checker import Report, check, watch
+
+from carom.solvers.event_driven import EventDrivenRun
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+__all__ = ["checked", "run_campaign"]
+
+#: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
+#: flights take or more, so it ends no other.
+LONGEST_S = 1e6
+
+
+def checked(gas: Gas, impacts: int | None = None) -> Report:
+    """Run a gas and check all its impacts, or the first so many."""
+    report = Report()
+    run = EventDrivenRun(gas.start)
+
+    def renewed(run: EventDrivenRun) -> EventDrivenRun:
+        return EventDrivenRun(gas.start, resume=run.state())
+
+    most = gas.impacts if impacts is None else min(gas.impacts, impacts)
+    for stretch in watch(run, gas.start, LONGEST_S, most, renewed):
+        check(gas.start, stretch, report)
+    return report
+
+
+def _work(number: int, most_discs: int) -> tuple[Gas, Report, float]:
+    begin = time.process_time()
+    gas = draw(number, most_discs=most_discs)
+    return gas, checked(gas), time.process_time() - begin
+
+
+def _deaf() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> None:
+    under_way: dict[Future[tuple[Gas, Report, float]], int] = {}
+    seconds, before, ending = 0.0, tally.impacts, False
+    with ProcessPoolExecutor(jobs, get_context("spawn"), _deaf) as pool:
+        while True:
+            try:
+                while not ending and tally.impacts < impacts and len(under_way) < jobs:
+                    under_way[pool.submit(_work, tally.begun, most_discs)] = tally.begun
+                    tally.begun += 1
+                if not under_way:
+                    return
+                done, _ = wait(under_way, return_when=FIRST_COMPLETED)
+            except KeyboardInterrupt:
+                if ending:
+                    raise
+                ending = True
+                print("ends with the gases under way; Ctrl-C again: at once", file=sys.stderr, flush=True)
+                continue
+            for future in done:
+                number = under_way.pop(future)
+                try:
+                    gas, report, spent = future.result()
+                except BrokenProcessPool:
+                    numbers = [number, *under_way.values()]
+                    tally.find([Finding(n, "crash: the process ended in this gas or one beside it") for n in numbers])
+                    return
+                except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding
+                    _tell(tally.find([Finding(number, f"raised {type(error).__name__}: {error}")]))
+                    continue
+                seconds += spent
+                _tell(tally.add(gas, report))
+                rate = seconds / max(1, tally.impacts - before) * 1e6
+                print(
+                    f"{tally.impacts:13,} impacts, {rate:.2f} us of processor time each; gas {number}: "
+                    f"{len(gas.start):,} discs, packing {gas.packing:.2f}, {gas.kind}",
+                    file=sys.stderr,
+                    flush=True,
+                )
+            if state is not None:
+                tally.save(state)
+
+
+def _tell(findings: Sequence[Finding]) -> None:
+    for finding in findings[:10]:
+        print(f"gas {finding.number}: {finding}", flush=True)

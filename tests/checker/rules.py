@@ -1,0 +1,285 @@
+"""What must hold of every impact, and what breaks it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from tests.checker.flights import UNIT, Flights, flights_of
+from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from tests.checker.watch import Stretch
+
+    from carom.solvers.event_driven import DiscArrays
+
+    Floats = NDArray[np.float64]
+    Ranks = NDArray[np.intp]
+
+__all__ = ["RULES", "Report", "Violation", "check"]
+
+#: Smallest float above 0: what an underflow may cost.
+SMALLEST = float(np.finfo(float).smallest_subnormal)
+
+#: Every rule, and what it demands.
+RULES = {
+    "row": "two distinct bodies that there are, the first a disc, one of them movable, all numbers finite",
+    "count": "as many impacts are recorded as the run says that there were",
+    "order": "no impact before the one before it, or outside its stretch",
+    "history": "velocities before are those after the body's last impact, bit for bit",
+    "contact": "the two bodies touch",
+    "approach": "the two bodies approach",
+    "normal": "the normal is the line of centres, or the wall's",
+    "law": "velocities after are those of the law of restitution, which conserves momentum",
+    "passed": "no two bodies overlap, at any time",
+    "state": "the run's own state is the one that its impacts lead to",
+}
+
+
+@dataclass(frozen=True)
+class Violation:
+    """One rule broken once.
+
+    Attributes:
+        rule: Name of the rule in `RULES`.
+        row: The impact, counted from the start of the run; -1 where it is none.
+        bodies: Whom it concerns, a wall as ``-1 - k``.
+        time_s: When.
+        size: How far it is from what must hold: metres, metres a second or a pure number.
+        bound: How far rounding can have it off.
+    """
+
+    rule: str
+    row: int
+    bodies: tuple[int, ...]
+    time_s: float
+    size: float
+    bound: float
+
+    def __str__(self) -> str:
+        place = f"impact {self.row}" if self.row >= 0 else "no impact"
+        bodies = ", ".join(map(str, self.bodies))
+        return (
+            f"{self.rule}: {RULES[self.rule]}; {place}, bodies {bodies}, at {self.time_s!r} s: "
+            f"off by {self.size:.3g}, rounding explains {self.bound:.3g}"
+        )
+
+
+@dataclass
+class Report:
+    """What has been checked, and what was found.
+
+    Attributes:
+        impacts: Number of impacts checked.
+        violations: All rules broken, in order of time within a stretch.
+        worst_gap: Largest distance from contact at an impact, in units of its bound.
+        worst_overlap: Deepest overlap at any time, in units of its bound.
+        deepest_m: Deepest overlap, metres.
+        pairs: Pairs of flights that were near enough to be held against each other.
+    """
+
+    impacts: int = 0
+    violations: list[Violation] = field(default_factory=list)
+    worst_gap: float = 0.0
+    worst_overlap: float = 0.0
+    deepest_m: float = 0.0
+    pairs: int = 0
+
+
+def check(start: DiscArrays, stretch: Stretch, report: Report) -> None:
+    """Hold all that is seen in a stretch of a run against every rule, and add what comes out to a report."""
+    report.impacts += len(stretch.impacts)
+    found = _broken_rows(start, stretch)
+    missing = float(abs(int(stretch.looks[-1]) - len(stretch.impacts)))
+    if missing:
+        found.append(Violation("count", stretch.first_row, (), float(stretch.time_s[0]), missing, 0.0))
+    found = found or _broken_order(stretch)
+    if not found:  # else the discs can't be followed
+        flights = flights_of(stretch)
+        found += _broken_history(stretch, flights)
+        found += _broken_impacts(start, stretch, flights, report)
+        found += _broken_state(stretch, flights)
+        for overlap in (disc_overlaps(start, stretch, flights), wall_overlaps(start, flights)):
+            report.pairs += overlap.pairs
+            found += _too_deep(start, stretch, overlap, report)
+    report.violations += sorted(found, key=lambda violation: violation.time_s)
+
+
+def _broken_rows(start: DiscArrays, stretch: Stretch) -> list[Violation]:
+    rows = stretch.impacts
+    first, second, discs, walls = rows["first"], rows["second"], len(start.radius_m), len(start.walls)
+    valid = (first >= 0) & (first < discs) & (second >= -walls) & (second < discs) & (first != second)
+    immovable = np.append(np.isinf(start.mass_kg), True)  # a wall, at -1, is
+    valid &= ~(immovable[np.where(valid, first, -1)] & immovable[np.where(valid & (second >= 0), second, -1)])
+    # Discs in the order of their numbers, which all that reads a trace may count on.
+    valid &= (second < 0) | (first < second)
+    for name in rows.dtype.names or ():
+        valid &= np.isfinite(rows[name]).all(axis=tuple(range(1, rows[name].ndim)))
+    return [_violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
+
+
+def _broken_order(stretch: Stretch) -> list[Violation]:
+    time = stretch.impacts["time_s"]
+    look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
+    late = np.maximum(np.append(stretch.time_s[0], time[:-1]), stretch.time_s[look]) - time
+    late = np.maximum(late, time - stretch.time_s[look + 1])
+    return [_violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
+
+
+def _broken_history(stretch: Stretch, flights: Flights) -> list[Violation]:
+    found = []
+    for side, name in enumerate(("velocity_first_before", "velocity_second_before")):
+        k = np.flatnonzero(flights.after[:, side] >= 0)
+        known = flights.after[k, side] - 1
+        before = np.ascontiguousarray(stretch.impacts[name][k])
+        after = np.stack([flights.vx[known], flights.vy[known]], axis=1)
+        wrong = np.any(before.view(np.int64) != after.view(np.int64), axis=1)
+        size = np.abs(before - after).max(axis=1, initial=0.0)
+        found += [_violation("history", stretch, int(k[w]), float(size[w]), 0.0) for w in np.flatnonzero(wrong)]
+    wall = stretch.impacts["second"] < 0
+    for name in ("velocity_second_before", "velocity_second_after"):
+        moving = np.flatnonzero(wall & stretch.impacts[name].any(axis=1)).tolist()
+        found += [_violation("history", stretch, k, 1.0, 0.0) for k in moving]
+    return found
+
+
+def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, report: Report) -> list[Violation]:
+    """Check touch, approach, normal and law of all impacts.
+
+    At the instant that a solver finds, its two bodies touch up to: what brings both to one instant (8 u S each), the
+    root's own rounding and that of the sum with the clock (4 u T + u T), and the difference, distance and sum of radii
+    here (4 u R). The normal is off by what its ends are, over R, and some roundings of its own. The law, applied to the
+    recorded normal: 24 roundings in either's relative velocity along it (4 in the sum of products, 10 from the normal
+    twice, the rest in masses and factors), and one in the sum.
+    """
+    rows, time = stretch.impacts, stretch.impacts["time_s"]
+    first, second = rows["first"], rows["second"]
+    hit = second >= 0
+    wall = np.array(start.walls, np.float64).reshape(-1, 4)
+    wall = np.append(wall, [[0.0, 0.0, 1.0, 0.0]], axis=0)[np.where(hit, -1, -1 - second)]
+    ended = flights.after - 1
+    (ax, ay, a_error, a_size), (bx, by, b_error, b_size) = (
+        _at_end(flights, np.where(ended[:, side] >= 0, ended[:, side], 0)) for side in (0, 1)
+    )
+    depth = (ax - wall[:, 0]) * wall[:, 2] + (ay - wall[:, 1]) * wall[:, 3]
+    dx = np.where(hit, bx - ax, -depth * wall[:, 2])
+    dy = np.where(hit, by - ay, -depth * wall[:, 3])
+    reach = start.radius_m[first] + np.where(hit, start.radius_m[np.where(hit, second, 0)], 0.0)
+    size = np.maximum(a_size, np.where(hit, b_size, np.abs(wall[:, :2]).max(axis=1)))
+    error = a_error + np.where(hit, b_error, 0.0)
+
+    v1, v2 = rows["velocity_first_before"], rows["velocity_second_before"]
+    ux, uy = (v2 - v1).T
+    speed = np.hypot(ux, uy)
+    distance = np.where(hit, np.hypot(dx, dy), depth)
+    gap = distance - reach
+    bound = error + UNIT * (16 * size + 5 * time * speed + 4 * reach)
+    bodies = np.stack([first, second], axis=1)
+    off = _since_look(start, stretch, bodies, time, -gap, bound)
+    report.worst_gap = max(report.worst_gap, _worst(off, bound))
+    found = _beyond("contact", stretch, np.abs(off), bound)
+
+    apart = np.maximum(np.hypot(dx, dy), np.finfo(float).tiny)
+    nx, ny = rows["normal"].T
+    found += _beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT))
+    off = np.hypot(nx - np.where(hit, dx / apart, -wall[:, 2]), ny - np.where(hit, dy / apart, -wall[:, 3]))
+    found += _beyond("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
+
+    w1 = 1.0 / start.mass_kg[first]
+    w2 = np.where(hit, 1.0 / start.mass_kg[np.where(hit, second, 0)], 0.0)
+    restitution = np.where(hit, start.restitution, start.wall_restitution)
+    along = np.minimum(ux * nx + uy * ny, 0.0)
+    for name, before, share in (("first", v1, w1 / (w1 + w2)), ("second", v2, -w2 / (w1 + w2))):
+        push = (1.0 + restitution) * share * along
+        after = rows[f"velocity_{name}_after"]
+        off = np.hypot(after[:, 0] - (before[:, 0] + push * nx), after[:, 1] - (before[:, 1] + push * ny))
+        bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
+        found += _beyond("law", stretch, off, bound)
+    return found
+
+
+def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
+    found = []
+    last = flights.last
+    x, y, error, size = _at_end(flights, last.ravel())
+    speed = flights.speed_m_s[last.ravel()]
+    seen = stretch.position_m[1:].reshape(-1, 2)
+    off = np.hypot(seen[:, 0] - x, seen[:, 1] - y)
+    end = np.repeat(stretch.time_s[1:], last.shape[1])
+    bound = error + UNIT * (16 * size + 4 * speed * end)
+    velocity = np.stack([flights.vx[last], flights.vy[last]], axis=-1)
+    same = np.all(velocity.view(np.int64) == np.ascontiguousarray(stretch.velocity_m_s[1:]).view(np.int64), axis=-1)
+    for k in np.flatnonzero(~(off <= bound) | ~same.ravel()):
+        body = (int(k % last.shape[1]),)
+        found.append(Violation("state", -1, body, float(end[k]), float(off[k]), float(bound[k])))
+    return found
+
+
+def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Report) -> list[Violation]:
+    bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
+    depth = _since_look(start, stretch, bodies, time, overlap.depth_m, bound)
+    report.worst_overlap = max(report.worst_overlap, _worst(depth, bound))
+    report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
+    return [
+        Violation(
+            "passed", -1, (int(bodies[k, 0]), int(bodies[k, 1])), float(time[k]), float(depth[k]), float(bound[k])
+        )
+        for k in np.flatnonzero(~(depth <= bound))
+    ]
+
+
+def _since_look(
+    start: DiscArrays, stretch: Stretch, bodies: Ranks, time: Floats, depth: Floats, bound: Floats
+) -> Floats:
+    """Return by how much overlaps have become deeper since the last look at the state, where they exceed their bound.
+
+    In an inelastic collapse two discs meet any number of times without moving away, and each flight's rounding adds to
+    the one before. What was there at the last look has been checked; what comes to it is bounded as all else.
+    """
+    deep = np.flatnonzero(depth > bound)
+    look = np.maximum(np.searchsorted(stretch.time_s, time[deep]) - 1, 0)
+    first, second = bodies[deep].T
+    x, y = stretch.position_m[look, first].T
+    hit = second >= 0
+    dx, dy = (stretch.position_m[look, np.where(hit, second, 0)] - stretch.position_m[look, first]).T
+    then = start.radius_m[first] + start.radius_m[np.where(hit, second, 0)] - np.hypot(dx, dy)
+    for k, (qx, qy, nx, ny) in enumerate(start.walls):
+        at_wall = start.radius_m[first] - ((x - qx) * nx + (y - qy) * ny)
+        then = np.where(second == -1 - k, at_wall, then)
+    since = depth.copy()
+    since[deep] -= np.maximum(then, 0.0)
+    return since
+
+
+def _at_end(flights: Flights, k: Ranks) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return x, y and the bounds on error and size at the end of flights."""
+    wait = flights.end_s[k] - flights.begin_s[k]
+    return (
+        flights.x[k] + flights.vx[k] * wait,
+        flights.y[k] + flights.vy[k] * wait,
+        flights.error_m[k],
+        flights.size_m[k],
+    )
+
+
+def _worst(size: Floats, bound: Floats) -> float:
+    """Return the largest size in units of its bound; NaN counts as infinite."""
+    if not len(size):
+        return 0.0
+    ratio = np.abs(size) / bound
+    return float(np.where(np.isnan(ratio), np.inf, ratio).max())
+
+
+def _beyond(rule: str, stretch: Stretch, size: Floats, bound: Floats) -> list[Violation]:
+    """Return a violation for each impact whose size exceeds its bound, or is NaN."""
+    return [
+        _violation(rule, stretch, k, float(size[k]), float(bound[k])) for k in np.flatnonzero(~(size <= bound)).tolist()
+    ]
+
+
+def _violation(rule: str, stretch: Stretch, k: int, size: float, bound: float) -> Violation:
+    row = stretch.impacts[k]
+    bodies = (int(row["first"]), int(row["second"]))
+    return Violation(rule, stretch.first_row + int(k), bodies, float(row["time_s"]), size, bound)

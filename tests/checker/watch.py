@@ -1,0 +1,127 @@
+"""Takes a run forward and keeps what can be seen of it: its impacts, and its state every few of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+import numpy as np
+
+from carom.trace import Outcome
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from numpy.typing import NDArray
+
+    from carom.solvers.event_driven import DiscArrays
+
+    Floats = NDArray[np.float64]
+
+    RunT = TypeVar("RunT", bound="Watched")
+
+__all__ = ["Stretch", "Watched", "watch"]
+
+#: Impacts a disc between two looks at the state. Few, since rounding adds up in the books from look to look; but a look
+#: costs as much as some impacts.
+IMPACTS_PER_LOOK = 4
+#: Impacts of a stretch, or one look's where that is more: arrays of this length still fit into a cache.
+STRETCH_IMPACTS = 20_000
+#: Impacts after which a log is begun anew: to hand it over takes as long as it is.
+RENEWED_AFTER = 200_000
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Some impacts of a run, and its state before, after, and every few of them.
+
+    Attributes:
+        first_row: Number of impacts that the run had before.
+        impacts: Array of `carom.trace.IMPACT_DTYPE`.
+        looks: How many of these impacts had been carried out at each look, shape ``(p + 1,)``, from 0 on.
+        time_s: Instant of each look, shape ``(p + 1,)``.
+        position_m: Centres then, shape ``(p + 1, n, 2)``.
+        velocity_m_s: Velocities then, shape ``(p + 1, n, 2)``.
+    """
+
+    first_row: int
+    impacts: NDArray[np.void]
+    looks: NDArray[np.intp]
+    time_s: Floats
+    position_m: Floats
+    velocity_m_s: Floats
+
+
+class Log(Protocol):
+    """The impacts that a run has recorded."""
+
+    def array(self) -> NDArray[np.void]:
+        """Return them as an array of `carom.trace.IMPACT_DTYPE`."""
+
+
+class Watched(Protocol):
+    """What is looked at of a run: less than `carom.solvers.run.Run`, so that any build's can be."""
+
+    @property
+    def time_s(self) -> float:
+        """How far it has been taken."""
+
+    @property
+    def log(self) -> Log:
+        """Its impacts."""
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Its counts, that of its impacts among them."""
+
+    def advance_to(self, time_s: float, max_impacts: int | None = None) -> Outcome:
+        """Take it forward."""
+
+    def positions(self) -> Floats:
+        """Return the centres now."""
+
+    def velocities(self) -> Floats:
+        """Return the velocities now."""
+
+
+def watch(
+    run: RunT,
+    start: DiscArrays,
+    until_s: float,
+    max_impacts: int | None = None,
+    renew: Callable[[RunT], RunT] | None = None,
+) -> Iterator[Stretch]:
+    """Take a run forward from its start and yield it stretch by stretch.
+
+    Args:
+        run: A run that records all its impacts and has had none yet.
+        start: What it started from.
+        until_s: Seconds from the start; finite.
+        max_impacts: Impacts after which to stop.
+        renew: Return a run that takes up a given one, its log empty: called when that has become long.
+    """
+    movable = int(np.sum(np.isfinite(start.mass_kg)))
+    step = max(1, IMPACTS_PER_LOOK * movable // 2)
+    done, logged, at_end = 0, 0, False
+    look = (0.0, start.position_m, start.velocity_m_s)
+    while not at_end:
+        if renew is not None and done - logged >= RENEWED_AFTER:
+            run, logged = renew(run), done
+        looks, counts = [look], [done]
+        while not at_end and counts[-1] - done < STRETCH_IMPACTS:
+            most = counts[-1] + step
+            if max_impacts is not None:
+                most = min(most, max_impacts)
+            outcome = run.advance_to(until_s, most)
+            looks.append((run.time_s, run.positions(), run.velocities()))
+            counts.append(int(run.counts["impacts"]))
+            at_end = outcome is not Outcome.MAX_IMPACTS or most == max_impacts
+        yield Stretch(
+            done,
+            run.log.array()[done - logged :],
+            np.array(counts) - done,
+            np.array([time for time, _, _ in looks]),
+            np.array([position for _, position, _ in looks]),
+            np.array([velocity for _, _, velocity in looks]),
+        )
+        done, look = counts[-1], looks[-1]
