@@ -19,7 +19,12 @@ from carom.adapter import (
     Scene,
     Setting,
     Stamp,
+    StepClock,
     Wall,
+    factored_restitutions,
+    oriented_contact,
+    pair_of,
+    reach,
     require_sound,
     require_supported,
     wall_body,
@@ -54,44 +59,8 @@ SMALLEST = 1e-100
 #: Discs of this radius still fit, some way apart, within the greatest coordinates.
 LARGEST_RADIUS_M = 1e98
 
-#: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
-#: multiplying and dividing by it is exact.
-VANISHING = 2.0**-600
 
-
-def _elasticities(scene: Scene) -> tuple[float, float]:
-    """Return elasticities (of every disc, of every wall) whose products are the coefficients that the scene asks for.
-
-    Chipmunk multiplies the two shapes' elasticities, so a disc gets the root of the pair's coefficient. Where that is
-    zero and the walls' is not, no ordinary factor would do; but the square of a tiny one vanishes, and its product with
-    a huge one does not. This spares a Python callback at every contact.
-    """
-    disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
-    return disc, scene.wall_restitution / disc
-
-
-def _reach(scene: Scene, centre: tuple[float, float], dt_s: float) -> float:
-    """Return how far from `centre` any point of a disc can be at any time of the scene, metres.
-
-    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene, or than gravity
-    makes it besides.
-    """
-    start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
-    movable = [disc for disc in scene.discs if not disc.immovable]
-    lightest = min((disc.mass_kg for disc in movable), default=1.0)
-    fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
-    duration_s = scene.duration_s + dt_s
-    # What one disc gains by falling, impacts may pass on to a lighter one.
-    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
-    return start + (fastest + gained) * duration_s
-
-
-def _centre(scene: Scene) -> tuple[float, float]:
-    x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
-    return min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2
-
-
-def _half_plane(wall: Wall, centre: tuple[float, float], reach: float) -> list[tuple[float, float]]:
+def _half_plane(wall: Wall, centre: tuple[float, float], radius: float) -> list[tuple[float, float]]:
     """Return the corners of a rectangle that no disc of the scene can tell from the half-plane.
 
     Chipmunk has no half-plane. Through a thin segment fast discs pass, and a thick one takes its normal from the depth
@@ -103,7 +72,7 @@ def _half_plane(wall: Wall, centre: tuple[float, float], reach: float) -> list[t
     foot_x, foot_y = px - along * ny, py + along * nx
     # Twice as wide and deep as a disc can get: whatever sinks in is still nearest to the face. And no smaller than the
     # coordinates themselves, for the face's direction is the difference of two corners, each rounded.
-    size = max(2.0 * (reach + gap), abs(foot_x), abs(foot_y))
+    size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
     return [
         (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
         for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
@@ -121,9 +90,8 @@ def _require_usable_step(dt_s: float) -> None:
 
 
 def _corners_of_walls(scene: Scene, dt_s: float) -> list[list[tuple[float, float]]]:
-    centre = _centre(scene)
-    reach = _reach(scene, centre, dt_s)
-    corners = [_half_plane(wall, centre, reach) for wall in scene.walls]
+    centre, radius = reach(scene, dt_s)
+    corners = [_half_plane(wall, centre, radius) for wall in scene.walls]
     # A face is placed to the rounding of its farthest corner.
     farthest = max((abs(value) for wall in corners for corner in wall for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)
@@ -142,17 +110,17 @@ class PymunkWorld:
         import pymunk
 
         require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST)
-        self._dt_s = float(settings["dt_s"])
-        _require_usable_step(self._dt_s)
-        require_supported("pymunk", scene, PymunkAdapter.capabilities, self._dt_s)
-        self._start_s, self._steps = 0.0, 0
+        dt_s = float(settings["dt_s"])
+        _require_usable_step(dt_s)
+        require_supported("pymunk", scene, PymunkAdapter.capabilities, dt_s)
+        self._clock = StepClock(dt_s)
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
         self._space.gravity = scene.gravity_m_s2
         for name in SPACE_SETTINGS:
             if name in settings:
                 setattr(self._space, name, settings[name])
-        disc_elasticity, wall_elasticity = _elasticities(scene)
+        disc_elasticity, wall_elasticity = factored_restitutions(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
         self._number: dict[pymunk.Shape, int] = {}
@@ -166,7 +134,7 @@ class PymunkWorld:
             body.position = disc.position_m
             self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, i)
             self._bodies.append(body)
-        for k, corners in enumerate(_corners_of_walls(scene, self._dt_s)):
+        for k, corners in enumerate(_corners_of_walls(scene, dt_s)):
             body = pymunk.Body(body_type=pymunk.Body.STATIC)
             self._add(body, pymunk.Poly(body, corners), wall_elasticity, wall_body(k))
 
@@ -179,15 +147,15 @@ class PymunkWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings of the space, read back."""
         # The space knows no step before it has taken one.
-        read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._dt_s}
+        read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS}
 
     def advance(self, steps: int) -> None:
         """Call `Space.step` this many times, and nothing else."""
-        step, dt_s = self._space.step, self._dt_s
+        step, dt_s = self._space.step, self._clock.dt_s
         for _ in range(steps):
             step(dt_s)
-        self._steps += steps
+        self._clock.count(steps)
         self._arbiters = None
 
     def observe(self) -> Observation:
@@ -212,14 +180,9 @@ class PymunkWorld:
             return
         asked, other = arbiter.shapes
         first, second = self._number[asked], self._number[other]
-        if 0 <= second < first:
-            if other.body is not None and other.body.body_type == other.body.DYNAMIC:
-                return  # that one was asked before, and told
-            first, second, normal = second, first, -normal
-        found.append(Contact(first, second, self._now_s(), (normal.x, normal.y), impulse))
-
-    def _now_s(self) -> float:
-        return self._start_s + self._steps * self._dt_s
+        if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
+            return  # that one was asked before, and told
+        found.append(oriented_contact(first, second, self._clock.now_s, (normal.x, normal.y), impulse))
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on.
@@ -227,7 +190,7 @@ class PymunkWorld:
         Chipmunk begins a contact that goes on with its last impulse times the ratio of the two steps, without limit; so
         shapes in contact are taken out and put back, which makes it forget.
         """
-        self._start_s, self._steps, self._dt_s = self._now_s(), 0, dt_s
+        self._clock.cut(dt_s)
         shapes = sorted({shape for pair in self._in_contact() for shape in pair}, key=self._number.__getitem__)
         if shapes:
             self._space.remove(*shapes)
@@ -235,8 +198,7 @@ class PymunkWorld:
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs of which Chipmunk kept an arbiter in the last step, at whose end it looked."""
-        pairs = (sorted((self._number[a], self._number[b])) for a, b in self._in_contact())
-        return frozenset((high, low) if low < 0 else (low, high) for low, high in pairs)
+        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in self._in_contact())
 
     def _in_contact(self) -> list[tuple[pymunk.Shape, pymunk.Shape]]:
         if self._arbiters is None:
@@ -248,12 +210,12 @@ class PymunkWorld:
 
     def save(self) -> object:
         """Return positions and velocities; whatever else a space keeps is of no effect on a tuned one."""
-        return (self._now_s(), [(body, body.position, body.velocity) for body in self._movable])
+        return (self._clock.now_s, [(body, body.position, body.velocity) for body in self._movable])
 
     def restore(self, state: Any) -> None:
         """Put positions and velocities back."""
-        self._start_s, bodies = state
-        self._steps = 0
+        time_s, bodies = state
+        self._clock.restart(time_s)
         for body, position, velocity in bodies:
             body.position, body.velocity = position, velocity
 

@@ -10,7 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Setting, require_supported, wall_body
+from carom.adapter import (
+    AdapterError,
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    reach,
+    require_supported,
+    wall_body,
+)
 from carom_adapters.box2d.limits import CAPABILITIES, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
 
 __all__ = ["Box2dWorld"]
@@ -36,24 +49,6 @@ def _rectangle(normal: Point, size: float) -> list[Point]:
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
-def _reach(scene: Scene, dt_s: float) -> tuple[Point, float]:
-    """Return the middle of the scene, and how far from it any point of a disc can be at any time of the scene, metres.
-
-    No impact adds energy, so no disc is ever faster than if it alone had all the energy of the scene, or than gravity
-    makes it besides.
-    """
-    x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
-    centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
-    start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
-    movable = [disc for disc in scene.discs if not disc.immovable]
-    lightest = min((disc.mass_kg for disc in movable), default=1.0)
-    fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
-    duration_s = scene.duration_s + dt_s
-    # What one disc gains by falling, impacts may pass on to a lighter one.
-    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
-    return centre, start + (fastest + gained) * duration_s
-
-
 def _imported() -> Any:  # untyped: a SWIG module without stubs
     with warnings.catch_warnings():
         # Its SWIG types have no __module__, of which CPython warns; as an error the warning would end the process.
@@ -71,14 +66,14 @@ class Box2dWorld:
         self._asked = dict(settings)
         self._scale = float(settings.get("velocity_scale", 1.0))
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
-        self._start_s, self._steps, self._dt_s = 0.0, 0, float(settings["dt_s"])
+        self._clock = StepClock(float(settings["dt_s"]))
         gx, gy = scene.gravity_m_s2
         self._world = self._box2d.b2World(gravity=(gx * self._scale**2, gy * self._scale**2))
         for name in WORLD_SETTINGS:
             if name in settings:
                 setattr(self._world, name, settings[name])
         self._sweep = str(settings.get("sweep", "shipped"))
-        fast = any(self._is_fast(disc) for disc in scene.discs)
+        fast = any(is_fast(disc, self._clock.dt_s) for disc in scene.discs)
         self._world.continuousPhysics = self._sweep == "shipped" or (self._sweep == "fast" and fast)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
@@ -88,12 +83,9 @@ class Box2dWorld:
         self._listener: Any = None
         for i, disc in enumerate(scene.discs):
             self._add_disc(scene, i, disc.immovable)
-        centre, reach = _reach(scene, self._dt_s)
+        centre, radius = reach(scene, self._clock.dt_s)
         for k in range(len(scene.walls)):
-            self._add_wall(scene, k, centre, reach)
-
-    def _is_fast(self, disc: Disc) -> bool:
-        return math.hypot(*disc.velocity_m_s) * self._dt_s > disc.radius_m
+            self._add_wall(scene, k, centre, radius)
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
@@ -106,7 +98,7 @@ class Box2dWorld:
                 linearVelocity=(vx * self._scale, vy * self._scale),
                 fixedRotation=True,
                 allowSleep=bool(self._asked.get("sleepingAllowed", True)),
-                bullet=self._sweep == "fast" and self._is_fast(disc),
+                bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
             )
             self._movable.append(body)
         # Box2D takes the larger of two restitutions. Where the walls' is the smaller one, a disc needs a shape for
@@ -127,16 +119,16 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
-    def _add_wall(self, scene: Scene, k: int, centre: Point, reach: float) -> None:
+    def _add_wall(self, scene: Scene, k: int, centre: Point, radius: float) -> None:
         (px, py), (nx, ny) = scene.walls[k].point_m, scene.walls[k].normal
         # The point of the wall nearest to the scene, so that the numbers around it are small.
         along = (px - centre[0]) * ny - (py - centre[1]) * nx
         gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
-        size = max(2.0 * (reach + gap), SMALLEST_WALL_M)
+        size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
         smallest = min(disc.radius_m for disc in scene.discs)
         if not size * ROUNDING < smallest:
             raise AdapterError(
-                f"Box2D: a disc may get {reach:.3g} m far, and 32-bit floats round a wall of that length by more than "
+                f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
                 f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
             )
         shape = self._box2d.b2PolygonShape(vertices=_rectangle((nx, ny), size))
@@ -159,7 +151,7 @@ class Box2dWorld:
         read: dict[str, Setting] = {name: bool(getattr(self._world, name)) for name in WORLD_SETTINGS}
         velocity, position = self._iterations
         read |= {
-            "dt_s": self._dt_s,
+            "dt_s": self._clock.dt_s,
             "velocityIterations": velocity,
             "positionIterations": position,
             "velocity_scale": self._scale,
@@ -175,11 +167,11 @@ class Box2dWorld:
 
     def advance(self, steps: int) -> None:
         """Call `b2World.Step` this many times, and nothing else."""
-        step, dt_s, (velocity, position) = self._world.Step, self._dt_s / self._scale, self._iterations
+        step, dt_s, (velocity, position) = self._world.Step, self._clock.dt_s / self._scale, self._iterations
         self._solved.clear()
         for _ in range(steps):
             step(dt_s, velocity, position)
-        self._steps += steps
+        self._clock.count(steps)
 
     def observe(self) -> Observation:
         """Read every body, and what Box2D told its listener of the contacts that it solved.
@@ -212,29 +204,25 @@ class Box2dWorld:
         self._world.contactListener = self._listener
 
     def _contacts(self) -> tuple[Contact, ...]:
-        at_s = self._start_s + (self._steps - 1) * self._dt_s
+        at_s = self._clock.step_began_s
         found = []
-        for a, b, normal, impulse in self._solved:
+        for a, b, (nx, ny), impulse in self._solved:
             if impulse <= 0:  # Box2D tells of a contact for as long as it lasts
                 continue
-            # From A to B, and a unit vector to 32 bits only.
-            sign = -1.0 if a < 0 or 0 <= b < a else 1.0
-            scale = sign / math.hypot(*normal)
-            first, second = (a, b) if sign > 0 else (b, a)
-            found.append(Contact(first, second, at_s, (normal[0] * scale, normal[1] * scale), impulse / self._scale))
+            length = math.hypot(nx, ny)  # a unit vector to 32 bits only
+            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse / self._scale))
         return tuple(found)
 
     def _warning(self, velocity: Any) -> str:
         # Made so fast by an impact, it is too late to refuse.
         fastest = float(np.hypot(*velocity.T).max())
-        if fastest * self._dt_s > LONGEST_MOVE_M:
+        if fastest * self._clock.dt_s > LONGEST_MOVE_M:
             return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and slowed one down to {fastest:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on."""
-        self._start_s += self._steps * self._dt_s
-        self._steps, self._dt_s = 0, dt_s
+        self._clock.cut(dt_s)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that Box2D finds in contact in a step of no length, which moves and solves nothing."""
@@ -242,19 +230,18 @@ class Box2dWorld:
         found = set()
         for contact in self._world.contacts:
             if contact.touching:
-                low, high = sorted((contact.fixtureA.body.userData, contact.fixtureB.body.userData))
-                found.add((high, low) if low < 0 else (low, high))
+                found.add(pair_of(contact.fixtureA.body.userData, contact.fixtureB.body.userData))
         return frozenset(found)
 
     def save(self) -> object:
         """Return positions and velocities, which with these settings are all of a state."""
         bodies = [(body, tuple(body.position), tuple(body.linearVelocity)) for body in self._movable]
-        return (self._start_s + self._steps * self._dt_s, bodies)
+        return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
         """Put positions and velocities back."""
-        self._start_s, bodies = state
-        self._steps = 0
+        time_s, bodies = state
+        self._clock.restart(time_s)
         for body, position, velocity in bodies:
             body.position, body.linearVelocity = position, velocity
 

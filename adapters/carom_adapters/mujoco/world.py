@@ -12,7 +12,18 @@ from typing import Any
 
 import numpy as np
 
-from carom.adapter import AdapterError, Contact, Observation, Scene, Setting, require_supported, wall_body
+from carom.adapter import (
+    AdapterError,
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    oriented_contact,
+    pair_of,
+    require_supported,
+    wall_body,
+)
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
     ENABLE_SETTINGS,
@@ -150,7 +161,6 @@ class MujocoWorld:
         require_usable(scene, settings)
         require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
-        self._start_s, self._steps = 0.0, 0
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
@@ -160,10 +170,10 @@ class MujocoWorld:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
         self._shared = True
         self._probe: Any = None
-        self._dt_s = float(self._model.opt.timestep)
+        self._clock = StepClock(float(self._model.opt.timestep))
         # What a step of any length makes of a velocity, see `_solref`.
-        self._geom_damping = self._model.geom_solref[:, 1] * self._dt_s
-        self._pair_damping = self._model.pair_solref[:, 1] * self._dt_s
+        self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
+        self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
@@ -206,7 +216,7 @@ class MujocoWorld:
     def advance(self, steps: int) -> None:
         """Take the steps in MuJoCo's own loop."""
         self._mujoco.mj_step(self._model, self._data, nstep=steps)
-        self._steps += steps
+        self._clock.count(steps)
 
     def observe(self) -> Observation:
         """Read the coordinates, the contacts with a force, and the warning counters.
@@ -219,7 +229,7 @@ class MujocoWorld:
         return Observation(position, velocity, tuple(self._contacts()), self._warning())
 
     def _contacts(self) -> list[Contact]:
-        data, at_s = self._data, self._start_s + (self._steps - 1) * self._dt_s
+        data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
         if not data.ncon:
             return found
@@ -229,11 +239,9 @@ class MujocoWorld:
             force = float(data.efc_force[row]) if row >= 0 else 0.0  # -1: left out of the solver's rows
             if force <= 0:
                 continue
-            first, second = self._number[geom1], self._number[geom2]
-            nx, ny = float(frame[0]), float(frame[1])  # from the first geom to the second
-            if first < 0 or 0 <= second < first:
-                first, second, nx, ny = second, first, -nx, -ny
-            found.append(Contact(first, second, at_s, (nx, ny), force * self._dt_s))
+            normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
+            impulse = force * self._clock.dt_s
+            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse))
         return found
 
     def _warning(self) -> str:
@@ -254,9 +262,8 @@ class MujocoWorld:
         """Take steps of another length from here on; a contact's damping is so much per step."""
         if self._shared:  # with other worlds, whose step is another
             self._model, self._shared = copy.copy(self._model), False
-        self._start_s += self._steps * self._dt_s
-        self._steps = 0
-        self._dt_s = self._model.opt.timestep = dt_s
+        self._clock.cut(dt_s)
+        self._model.opt.timestep = dt_s
         if float(self._asked["stiffness"]) == 0:
             self._model.geom_solref[:, 1] = self._geom_damping / dt_s
             self._model.pair_solref[:, 1] = self._pair_damping / dt_s
@@ -270,17 +277,16 @@ class MujocoWorld:
         if not self._probe.ncon:
             return frozenset()
         geoms, overlaps = self._probe.contact.geom, self._probe.contact.dist < 0
-        pairs = (sorted((self._number[a], self._number[b])) for a, b in geoms[overlaps])
-        return frozenset((high, low) if low < 0 else (low, high) for low, high in pairs)
+        return frozenset(pair_of(self._number[a], self._number[b]) for a, b in geoms[overlaps])
 
     def save(self) -> object:
         """Return coordinates and velocities, which with these settings are all of a state."""
-        return (self._start_s + self._steps * self._dt_s, self._data.qpos.copy(), self._data.qvel.copy())
+        return (self._clock.now_s, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
         """Put coordinates and velocities back."""
-        self._start_s, self._data.qpos[:], self._data.qvel[:] = state
-        self._steps = 0
+        time_s, self._data.qpos[:], self._data.qvel[:] = state
+        self._clock.restart(time_s)
 
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""

@@ -10,7 +10,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Setting, require_supported, wall_body
+from carom.adapter import (
+    AdapterError,
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    factored_restitutions,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    require_supported,
+    wall_body,
+)
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
@@ -24,28 +37,8 @@ __all__ = ["PybulletWorld"]
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
 
-#: An elasticity whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
-#: multiplying and dividing by it is exact.
-VANISHING = 2.0**-600
-
-
-def _restitutions(scene: Scene) -> tuple[float, float]:
-    """Return restitutions (of every disc, of every wall) whose products are the coefficients that the scene asks for.
-
-    Bullet multiplies the two bodies' restitutions, so a disc gets the root of the pair's coefficient. Where that is
-    zero and the walls' is not, no ordinary factor would do; but the square of a tiny one vanishes, and its product with
-    a huge one does not.
-    """
-    disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
-    return disc, scene.wall_restitution / disc
-
-
 #: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
-
-
-def _is_fast(disc: Disc, dt_s: float) -> bool:
-    return math.hypot(*disc.velocity_m_s) * dt_s > disc.radius_m
 
 
 def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
@@ -58,7 +51,7 @@ def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
         return None
     dt_s = float(settings["dt_s"])
     discs = tuple(
-        (disc.radius_m, disc.mass_kg, _is_fast(disc, dt_s), disc.position_m if disc.immovable else None)
+        (disc.radius_m, disc.mass_kg, is_fast(disc, dt_s), disc.position_m if disc.immovable else None)
         for disc in scene.discs
     )
     laws = (scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
@@ -76,8 +69,7 @@ class PybulletWorld:
         require_usable(scene, settings)
         require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
-        self._dt_s = float(settings["dt_s"])
-        self._start_s, self._steps = 0.0, 0
+        self._clock = StepClock(float(settings["dt_s"]))
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         # A disc that the scene has at the clamp already was not slowed down to it.
@@ -92,7 +84,7 @@ class PybulletWorld:
         if kept is not None:
             self._client, self._discs, self._movable, self._number = kept
             # Its step may have been cut.
-            self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=self._client)
+            self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
         else:
             self._client = self._bullet.connect(self._bullet.DIRECT)
             if self._client < 0:
@@ -117,10 +109,10 @@ class PybulletWorld:
     def _build(self, scene: Scene) -> None:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
-        bullet.setPhysicsEngineParameter(fixedTimeStep=self._dt_s, physicsClientId=client, **world)
+        bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
-        disc_restitution, wall_restitution = _restitutions(scene)
+        disc_restitution, wall_restitution = factored_restitutions(scene)
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
@@ -134,7 +126,7 @@ class PybulletWorld:
                 if not asked.get("turn", True):
                     # As Bullet spells an infinite moment of inertia. The mass must be told again with it.
                     bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0, 0, 0], physicsClientId=client)
-                if ccd_fraction > 0 and _is_fast(disc, self._dt_s):
+                if ccd_fraction > 0 and is_fast(disc, self._clock.dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
@@ -176,7 +168,7 @@ class PybulletWorld:
         step, client = self._bullet.stepSimulation, self._client
         for _ in range(steps):
             step(client)
-        self._steps += steps
+        self._clock.count(steps)
         self._seen = None
 
     def observe(self) -> Observation:
@@ -207,7 +199,7 @@ class PybulletWorld:
         return self._seen
 
     def _contacts(self) -> list[Contact]:
-        at_s = self._start_s + (self._steps - 1) * self._dt_s
+        at_s = self._clock.step_began_s
         # Bullet solves the contacts that are closer than this; its own default is beyond any distance.
         solved_below = float(self._asked.get("contactProcessingThreshold", math.inf))
         found = []
@@ -216,19 +208,14 @@ class PybulletWorld:
             # A contact with a plane outlives its overlap, and keeps the force of the last step in which it was solved.
             if force <= 0 or distance > solved_below:
                 continue
-            first, second = self._number[body_a], self._number[body_b]
             nx, ny, _ = normal_from_b_to_a
-            if second < 0 or 0 <= first < second:
-                nx, ny = -nx, -ny
-            else:
-                first, second = second, first
-            found.append(Contact(first, second, at_s, (nx, ny), force * self._dt_s))
+            impulse = force * self._clock.dt_s
+            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, (nx, ny), impulse))
         return found
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on."""
-        self._start_s += self._steps * self._dt_s
-        self._steps, self._dt_s = 0, dt_s
+        self._clock.cut(dt_s)
         self._bullet.setPhysicsEngineParameter(fixedTimeStep=dt_s, physicsClientId=self._client)
 
     def touching(self) -> frozenset[tuple[int, int]]:
@@ -238,8 +225,7 @@ class PybulletWorld:
         found = set()
         for point in self._bullet.getContactPoints(physicsClientId=self._client):
             if point[8] < 0:
-                low, high = sorted((self._number[point[1]], self._number[point[2]]))
-                found.add((high, low) if low < 0 else (low, high))
+                found.add(pair_of(self._number[point[1]], self._number[point[2]]))
         return frozenset(found)
 
     def save(self) -> object:
@@ -249,13 +235,13 @@ class PybulletWorld:
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
             for body in self._movable
         ]
-        return (self._start_s + self._steps * self._dt_s, bodies)
+        return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
         """Put positions and velocities back."""
         bullet, client = self._bullet, self._client
-        self._start_s, bodies = state
-        self._steps = 0
+        time_s, bodies = state
+        self._clock.restart(time_s)
         for body, place, velocity in bodies:
             bullet.resetBasePositionAndOrientation(body, *place, client)
             bullet.resetBaseVelocity(body, *velocity, client)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import platform
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
+
+from carom.cores import available_cores
 
 __all__ = ["Environment", "environment"]
 
@@ -44,7 +45,7 @@ def environment(distributions: Mapping[str, str]) -> Environment:
         python=f"{platform.python_implementation()} {platform.python_version()}",
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         processor=_processor(),
-        cores=len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1,
+        cores=available_cores(),
         versions={"numpy": metadata.version("numpy"), **distributions},
     )
 

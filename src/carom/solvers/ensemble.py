@@ -1,35 +1,31 @@
 """Ensembles: a million independent scenes of two discs through PIC and PIT, as arrays.
 
 Scene by scene the result is that of `carom.solve_pic` and `carom.solve_pit`, to the bit: the same operations in the
-same order, each on the whole array.
+same order.
 """
 
 from __future__ import annotations
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.cores import available_cores
 from carom.errors import InputError
-from carom.physics.time_of_impact import time_of_impact
+from carom.extension import extension_available
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from numpy.typing import ArrayLike, NDArray
 
     Array = NDArray[np.float64]
 
 __all__ = ["FirstImpacts", "TwoDiscEnsemble", "pic_ensemble", "pit_ensemble"]
 
-#: Scenes taken through all frames at a time: the arrays of one part stay in the second-level cache. Chosen, not tuned.
+#: Scenes that a thread takes at a time: a millisecond of work, many times what handing them over costs.
 _PART = 16_384
-
-#: Squared distances this near to the squared contact distance, relative, are decided by the plain loop's own test.
-#: Three roundings lie between the two ways to compute it.
-_NEAR = 2.0**-48
 
 
 @dataclass(frozen=True)
@@ -119,104 +115,69 @@ class FirstImpacts:
     velocity_second: Array
 
 
-def pic_ensemble(ensemble: TwoDiscEnsemble, duration_s: float = math.inf) -> FirstImpacts:
+def pic_ensemble(
+    ensemble: TwoDiscEnsemble, duration_s: float = math.inf, *, threads: int | None = None
+) -> FirstImpacts:
     """Return the first impact of each scene by PIC.
 
     Args:
         ensemble: The scenes.
         duration_s: Impacts after it do not count, seconds.
+        threads: How many cores to use; all that this process may use by default. Without the compiled extension, one.
+
+    Raises:
+        InputError: There are fewer than 1 thread.
     """
-    e = ensemble
-    time = np.asarray(
-        time_of_impact(
-            e.position_first, e.velocity_first, e.radius_first, e.position_second, e.velocity_second, e.radius_second
-        )
-    ).astype(np.float64)
-    time[time > duration_s] = math.inf
-    result = _no_impacts(ensemble)
-    rows = np.flatnonzero(np.isfinite(time))
-    wait = time[rows, None]
-    first = np.where(np.isinf(e.mass_first[rows, None]), 0.0, wait)  # an immovable disc is not moved at all
-    second = np.where(np.isinf(e.mass_second[rows, None]), 0.0, wait)
-    p1 = e.position_first[rows] + e.velocity_first[rows] * first
-    p2 = e.position_second[rows] + e.velocity_second[rows] * second
-    _collide(ensemble, result, rows, p1, p2, e.velocity_first[rows], e.velocity_second[rows])
-    result.time_s[rows] = time[rows]
-    return result
+    return _first_impacts(ensemble, duration_s, None, threads)
 
 
-def pit_ensemble(ensemble: TwoDiscEnsemble, frame_rate_hz: float, frames: int) -> FirstImpacts:
+def pit_ensemble(
+    ensemble: TwoDiscEnsemble, frame_rate_hz: float, frames: int, *, threads: int | None = None
+) -> FirstImpacts:
     """Return the first impact of each scene by PIT.
 
     Args:
         ensemble: The scenes.
         frame_rate_hz: Frames a second.
         frames: How many frames are looked at, at ``k / frame_rate_hz`` from k = 0 on.
+        threads: As in `pic_ensemble`.
 
     Raises:
-        InputError: The rate is not positive, or the number of frames negative.
+        InputError: The rate is not positive, the number of frames negative, or there are fewer than 1 thread.
     """
     if not 0 < frame_rate_hz < math.inf:
         raise InputError(f"frame_rate_hz must be a positive number, got {frame_rate_hz}")
     if frames < 0:
         raise InputError(f"frames must be 0 or more, got {frames}")
-    times = [k / frame_rate_hz for k in range(frames)]
-    result = _no_impacts(ensemble)
-    for rows in _parts(len(ensemble)):
-        _frames(ensemble, result, rows, times)
-    return result
+    return _first_impacts(ensemble, math.inf, np.arange(frames) / frame_rate_hz, threads)
 
 
-def _parts(count: int) -> Iterator[NDArray[np.intp]]:
-    for start in range(0, count, _PART):
-        yield np.arange(start, min(start + _PART, count))
+def _first_impacts(
+    ensemble: TwoDiscEnsemble, until_s: float, frames_s: Array | None, threads: int | None
+) -> FirstImpacts:
+    """Return the first impact of each scene: by PIT where there are frames."""
+    if threads is not None and threads < 1:
+        raise InputError(f"threads must be 1 or more, got {threads}")
+    n, e = len(ensemble), ensemble
+    found = FirstImpacts(np.empty(n), np.empty((n, 2)), np.empty((n, 2)), np.empty((n, 2)))
+    if extension_available():
+        from carom.solvers import first_impacts as compiled
 
+        fill_first_impacts = compiled.fill_first_impacts
+    else:
+        from carom.solvers.plain.first_impacts import fill_first_impacts
 
-def _no_impacts(e: TwoDiscEnsemble) -> FirstImpacts:
-    return FirstImpacts(
-        np.full(len(e), math.inf), np.full((len(e), 2), math.nan), e.velocity_first.copy(), e.velocity_second.copy()
-    )
+    def fill(part: slice) -> None:
+        fill_first_impacts(
+            [a[part] for a in (e.position_first, e.velocity_first, e.radius_first, e.mass_first)],
+            [a[part] for a in (e.position_second, e.velocity_second, e.radius_second, e.mass_second)],
+            e.restitution,
+            until_s,
+            frames_s,
+            [a[part] for a in (found.time_s, found.normal, found.velocity_first, found.velocity_second)],
+        )
 
-
-def _frames(e: TwoDiscEnsemble, result: FirstImpacts, rows: NDArray[np.intp], times: list[float]) -> None:
-    """Take some scenes from frame to frame; each leaves when it has collided, or can no more."""
-    p1, p2 = e.position_first[rows], e.position_second[rows]
-    v1, v2 = e.velocity_first[rows], e.velocity_second[rows]
-    reach = e.radius_first[rows] + e.radius_second[rows]
-    for frame, time in enumerate(times):
-        d, u = p2 - p1, v2 - v1
-        approaching = d[:, 0] * u[:, 0] + d[:, 1] * u[:, 1] < 0.0
-        squared, contact = d[:, 0] * d[:, 0] + d[:, 1] * d[:, 1], reach * reach
-        hit = approaching & (squared <= contact)
-        for k in np.flatnonzero(approaching & (np.abs(squared - contact) <= _NEAR * contact)):
-            hit[k] = math.hypot(d[k, 0], d[k, 1]) <= reach[k]
-        if hit.any():
-            _collide(e, result, rows[hit], p1[hit], p2[hit], v1[hit], v2[hit])
-            result.time_s[rows[hit]] = time
-        # Rounding alone could turn a pair that separates at the closest point into one that approaches: it is kept
-        # until it has plainly passed.
-        passed = d[:, 0] * u[:, 0] + d[:, 1] * u[:, 1] > 2.0**-20 * np.sqrt(squared) * np.hypot(u[:, 0], u[:, 1])
-        going = ~(hit | passed)
-        if frame + 1 == len(times) or not going.any():
-            return
-        if not going.all():
-            rows = rows[going]
-            p1, p2, v1, v2, reach = (a[going] for a in (p1, p2, v1, v2, reach))
-        step = times[frame + 1] - time
-        p1, p2 = p1 + v1 * step, p2 + v2 * step
-
-
-def _collide(
-    e: TwoDiscEnsemble, result: FirstImpacts, rows: NDArray[np.intp], p1: Array, p2: Array, v1: Array, v2: Array
-) -> None:
-    """Give scenes their velocities after the impact: `Bodies.collide_pair` and `pair_push`, operation by operation."""
-    dx, dy = p2[:, 0] - p1[:, 0], p2[:, 1] - p1[:, 1]
-    ux, uy = v2[:, 0] - v1[:, 0], v2[:, 1] - v1[:, 1]
-    w1, w2 = 1.0 / e.mass_first[rows], 1.0 / e.mass_second[rows]
-    along = dx * ux + dy * uy
-    push = np.where(along < 0.0, (1.0 + e.restitution) * along / ((dx * dx + dy * dy) * (w1 + w2)), 0.0)
-    distance = np.sqrt(dx * dx + dy * dy)
-    for axis, d in enumerate((dx, dy)):
-        result.normal[rows, axis] = d / distance
-        result.velocity_first[rows, axis] = v1[:, axis] + push * w1 * d
-        result.velocity_second[rows, axis] = v2[:, axis] - push * w2 * d
+    parts = [slice(start, start + _PART) for start in range(0, n, _PART)]
+    with ThreadPoolExecutor(threads or available_cores()) as pool:  # the compiled loop releases the GIL
+        list(pool.map(fill, parts))
+    return found

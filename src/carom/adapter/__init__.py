@@ -1,0 +1,57 @@
+"""THE SEAM: all of Carom that the author of an engine adapter imports.
+
+An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it under the entry-point
+group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures,
+joins the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities`
+declares.
+``docs/adapters.md`` builds one in forty lines.
+"""
+
+from carom.adapter.checks import require_sound, require_supported, unsupported_reason
+from carom.adapter.helpers import StepClock, factored_restitutions, is_fast, oriented_contact, pair_of, reach
+from carom.adapter.protocol import (
+    Accuracy,
+    Adapter,
+    Capabilities,
+    Contact,
+    ContactTimes,
+    CuttableWorld,
+    Engine,
+    Observation,
+    Profile,
+    Stamp,
+    World,
+)
+from carom.errors import AdapterError
+from carom.scene import Disc, Need, Scene, Wall
+from carom.trace import Setting, wall_body
+
+__all__ = [
+    "Accuracy",
+    "Adapter",
+    "AdapterError",
+    "Capabilities",
+    "Contact",
+    "ContactTimes",
+    "CuttableWorld",
+    "Disc",
+    "Engine",
+    "Need",
+    "Observation",
+    "Profile",
+    "Scene",
+    "Setting",
+    "Stamp",
+    "StepClock",
+    "Wall",
+    "World",
+    "factored_restitutions",
+    "is_fast",
+    "oriented_contact",
+    "pair_of",
+    "reach",
+    "require_sound",
+    "require_supported",
+    "unsupported_reason",
+    "wall_body",
+]

@@ -1,0 +1,138 @@
+"""What an engine must not be given: numbers that no scene has, and scenes beyond what its adapter declares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from carom.adapter.protocol import Capabilities
+from carom.errors import AdapterError
+from carom.scene import Need, Scene
+from carom.trace import Setting
+
+__all__ = ["require_sound", "require_supported", "unsupported_reason"]
+
+#: The engines count steps in a C int.
+MAX_STEPS = 2**31 - 1
+
+#: Bits of a float after the leading one, by its width (IEEE 754).
+MANTISSA_BITS = {16: 10, 32: 23, 64: 52}
+
+
+def require_sound(
+    engine: str,
+    scene: Scene,
+    settings: Mapping[str, Setting],
+    known: Sequence[str],
+    at_least: Mapping[str, float] | None = None,
+) -> None:
+    """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
+
+    Engines abort on such numbers, or silently make something else of them, and a scene can have been made without its
+    validation. What is beyond an engine's own limits is for `require_supported`, and the adapter, to refuse.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene.
+        settings: The settings asked for.
+        known: Names of all settings but ``dt_s``.
+        at_least: Least values of settings that have one.
+
+    Raises:
+        AdapterError: Names the field or setting, and its value.
+    """
+    for name, setting in settings.items():
+        if name not in ("dt_s", *known):
+            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+        if setting != setting:
+            raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
+        if not isinstance(setting, str) and at_least and not setting >= at_least.get(name, -math.inf):
+            raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+    dt_s = settings["dt_s"]
+    if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
+        raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        for field, value, sound in (
+            ("position_m", disc.position_m, all(map(math.isfinite, disc.position_m))),
+            ("velocity_m_s", disc.velocity_m_s, all(map(math.isfinite, disc.velocity_m_s))),
+            ("radius_m", disc.radius_m, 0 < disc.radius_m < math.inf),
+            ("mass_kg", disc.mass_kg, disc.mass_kg > 0),
+        ):
+            if not sound:
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+    for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
+        if not 0 <= value <= 1:
+            raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+    if not all(map(math.isfinite, scene.gravity_m_s2)):
+        raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
+
+
+def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) -> str:
+    """Return why a method that declares these capabilities can't run the scene; empty where it can."""
+    needs = scene.needs
+    for need, supported in (
+        (Need.WALLS, capabilities.walls),
+        (Need.IMMOVABLE, capabilities.immovable_discs),
+        (Need.GRAVITY, capabilities.gravity),
+    ):
+        if need in needs and not supported:
+            suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
+            return f"the scene has {need.value}, which this method does not support{suffix}"
+    low, high = capabilities.restitution
+    used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
+    used += [("wall_restitution", scene.wall_restitution)] if scene.walls else []
+    for name, value in used:
+        if not low <= value <= high:
+            return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    if fastest > capabilities.max_speed_m_s:
+        return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
+    speeds = sorted((math.hypot(*disc.velocity_m_s) for disc in scene.discs), reverse=True)
+    closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
+    if 0 < closing <= threshold and any(value > 0 for _, value in used):
+        slow = f"no two bodies close at more than {closing:g} m/s"
+        return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
+    if fastest * dt_s > capabilities.max_move_m:
+        moved = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
+        return f"{moved}, and this method moves none by more than {capabilities.max_move_m:g} m"
+    for name, disc in ((f"discs[{i}].radius_m", disc) for i, disc in enumerate(scene.discs)):
+        if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
+            limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
+            return f"{name} is {disc.radius_m:g}, and this method simulates {limits}"
+    for name, disc in ((f"discs[{i}].mass_kg", disc) for i, disc in enumerate(scene.discs)):
+        if not (disc.immovable or capabilities.min_mass_kg <= disc.mass_kg <= capabilities.max_mass_kg):
+            limits = f"{capabilities.min_mass_kg:g} to {capabilities.max_mass_kg:g} kg, or an immovable disc"
+            return f"{name} is {disc.mass_kg:g}, and this method simulates {limits}"
+    farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
+    if farthest > capabilities.max_coordinate_m:
+        return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
+    # Where positions are rounded by more than a disc is large, there is no telling where it is.
+    rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
+    if rounding > smallest:
+        floats = f"{capabilities.float_bits}-bit floats"
+        return (
+            f"a disc reaches to {farthest:g} m, where {floats} round by more than the smallest radius, {smallest:g} m"
+        )
+    if scene.duration_s / dt_s > MAX_STEPS:
+        return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
+    return ""
+
+
+def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
+    """Refuse a scene that the declared capabilities exclude, in the words in which the harness skips it.
+
+    One limit is left to the harness: below which closing speed contacts are inelastic belongs to a profile, and
+    `prepare` is given settings.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene, sound as `require_sound` has it.
+        capabilities: What the adapter declares.
+        dt_s: Step, seconds.
+
+    Raises:
+        AdapterError: With the capability as the reason.
+    """
+    if reason := unsupported_reason(scene, replace(capabilities, restitution_threshold_m_s=0.0), dt_s):
+        raise AdapterError(f"{engine}: {reason}")

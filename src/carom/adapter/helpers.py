@@ -1,0 +1,98 @@
+"""What adapters of several engines need alike, for their authors to use: none of it is asked for by the harness."""
+
+from __future__ import annotations
+
+import math
+
+from carom.adapter.protocol import Contact
+from carom.scene import Disc, Scene
+
+__all__ = ["StepClock", "factored_restitutions", "is_fast", "oriented_contact", "pair_of", "reach"]
+
+Vector = tuple[float, float]
+
+#: A coefficient whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that
+#: multiplying and dividing by it is exact.
+VANISHING = 2.0**-600
+
+
+class StepClock:
+    """The time of a world that counts its steps: of equal length, until they are cut or a state is restored.
+
+    Attributes:
+        dt_s: Length of the coming steps, seconds.
+    """
+
+    def __init__(self, dt_s: float) -> None:
+        self.dt_s = dt_s
+        self._start_s, self._steps = 0.0, 0
+
+    def count(self, steps: int) -> None:
+        """Count steps that were taken."""
+        self._steps += steps
+
+    @property
+    def now_s(self) -> float:
+        """Seconds from the start."""
+        return self._start_s + self._steps * self.dt_s
+
+    @property
+    def step_began_s(self) -> float:
+        """When the last step began."""
+        return self._start_s + (self._steps - 1) * self.dt_s
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self.restart(self.now_s)
+        self.dt_s = dt_s
+
+    def restart(self, time_s: float) -> None:
+        """Come back to a time."""
+        self._start_s, self._steps = time_s, 0
+
+
+def factored_restitutions(scene: Scene) -> tuple[float, float]:
+    """Return restitutions (of every disc, of every wall) whose products are the coefficients that a scene asks for.
+
+    For an engine that multiplies the restitutions of two bodies: a disc gets the root of the pair's coefficient. Where
+    that is zero and the walls' is not, no ordinary factor would do; but the square of a tiny one vanishes, and its
+    product with a huge one does not.
+    """
+    disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
+    return disc, scene.wall_restitution / disc
+
+
+def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
+    """Return the middle of a scene, and how far from it any point of a disc can be at any time of the scene, metres.
+
+    For an engine without half-planes, whose walls must be as long and deep as that. No impact adds energy, so no disc
+    is ever faster than if it alone had all the energy of the scene, or than gravity makes it besides.
+    """
+    x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
+    centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
+    start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
+    movable = [disc for disc in scene.discs if not disc.immovable]
+    lightest = min((disc.mass_kg for disc in movable), default=1.0)
+    fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
+    duration_s = scene.duration_s + dt_s
+    # What one disc gains by falling, impacts may pass on to a lighter one.
+    gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
+    return centre, start + (fastest + gained) * duration_s
+
+
+def is_fast(disc: Disc, dt_s: float) -> bool:
+    """Whether a disc moves by more than its radius in a step: what continuous detection is for."""
+    return math.hypot(*disc.velocity_m_s) * dt_s > disc.radius_m
+
+
+def pair_of(a: int, b: int) -> tuple[int, int]:
+    """Return two bodies in the order of `Contact`: the disc of the lower number first, a wall second."""
+    low, high = (a, b) if a < b else (b, a)
+    return (high, low) if low < 0 else (low, high)
+
+
+def oriented_contact(a: int, b: int, time_s: float, normal: Vector, impulse_n_s: float) -> Contact:
+    """Return the contact of two bodies in either order; `normal` is from `a` to `b`."""
+    first, second = pair_of(a, b)
+    nx, ny = normal
+    return Contact(first, second, time_s, (nx, ny) if first == a else (-nx, -ny), impulse_n_s)

@@ -1,0 +1,56 @@
+"""What adapters of several engines share: the order of a pair, the time of counted steps, factored restitutions."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from carom.adapter import Disc, Scene, StepClock, Wall, factored_restitutions, oriented_contact, pair_of, reach
+from carom.solvers.pic import solve_pic
+
+
+@pytest.mark.parametrize(("a", "b", "pair"), [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
+def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
+    """In whatever order an engine names two bodies, the disc of the lower number comes first, and a wall second."""
+    assert pair_of(a, b) == pair
+    contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0)
+    assert (contact.first, contact.second) == pair
+    assert contact.normal == ((0.6, -0.8) if pair[0] == a else (-0.6, 0.8))
+
+
+def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
+    """Time is the number of steps times their length, so that a thousand steps of a tenth end at a hundred exactly."""
+    clock = StepClock(0.1)
+    for _ in range(1000):
+        clock.count(1)
+    assert clock.now_s == 100.0
+    clock.cut(0.25)
+    clock.count(2)
+    assert (clock.now_s, clock.step_began_s) == (100.5, 100.25)
+    clock.restart(3.0)
+    assert clock.now_s == 3.0
+
+
+@pytest.mark.parametrize("pair", [0.0, 0.25, 1.0])
+@pytest.mark.parametrize("wall", [0.0, 0.5, 1.0])
+def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) -> None:
+    """Disc times disc is the restitution of a pair, disc times wall that of a wall, also where one of them is zero."""
+    discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5)]
+    walls = [Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))]
+    scene = Scene(name="e", discs=discs, walls=walls, restitution=pair, wall_restitution=wall, duration_s=1.0)
+    of_disc, of_wall = factored_restitutions(scene)
+    assert of_disc * of_disc == pytest.approx(pair, rel=1e-15)
+    assert of_disc * of_wall == pytest.approx(wall, rel=1e-15)
+
+
+def test_no_disc_gets_beyond_the_reach() -> None:
+    """A light disc that a heavy one drives away stays within the reach of their scene."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5, mass_kg=100.0),
+        Disc(position_m=(2.0, 0.0), radius_m=0.5),
+    ]
+    scene = Scene(name="driven", discs=discs, duration_s=10.0)
+    (x, y), radius = reach(scene, 0.0)
+    end = solve_pic(scene).final_position_m[1]
+    assert math.hypot(end[0] - x, end[1] - y) + 0.5 <= radius
