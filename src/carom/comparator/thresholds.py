@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.scales import Scales
 from carom.trace import Trace
 
 __all__ = ["THRESHOLDS", "Thresholds", "place_rounding"]
-
-#: Unit in the last place of 1, of a float of 32 bits and of one of 64 (IEEE 754).
-_UNIT_32, _UNIT_64 = 2.0**-23, 2.0**-52
 
 
 @dataclass(frozen=True)
@@ -39,7 +37,7 @@ class Thresholds:
 
     def place_rounding_of(self, float_bits: int, steps: float) -> float:
         """Return the same of a position, over the scene's reach: each step rounds it once more, to half a unit."""
-        return self.rounding_of(float_bits) + 0.5 * steps * (_UNIT_64 if float_bits >= 64 else _UNIT_32)
+        return self.rounding_of(float_bits) + 0.5 * steps * 2.0 ** -MANTISSA_BITS[float_bits]
 
 
 THRESHOLDS = Thresholds()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.adapter import MANTISSA_BITS
+from carom.adapter.checks import MANTISSA_BITS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
