@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from carom.comparator import Horizon, Score, compare, horizon
+    from carom.disc_arrays import DiscArrays
     from carom.errors import CaromError, SceneError
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from carom.runner import Results, cross_check, run
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
     from carom.solvers.certified import CertifiedTrace, certify
+    from carom.solvers.event_driven.run import EventDrivenRun
     from carom.solvers.pic import solve_pic
     from carom.solvers.pit.frames import solve_pit
     from carom.solvers.plain.framewise import solve_pic_framewise
@@ -26,7 +28,9 @@ __all__ = [
     "CaromError",
     "CertifiedTrace",
     "Disc",
+    "DiscArrays",
     "EngineInfo",
+    "EventDrivenRun",
     "Horizon",
     "Outcome",
     "Results",
@@ -54,7 +58,9 @@ _HOME = {
     "CaromError": "carom.errors",
     "CertifiedTrace": "carom.solvers.certified.result",
     "Disc": "carom.scene",
+    "DiscArrays": "carom.disc_arrays",
     "EngineInfo": "carom.registry",
+    "EventDrivenRun": "carom.solvers.event_driven.run",
     "Horizon": "carom.comparator.horizon",
     "Outcome": "carom.trace",
     "Results": "carom.runner",

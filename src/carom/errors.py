@@ -43,18 +43,28 @@ class Problem(NamedTuple):
 
 
 class SceneError(InputError):
-    """A scene, or the file that holds it, is not valid; `problems` lists every finding."""
+    """A scene, or the file that holds it, is not valid.
+
+    Attributes:
+        problems: Every finding, or the first of each kind.
+        source: The file, where there is one.
+        more: Whether there are findings beside `problems`, which nobody has counted.
+    """
 
     #: More than this many findings are counted rather than shown: one bad column must not scroll the first line away.
     SHOWN = 10
 
-    def __init__(self, problems: Sequence[Problem], source: str = "") -> None:
+    def __init__(self, problems: Sequence[Problem], source: str = "", *, more: bool = False) -> None:
         self.problems = tuple(problems)
         self.source = source
+        self.more = more
         super().__init__(self.problems, source)
 
     def __str__(self) -> str:
         lines = [str(problem) for problem in self.problems[: self.SHOWN]]
-        if len(self.problems) > self.SHOWN:
-            lines.append(f"and {len(self.problems) - self.SHOWN} more")
+        hidden = len(self.problems) - self.SHOWN
+        if self.more:
+            lines.append(f"and more than {hidden} others" if hidden > 0 else "and more of them")
+        elif hidden > 0:
+            lines.append(f"and {hidden} more")
         return "\n".join(f"{self.source}: {line}" if self.source else line for line in lines)

@@ -7,8 +7,9 @@ import math
 import tomllib
 from enum import StrEnum
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 import tomli_w
@@ -24,12 +25,13 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from carom.disc_arrays import DiscArrays
 from carom.errors import InputError, Problem, SceneError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
-    from numpy.typing import NDArray
+    from pydantic_core import ErrorDetails
 
 __all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema"]
 
@@ -107,11 +109,13 @@ class _Model(BaseModel):
         try:
             super().__init__(**data)
         except ValidationError as error:
-            raise SceneError([*_problems(error)]) from None
+            items = error.errors(include_url=False)
+            more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
+            raise SceneError([*_problems(items)], more=more) from None
 
 
-def _problems(error: ValidationError) -> Iterator[Problem]:
-    for item in error.errors(include_url=False):
+def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
+    for item in items:
         location = tuple(item["loc"])
         cause = item.get("ctx", {}).get("error")
         if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
@@ -220,9 +224,42 @@ class Scene(_Model):
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain.
         """
-        problems = [*_overlapping_discs(self), *_overlapping_walls(self)]
-        if problems:
-            raise SceneError(problems)
+        start = self.arrays
+        found, more = start.overlaps("discs[{}]", "walls[{}]")
+        if found:
+            problems = [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
+            raise SceneError(problems, more=more)
+
+    @cached_property
+    def arrays(self) -> DiscArrays:
+        """The start of the scene as read-only arrays, which every solver takes; its gravity is not part of them."""
+        discs = self.discs
+        return DiscArrays.of_valid(
+            position_m=np.array([disc.position_m for disc in discs]),
+            velocity_m_s=np.array([disc.velocity_m_s for disc in discs]),
+            radius_m=np.array([disc.radius_m for disc in discs]),
+            mass_kg=np.array([disc.mass_kg for disc in discs]),
+            walls=tuple((*wall.point_m, *wall.normal) for wall in self.walls),
+            restitution=self.restitution,
+            wall_restitution=self.wall_restitution,
+        )
+
+    # A copy may have other discs, and a process that a scene is sent to makes its own arrays.
+
+    def __copy__(self) -> Self:
+        copied = super().__copy__()
+        copied.__dict__.pop("arrays", None)
+        return copied
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        copied = super().__deepcopy__(memo)
+        copied.__dict__.pop("arrays", None)
+        return copied
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        fields = {name: value for name, value in state["__dict__"].items() if name != "arrays"}
+        return {**state, "__dict__": fields}
 
     @property
     def needs(self) -> frozenset[Need]:
@@ -254,57 +291,6 @@ class Scene(_Model):
         return math.ceil(exact)
 
 
-def _input_rounding(*values: float) -> float:
-    """Largest error that a gap computed from these lengths can have without anybody having meant an overlap.
-
-    The gap of two discs takes six numbers, each the nearest float to what was written (half a unit in the last place of
-    the largest: 3 units in all), and five roundings of its own (under 3 units). A start that touches in the decimal
-    numbers of its file must not be refused for their binary rounding.
-    """
-    return 6 * math.ulp(max(abs(value) for value in values))
-
-
-def _overlapping_discs(scene: Scene) -> Iterator[Problem]:
-    """Sweep along x: only discs whose x-extents overlap are compared, all neighbours of one rank at a time."""
-    n = len(scene.discs)
-    table = np.array([(*disc.position_m, disc.radius_m, disc.immovable) for disc in scene.discs])
-    with np.errstate(over="ignore"):  # beyond the largest float everything is simply far away
-        order = np.argsort(table[:, 0] - table[:, 2], kind="stable")
-        x, y, radius, immovable = table[order].T
-        reach = np.searchsorted(x - radius, x + radius, side="right")  # first rank that begins beyond this disc
-    for step in range(1, n):
-        a = np.flatnonzero(np.arange(n) + step < reach)
-        if not len(a):
-            return
-        b = a + step
-        with np.errstate(over="ignore", invalid="ignore"):
-            gap: NDArray[np.float64] = np.hypot(x[b] - x[a], y[b] - y[a]) - (radius[a] + radius[b])
-        for k in np.flatnonzero((gap < 0) & ~((immovable[a] == 1) & (immovable[b] == 1))):
-            values = (x[a[k]], y[a[k]], radius[a[k]], x[b[k]], y[b[k]], radius[b[k]])
-            if gap[k] < -_input_rounding(*values):
-                first, second = sorted((int(order[a[k]]), int(order[b[k]])))
-                yield Problem(
-                    ("discs", second, "position_m"),
-                    f"must not overlap discs[{first}] at the start, got {scene.discs[second].position_m}: "
-                    f"the two overlap by {-gap[k]:.3g} m; move them apart",
-                )
-
-
-def _overlapping_walls(scene: Scene) -> Iterator[Problem]:
-    for k, wall in enumerate(scene.walls):
-        for i, disc in enumerate(scene.discs):
-            if disc.immovable:
-                continue
-            x, y = disc.position_m[0] - wall.point_m[0], disc.position_m[1] - wall.point_m[1]
-            gap = x * wall.normal[0] + y * wall.normal[1] - disc.radius_m
-            if gap < -_input_rounding(*disc.position_m, *wall.point_m, disc.radius_m):
-                yield Problem(
-                    ("discs", i, "position_m"),
-                    f"must not overlap walls[{k}] at the start, got {disc.position_m}: "
-                    f"the disc reaches {-gap:.3g} m into it; move the disc, or turn the wall's normal round",
-                )
-
-
 def scene_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scene file (the one published as ``carom/scene.schema.json``)."""
     schema = Scene.model_json_schema()
@@ -322,7 +308,7 @@ def load_scene(path: str | Path) -> Scene:
     try:
         return Scene(**_parse(path))
     except SceneError as error:
-        raise SceneError(error.problems, source=str(path)) from None
+        raise SceneError(error.problems, source=str(path), more=error.more) from None
 
 
 def _parse(path: Path) -> dict[str, Any]:

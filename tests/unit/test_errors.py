@@ -72,11 +72,19 @@ def test_a_scene_error_counts_the_problems_that_it_does_not_show() -> None:
     assert len(error.problems) == 25
 
 
+@pytest.mark.parametrize(("listed", "last"), [(10, "and more of them"), (12, "and more than 2 others")])
+def test_a_scene_error_says_where_nobody_counted_the_rest(listed: int, last: str) -> None:
+    """Where only the first problems were looked for, the last line says that there are more."""
+    error = SceneError([Problem(("discs", k), "is wrong") for k in range(listed)], more=True)
+    assert str(error).splitlines()[10:] == [last]
+
+
 def test_a_scene_error_survives_pickling() -> None:
     """A worker process can send a scene error home whole."""
-    error = SceneError([Problem(("discs", 0, "mass_kg"), "must be greater than 0, got 0")], source="x.json")
+    error = SceneError([Problem(("discs", 0, "mass_kg"), "must be greater than 0, got 0")], source="x.json", more=True)
     copy = pickle.loads(pickle.dumps(error))  # noqa: S301 - our own bytes
     assert type(copy) is SceneError
     assert copy.problems == error.problems
     assert copy.source == error.source
+    assert copy.more == error.more
     assert str(copy) == str(error)

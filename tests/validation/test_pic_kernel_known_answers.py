@@ -10,8 +10,8 @@ from tests.unit.solvers.scenes import random_start
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 from carom.bench.gas import hard_disc_gas
+from carom.disc_arrays import DiscArrays
 from carom.solvers import kernel
-from carom.solvers.event_driven.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.layout import PUSHED
 

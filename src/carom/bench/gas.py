@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
-from carom.solvers.event_driven.disc_arrays import DiscArrays
 
 if TYPE_CHECKING:
     from carom.scene import Scene

@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from carom.disc_arrays import DiscArrays
     from carom.physics.compilation import Unit
-    from carom.solvers.event_driven.disc_arrays import DiscArrays
     from carom.solvers.layout import Column
 
 __all__ = ["KernelState", "compiled_kernel", "kernel_recipe"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from carom.solvers.kernel_state import KernelState
 
 if TYPE_CHECKING:
-    from carom.solvers.event_driven.disc_arrays import DiscArrays
+    from carom.disc_arrays import DiscArrays
     from carom.solvers.layout import Columns
 
 __all__ = ["columns_of"]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from carom.solvers.event_driven.disc_arrays import DiscArrays
+from carom.disc_arrays import DiscArrays
 
 
 def box(width: float, height: float) -> tuple[tuple[float, float, float, float], ...]:

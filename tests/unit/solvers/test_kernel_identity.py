@@ -10,8 +10,8 @@ import pytest
 from tests.unit.solvers.scenes import box, equal_gas, random_start
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise
+from carom.disc_arrays import DiscArrays
 from carom.solvers.event_driven import run as event_driven
-from carom.solvers.event_driven.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 
 pytest.importorskip("numba")

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.compilation import compiler_installed, is_cached, is_translated
-from carom.solvers.event_driven.disc_arrays import DiscArrays
-from carom.solvers.event_driven.overlap import require_apart
 from carom.solvers.kept_impacts import KeptImpacts
 from carom.solvers.kernel_state import KernelState, compiled_kernel, kernel_recipe
 from carom.solvers.layout import (
@@ -123,9 +122,9 @@ class EventDrivenRun:
             from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
 
             require_supported(start, "the compiled event-driven kernel")
-            start = DiscArrays.from_scene(start)
+            start = start.arrays
         elif resume is None:
-            require_apart(start)
+            start.require_apart()
         if record not in {"all", "none"}:
             raise InputError(f"record must be 'all' or 'none', got {record!r}")
         if not contact_duration_s >= 0:

@@ -1,4 +1,4 @@
-"""Discs and walls as arrays: what the event-driven kernel starts from, and the way in for a million discs.
+"""Discs and walls as arrays: what every solver of straight paths starts from, and the way in for a million discs.
 
 A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
 """
@@ -7,21 +7,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.overlap import Overlap, overlaps
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
-
 __all__ = ["DiscArrays"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class DiscArrays:
     """The start of an event-driven run, which refuses one in which discs overlap.
 
@@ -67,18 +66,13 @@ class DiscArrays:
             raise InputError("restitution and wall_restitution must lie in 0 to 1")
 
     @classmethod
-    def from_scene(cls, scene: Scene) -> DiscArrays:
-        """Return the start of a scene; its gravity is not part of it."""
-        discs = scene.discs
-        return cls(
-            np.array([disc.position_m for disc in discs]),
-            np.array([disc.velocity_m_s for disc in discs]),
-            np.array([disc.radius_m for disc in discs]),
-            np.array([disc.mass_kg for disc in discs]),
-            tuple((*wall.point_m, *wall.normal) for wall in scene.walls),
-            scene.restitution,
-            scene.wall_restitution,
-        )
+    def of_valid(cls, **fields: Any) -> DiscArrays:
+        """Return the start of a scene, whose fields have been checked one by one, as read-only arrays."""
+        start = object.__new__(cls)
+        start.__dict__.update(fields)
+        for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
+            fields[name].flags.writeable = False
+        return start
 
     def __len__(self) -> int:
         return len(self.position_m)
@@ -88,3 +82,24 @@ class DiscArrays:
         """Largest contact distance of two discs, metres."""
         largest = np.partition(self.radius_m, -2)[-2:] if len(self) > 1 else self.radius_m * 2
         return math.fsum(largest)
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Whether an impact moves each disc, shape ``(n,)``."""
+        return np.isfinite(self.mass_kg)
+
+    def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
+        """Return the first overlaps of bodies, named as in `carom.overlap.overlaps`, and whether there are more."""
+        walls = np.array(self.walls).reshape(-1, 4)
+        return overlaps(self.position_m, self.radius_m, self.movable, walls, disc_name, wall_name)
+
+    def require_apart(self) -> None:
+        """Refuse a start in which two discs, or a disc and a wall, overlap by more than rounding can explain.
+
+        Raises:
+            InputError: Bodies overlap; the message names the first ten pairs of each kind.
+        """
+        found, more = self.overlaps("disc {}", "wall {}")
+        if found:
+            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
+            raise InputError("\n".join([*lines, "and more of them"] if more else lines))
