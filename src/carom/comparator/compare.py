@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from carom.comparator.believed import reach_of
 from carom.comparator.consistency import consistency_of
 from carom.comparator.convention import match_outcome
@@ -43,7 +45,13 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
     if sampling is not None and not_finite(sampling):
         sampling = None
-    scales = scales_of(scene, reference)
+    # What is no number makes more of its kind on every way; they are looked for by name, and not by warnings.
+    with np.errstate(all="ignore"):
+        return _score(reference, observed, sampling, horizon)
+
+
+def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
+    scales = scales_of(reference.scene, reference)
     believed, until_s = reach = reach_of(reference, horizon)
     measured = measure(reference, observed, scales, reach)
     sampled = None if sampling is None else measure(reference, sampling, scales, reach)

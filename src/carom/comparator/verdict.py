@@ -83,9 +83,9 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         reason = "whether sampling explains the errors is not known"
         found.append(Finding(Verdict.UNCOMPARED, reason))
     if evidence.nothing_compared:
-        first_s = evidence.reference.impacts["time_s"][0] if len(evidence.reference.impacts) else math.inf
-        reason = f"the horizon is at {evidence.until_s:.6g} s, the first impact at {first_s:.6g} s"
-        found.append(Finding(Verdict.NOTHING_COMPARED, reason))
+        times = evidence.reference.impacts["time_s"]
+        first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
+        found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.until_s:.6g} s; {first}"))
     if not found:
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found"))
     return tuple(found)

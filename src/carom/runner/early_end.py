@@ -91,7 +91,7 @@ class FreeFlight:
         if np.any(np.hypot(*(p[b] - p[a]).T) <= self._radius[a] + self._radius[b]):
             return 0.0  # what overlaps may still be pushed apart
         r = _MARGIN_RADII * self._radius
-        nearest = min((self._reaches(wall, p, v, r) for wall in self._scene.walls), default=math.inf)
+        nearest = float(np.min([self._reaches(wall, p, v, r) for wall in self._scene.walls], initial=math.inf))
         if nearest <= left_s or not len(a):
             return nearest
         return min(nearest, float(np.min(near_after(p[b] - p[a], v[b] - v[a], r[a] + r[b]))))

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
 
 from carom import Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
@@ -281,3 +282,82 @@ def test_units_do_not_matter(scene: Scene, power: int) -> None:
     other = compare(solve_pic(scaled), solve_pit(scaled))
     assert (plain.velocity_error, plain.time_error_s) == (other.velocity_error, other.time_error_s)
     assert plain.final_position_error == other.final_position_error
+
+
+@pytest.mark.parametrize("horizon", [0, 0.1])
+def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
+    """With no impact to compare, whoever finds all and whoever finds none is not graded, and the reason is said."""
+    blind = dataclasses.replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
+    for observed in (reference, solve_pit(scene), blind):
+        score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
+        assert score.grade is Grade.UNGRADED
+        assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
+        assert "the first impact, at 0.2 s, lies beyond it" in score.findings[-1].reason
+        assert Verdict.CONFORMS not in score.verdicts
+
+
+def test_what_is_invented_before_the_horizon_is_wrong_all_the_same(reference: Trace) -> None:
+    """A horizon without impacts still says that there is none before it."""
+    impacts = reference.impacts[:1].copy()
+    impacts["time_s"], impacts["second"] = 0.05, 2
+    score = compare(reference, dataclasses.replace(reference, impacts=impacts, dt_s=1e-3), horizon=0.1)
+    assert score.grade is Grade.WRONG
+    assert Verdict.SPURIOUS in score.verdicts
+
+
+def replayed_at(reference: Trace, times: list[float]) -> Trace:
+    """The run that has the reference's impacts at other instants, and goes where that leads."""
+    impacts = reference.impacts.copy()
+    impacts["time_s"] = times
+    return replayed(reference, impacts)
+
+
+def test_what_pit_pays_later_does_not_excuse_what_is_late_before() -> None:
+    """Held against a PIT that is late by three steps at the second impact, two steps late at the first is too late."""
+    reference = solve_pic(ROW)
+    pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
+    for times, grade in (
+        ([FIRST_S, LAST_S + 2.5 * DT], Grade.SAMPLED),
+        ([FIRST_S + DT, LAST_S + 2.5 * DT], Grade.SAMPLED),
+        ([FIRST_S + 2 * DT, LAST_S], Grade.INACCURATE),
+        ([FIRST_S, LAST_S + 3.5 * DT], Grade.INACCURATE),
+    ):
+        assert compare(reference, replayed_at(reference, times), sampling=pit).grade is grade, times
+
+
+def test_what_is_found_before_it_happens_is_not_sampled() -> None:
+    """Half a step early is no better than PIT however late PIT is: early is not late."""
+    reference = solve_pic(ROW)
+    pit = replayed_at(reference, [FIRST_S, LAST_S + 3 * DT])
+    score = compare(reference, replayed_at(reference, [FIRST_S, LAST_S - 0.5 * DT]), sampling=pit)
+    assert Verdict.EARLY in score.verdicts
+    assert Verdict.LATE not in score.verdicts
+    assert score.grade is Grade.INACCURATE
+
+
+def test_what_comes_early_because_of_what_was_late_is_sampled() -> None:
+    """An impact brought forward by a late one before it, and not early from its own state, is sampling's doing.
+
+    A disc strikes an immovable one off centre: found late, it is thrown off by another angle and meets the wall behind
+    it on another path. From frames that see the first impact .9 of a frame late, the second comes early.
+    """
+    for rate in (23.0, 29.0, 31.0, 37.0, 41.0, 43.0):
+        scene = Scene(
+            name="thrown",
+            discs=[
+                Disc(position_m=(0, 0.3), velocity_m_s=(4, 0), radius_m=0.5),
+                Disc(position_m=(3, 0), radius_m=0.5, mass_kg=math.inf),
+            ],
+            walls=[Wall(point_m=(0, 6), normal=(0, -1))],
+            duration_s=4.0,
+            frame_rate_hz=rate,
+        )
+        reference, pit = solve_pic(scene), solve_pit(scene)
+        score = compare(reference, pit, sampling=pit)
+        if Verdict.EARLY in score.verdicts:
+            assert score.grade is Grade.SAMPLED
+            lucky = dataclasses.replace(reference, dt_s=pit.dt_s)  # a PIT whose frame falls on the first impact
+            again = compare(reference, pit, sampling=lucky)
+            assert again.grade is Grade.INACCURATE  # for its velocities; its times alone are a step's doing
+            return
+    pytest.fail("no frame rate brings the second impact forward")
