@@ -17,13 +17,13 @@ from carom.adapter import (
     Setting,
     Stamp,
 )
-from carom.solvers.pic import EventDrivenRun
-from carom.solvers.plain.framewise import FramewiseRun
+from carom.solvers.pic import pic_run
+from carom.solvers.plain.framewise import framewise_run
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from carom.adapter import World
-    from carom.solvers.falling.run import BallisticRun
+    from carom.solvers.run import Run
 
 __all__ = ["PicAdapter", "adapter"]
 
@@ -31,7 +31,7 @@ __all__ = ["PicAdapter", "adapter"]
 class PicWorld:
     """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""
 
-    def __init__(self, run: EventDrivenRun | FramewiseRun | BallisticRun, settings: Mapping[str, Setting]) -> None:
+    def __init__(self, run: Run, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
         self._run = run
         self._dt_s = float(settings["dt_s"])
@@ -40,24 +40,21 @@ class PicWorld:
         self._warning = ""
 
     def advance(self, steps: int) -> None:
-        """Carry out every impact up to the step's end; Algorithm 2 goes there frame by frame."""
-        run = self._run
-        outcome = Outcome.COMPLETED
-        if isinstance(run, FramewiseRun):
-            for step in range(self._steps + 1, self._steps + steps + 1):
-                outcome = run.advance_frame(step * self._dt_s)
-        else:
-            outcome = run.advance_to((self._steps + steps) * self._dt_s)
+        """Carry out every impact up to the step's end."""
         self._steps += steps
+        outcome = self._run.advance_to(self._steps * self._dt_s)
         # A disc at rest is no failure: the state stays as it was then, and the harness scores nothing after it.
         if outcome not in {Outcome.COMPLETED, Outcome.AT_REST}:
             self._warning = outcome.value
 
     def observe(self) -> Observation:
         """Return the state at the last step's end and the impacts since the last look."""
-        new = self._run.log.records[self._seen :]
-        self._seen = len(self._run.log.records)
-        contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
+        new = self._run.log.array()[self._seen :].tolist() if len(self._run.log) > self._seen else []
+        self._seen = len(self._run.log)
+        contacts = tuple(
+            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)))
+            for time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h) in new
+        )
         return Observation(self._run.positions(), self._run.velocities(), contacts, self._warning)
 
     def close(self) -> None:
@@ -96,11 +93,7 @@ class PicAdapter:
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
-        if scene.gravity_m_s2 != (0.0, 0.0):
-            from carom.solvers.falling.run import BallisticRun
-
-            return PicWorld(BallisticRun(scene), settings)
-        run = FramewiseRun(scene) if settings["form"] == "framewise" else EventDrivenRun(scene)
+        run = framewise_run(scene) if settings["form"] == "framewise" else pic_run(scene)
         return PicWorld(run, settings)
 
 

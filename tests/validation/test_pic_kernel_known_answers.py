@@ -6,19 +6,20 @@ import math
 
 import numpy as np
 import pytest
-from tests.unit.solvers.scenes import random_start
+from tests.forms import needs_extension
+from tests.unit.solvers.scenes import random_start, scene_of
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 from carom.bench.gas import hard_disc_gas
 from carom.disc_arrays import DiscArrays
-from carom.solvers import kernel
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.layout import PUSHED
+from carom.solvers.plain import run as plain_run
+from carom.solvers.plain.run import AllPairsRun
 
-pytest.importorskip("numba")
+pytestmark = needs_extension
 
 
-def galperin(k: int, *, compiled: bool | None = None) -> EventDrivenRun:
+def galperin(k: int) -> EventDrivenRun:
     """Run two discs, masses 100^k : 1, against a wall (Galperin 2003); the light one stands between the two."""
     start = DiscArrays(
         np.array([[3.0, 0.0], [6.0, 0.0]]),
@@ -27,7 +28,7 @@ def galperin(k: int, *, compiled: bool | None = None) -> EventDrivenRun:
         np.array([1.0, 100.0**k]),
         ((0.0, 0.0, 1.0, 0.0),),
     )
-    run = EventDrivenRun(start, record="none", compiled=compiled)
+    run = EventDrivenRun(start, record="none")
     assert run.advance_to(1e9) is Outcome.COMPLETED
     return run
 
@@ -39,7 +40,7 @@ def test_galperin_counts_the_digits_of_pi(k: int) -> None:
     In the coordinates (10^k V, v) each two impacts turn the velocity by 2 theta, tan(theta) = 10^-k (Galperin 2003).
     The roundings of that many impacts, 2^-53 of the greatest speed 10^k each, add up as their square root.
     """
-    run = galperin(k, compiled=k > 2)
+    run = galperin(k)
     count = [3, 31, 314, 3141, 31415, 314159, 3141592, 31415926][k]
     assert run.impacts == count
     theta = math.atan(10.0**-k)
@@ -66,13 +67,11 @@ def test_discs_in_a_line_sort_their_velocities(n: int) -> None:
 
 def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     """Return Z = p V / (N k T) from the virial of the disc-disc impacts, in the bulk volume of the centres."""
-    run = EventDrivenRun(hard_disc_gas(discs, packing), record="none", compiled=True)
+    run = EventDrivenRun(hard_disc_gas(discs, packing), record="none")
     run.advance_to(math.inf, 20 * discs)
-    before = run.state()
+    before, since_s = run.virial_j_s, run.time_s
     run.advance_to(math.inf, (20 + impacts_per_disc) * discs)
-    after = run.state()
-    virial = after.clock[PUSHED] - before.clock[PUSHED]
-    return float(1 + virial / (2 * discs * (after.time_s - before.time_s)))
+    return 1 + (run.virial_j_s - before) / (2 * discs * (run.time_s - since_s))
 
 
 @pytest.mark.parametrize(("packing", "expected"), [(0.3, 2.0632), (0.6, 6.45)])
@@ -93,13 +92,12 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
     Chaos multiplies rounding by some 3 an impact a disc: 4e-14 after one, so below 1e-10 after four.
     """
     start = hard_disc_gas(1000, 0.3)
-    there = EventDrivenRun(start, record="none", compiled=True)
+    there = EventDrivenRun(start, record="none")
     there.advance_to(math.inf, 500 * impacts_per_disc)
     time_s = there.time_s
     back = EventDrivenRun(
         DiscArrays(there.positions(), -there.velocities(), start.radius_m, start.mass_kg, start.walls),
         record="none",
-        compiled=True,
     )
     back.advance_to(time_s)
     assert np.max(np.abs(back.positions() - start.position_m)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
@@ -115,7 +113,7 @@ def test_ten_million_impacts_keep_energy_and_distance() -> None:
     times that, and by the roundings of its coordinates.
     """
     start = hard_disc_gas(500, 0.6)
-    run = EventDrivenRun(start, record="none", compiled=True)
+    run = EventDrivenRun(start, record="none")
     for millions in range(1, 11):
         run.advance_to(math.inf, millions * 1_000_000)
         energy = 0.5 * math.fsum((run.velocities() ** 2).ravel())
@@ -138,7 +136,7 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     """A slow gas that has run for 1e9 seconds overlaps no deeper than one that has run for a few."""
     gas = hard_disc_gas(30, 0.5)
     start = DiscArrays(gas.position_m, gas.velocity_m_s * 1e-6, gas.radius_m, gas.mass_kg, gas.walls)
-    run = EventDrivenRun(start, record="none", compiled=True)
+    run = EventDrivenRun(start, record="none")
     run.advance_to(1e9)
     assert run.counts["epochs"] > 10
     discs, walls = overlaps(run, start)
@@ -212,7 +210,7 @@ def test_a_brute_force_oracle_finds_the_same_impacts(block: int) -> None:
             tilt=float(rng.choice([0.0, rng.uniform(0, 6)])),
         )
         expected = oracle(start, min(2 * n, 24))
-        run = EventDrivenRun(start, compiled=True)
+        run = EventDrivenRun(start)
         run.advance_to(math.inf, len(expected))
         found = [(float(row["time_s"]), int(row["first"]), int(row["second"])) for row in run.log.array()]
         assert [event[1:] for event in found] == [event[1:] for event in expected], (block, case)
@@ -236,7 +234,7 @@ def test_inelastic_collapse_ends_with_an_outcome_or_by_the_tc_model() -> None:
     assert plain.outcome in {Outcome.STANDSTILL, Outcome.COMPLETED, Outcome.MAX_IMPACTS}
     gas = random_start(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
     for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
-        run = EventDrivenRun(gas, record="none", compiled=True, contact_duration_s=contact_duration_s)
+        run = EventDrivenRun(gas, record="none", contact_duration_s=contact_duration_s)
         assert run.advance_to(100.0, 2_000_000) in expected
 
 
@@ -245,8 +243,8 @@ def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypa
     start = random_start(np.random.default_rng(4), 5, restitution=0.9)
     found = []
     for impacts_per_epoch in (1, 1000):
-        monkeypatch.setattr(kernel, "EPOCH_IMPACTS", impacts_per_epoch)
-        run = EventDrivenRun(start, compiled=False, contact_duration_s=0.3)
+        monkeypatch.setattr(plain_run, "EPOCH_IMPACTS", impacts_per_epoch)
+        run = AllPairsRun(scene_of(start, 1.0), contact_duration_s=0.3)
         run.advance_to(math.inf, 40)
         found.append((run.counts["epochs"], run.velocities()))
     assert found[0][0] > found[1][0] == 0

@@ -1,120 +1,124 @@
-"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m carom.bench.pic [discs ...]``."""
+"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m carom.bench.pic [discs ...]``.
+
+Each row times two things in turn, in interpreters of their own, and prints the median of their paired ratios, with the
+quartiles: a run beside that of another environment (``--baseline``: the path of its Python), a run that records all
+impacts (the finished array with its ambiguity) beside one that records none. Times are of the processor.
+"""
 
 from __future__ import annotations
 
-import math
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from pathlib import Path
 
-import numpy as np
-
-from carom import Disc, Scene, solve_pic
 from carom.bench.arguments import count, parser, run
-from carom.bench.gas import hard_disc_gas
-from carom.physics.pair_time import approach, encounter, separation
-from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.kernel_state import KernelState, compiled_kernel
-from carom.solvers.layout import OWN_TIME, RADIUS, ROW, TOTAL, VX, VY, Column, X, Y
 
 __all__ = ["main"]
 
-#: Impacts a disc before the clock starts, in which the lattice melts; and impacts that are timed, three times over.
-_MELT = 20
-_TIMED = 1_000_000
+_PACKINGS = (0.3, 0.6)
+#: Discs and impacts of the small scenes, and how many solves are timed at a time.
+_SMALL = ((2, 1, 2000), (3, 10, 400), (16, 100, 100), (16, 1000, 40), (128, 300, 40), (999, 1000, 10))
 
 
-def impacts_per_second(discs: int, packing: float) -> tuple[float, float]:
-    """Return the median of three timings, and the bytes a disc."""
-    run = EventDrivenRun(hard_disc_gas(discs, packing), record="none", compiled=True)
-    run.advance_to(math.inf, min(_MELT * discs, 5_000_000))
-    rates = []
-    for _ in range(3):
-        begin, before = time.process_time(), run.impacts
-        run.advance_to(math.inf, before + _TIMED)
-        rates.append((run.impacts - before) / (time.process_time() - begin))
-    return statistics.median(rates), run.bytes_per_disc
+class Worker:
+    """An interpreter that times what it is told to."""
+
+    def __init__(self, python: str, *task: object) -> None:
+        source = Path(__file__).with_name("pic_worker.py").read_text(encoding="utf-8")
+        self._process = subprocess.Popen(  # noqa: S603 - an interpreter that the user names, and our own text
+            [python, "-c", source], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self._say(" ".join(map(str, task)))
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.communicate()
+
+    def ask(self, question: object) -> float:
+        """Return the answer to a line, see `carom.bench.pic_worker`."""
+        return float(self._say(str(question)))
+
+    def _say(self, line: str) -> str:
+        assert self._process.stdin is not None  # noqa: S101 - both are pipes
+        assert self._process.stdout is not None  # noqa: S101
+        print(line, file=self._process.stdin, flush=True)
+        answer = self._process.stdout.readline()
+        if not answer:
+            raise OSError(f"the interpreter {self._process.args!r:.60} has ended: see its message above")
+        return answer
 
 
-def pair_event_time(body: Column, i: int, j: int) -> float:
-    """Return the time at which discs `i` and `j` meet, by the plain form alone."""
-    a, o = i * ROW, j * ROW
-    start = body[a + OWN_TIME] if body[a + OWN_TIME] > body[o + OWN_TIME] else body[o + OWN_TIME]
-    wait, other_wait = start - body[a + OWN_TIME], start - body[o + OWN_TIME]
-    dx = (body[o + X] + body[o + VX] * other_wait) - (body[a + X] + body[a + VX] * wait)
-    dy = (body[o + Y] + body[o + VY] * other_wait) - (body[a + Y] + body[a + VY] * wait)
-    ux, uy = body[o + VX] - body[a + VX], body[o + VY] - body[a + VY]
-    b, _ = approach(dx, dy, ux, uy)
-    c, _ = separation(dx, dy, body[a + RADIUS] + body[o + RADIUS])
-    d, _ = encounter(dx, dy, ux, uy, body[a + RADIUS] + body[o + RADIUS])
-    if not (b < 0.0 and d > 0.0):
-        return math.inf
-    return float(start + (c / (math.sqrt(d) - b) if c > 0.0 else 0.0))
+def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, str]:
+    """Return the median time of one worker, and the other's time over it: median and quartiles of the paired ratios."""
+    times, ratios = [], []
+    for k in range(repeats):
+        if k % 2:
+            there, here = other.ask(size), one.ask(size)
+        else:
+            here, there = one.ask(size), other.ask(size)
+        times.append(here)
+        ratios.append(there / here)
+    low, middle, high = statistics.quantiles(ratios, n=4)
+    return statistics.median(times), f"{middle:.2f} [{low:.2f} {high:.2f}]"
 
 
-def accuracy_cost(discs: int, packing: float) -> float:
-    """Return the share of the run time that the full accuracy of the time of impact takes: a median of nine."""
-    kernels = (compiled_kernel(), compiled_kernel(pair_event_time))
-    states = [KernelState.of(hard_disc_gas(discs, packing)) for _ in kernels]
-    for kernel, state in zip(kernels, states, strict=True):
-        state.run(kernel, np.zeros(0), math.inf, _MELT * discs)
-    shares = []
-    for _ in range(9):
-        seconds = []
-        for kernel, state in zip(kernels, states, strict=True):
-            begin = time.process_time()
-            state.run(kernel, np.zeros(0), math.inf, int(state.columns.tally[TOTAL]) + _TIMED // 4)
-            seconds.append(time.process_time() - begin)
-        shares.append(1.0 - seconds[1] / seconds[0])
-    return statistics.median(shares)
+def kernel_rows(sizes: Sequence[int], baseline: str, impacts: int, repeats: int) -> None:
+    """Print the speed of the kernel, what recording costs, and the memory, for gases of these sizes."""
+    print(f"{'discs':>9} {'packing':>8} {'impacts/s':>10} {'x baseline':>18} {'recorded x':>18} {'bytes/disc':>11}")
+    for discs in sizes:
+        for packing in _PACKINGS:
+            with Worker(sys.executable, "gas", discs, packing, "none") as ours:
+                beside = "-"
+                if baseline:
+                    with Worker(baseline, "gas", discs, packing, "none") as theirs:
+                        _, beside = paired(ours, theirs, impacts, repeats)
+                with Worker(sys.executable, "gas", discs, packing, "recorded") as recording:
+                    seconds, cost = paired(ours, recording, impacts, repeats)
+                memory = ours.ask("bytes")
+            rate = impacts / seconds
+            print(f"{discs:9d} {packing:8.1f} {rate:10.3g} {beside:>18} {cost:>18} {memory:11.0f}", flush=True)
+
+
+def small_rows(baseline: str, repeats: int) -> None:
+    """Print the time from `solve_pic` to the trace of scenes of a few discs."""
+    print(f"{'discs':>9} {'impacts':>8} {'us/solve':>10} {'x baseline':>18}")
+    for discs, impacts, solves in _SMALL:
+        with Worker(sys.executable, "solve", discs, impacts) as ours:
+            other = baseline or sys.executable
+            with Worker(other, "solve", discs, impacts) as theirs:
+                seconds, beside = paired(ours, theirs, solves, repeats)
+        print(f"{discs:9d} {impacts:8d} {seconds / solves * 1e6:10.1f} {beside if baseline else '-':>18}", flush=True)
 
 
 def start_seconds() -> float:
-    """Return the time from starting Python to the first impacts of the compiled kernel, seconds."""
+    """Return the time from starting Python to the first impacts, seconds."""
     code = (
         "import math; from carom.bench.gas import hard_disc_gas; from carom.solvers.event_driven import EventDrivenRun;"
-        "EventDrivenRun(hard_disc_gas(16, .3), compiled=True).advance_to(math.inf, 100)"
+        "EventDrivenRun(hard_disc_gas(16, .3)).advance_to(math.inf, 100)"
     )
     begin = time.perf_counter()
     subprocess.run([sys.executable, "-c", code], check=True)  # noqa: S603 - our own interpreter and our own text
     return time.perf_counter() - begin
 
 
-def two_disc_microseconds() -> float:
-    """Return the time of one solve of two discs from Python, microseconds."""
-    scene = Scene(
-        name="two discs",
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(3.0, 0.2), radius_m=0.5),
-        ],
-        duration_s=5.0,
-    )
-    timings = []
-    for _ in range(9):
-        begin = time.perf_counter()
-        for _ in range(200):
-            solve_pic(scene)
-        timings.append((time.perf_counter() - begin) / 200)
-    return min(timings) * 1e6
-
-
-def main(sizes: Sequence[int]) -> None:
+def main(sizes: Sequence[int], baseline: str = "", impacts: int = 300_000, repeats: int = 9) -> None:
     """Print the tables."""
-    print(f"first or warm start, from nothing to 100 impacts: {start_seconds():.2f} s; again: {start_seconds():.2f} s")
-    print(f"two discs, one solve: {two_disc_microseconds():.0f} us")
-    print(f"share of the full accuracy of the time of impact, 1,000 discs: {accuracy_cost(1000, 0.3):.1%}")
-    print(f"{'discs':>9} {'packing':>8} {'impacts/s':>12} {'bytes/disc':>11}")
-    for discs in sizes:
-        for packing in (0.3, 0.6):
-            rate, memory = impacts_per_second(discs, packing)
-            print(f"{discs:9d} {packing:8.1f} {rate:12.3g} {memory:11.0f}", flush=True)
+    print(f"from nothing to 100 impacts: {statistics.median(start_seconds() for _ in range(repeats)):.2f} s")
+    small_rows(baseline, repeats)
+    kernel_rows(sizes, baseline, impacts, repeats)
 
 
 if __name__ == "__main__":
     command = parser("carom.bench.pic", __doc__)
     sizes = (1_000, 100_000, 1_000_000)
     command.add_argument("sizes", nargs="*", type=count, default=sizes, metavar="discs", help="sizes of the gas")
+    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
+    command.add_argument("--impacts", type=count, default=300_000, help="impacts timed at a time")
+    command.add_argument("--repeats", type=count, default=9, help="times that each is timed")
     run(command, main)

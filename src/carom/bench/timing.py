@@ -338,17 +338,17 @@ def _warm_up(
 
 
 def _fit(costs: dict[Config, float], untimed: dict[Config, str], rounds: int, left_s: float) -> int:
-    """Return how many rounds fit; where not even the least number does, leave out the dearest configurations."""
+    """Return how many rounds fit; where not even the least number does, leave out the most expensive configurations."""
 
     def round_s() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
 
     while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
-        dearest = max(costs, key=lambda config: costs[config])
-        if costs[dearest] <= VISIT_S:  # nothing left that is worth leaving out
+        most_expensive = max(costs, key=lambda config: costs[config])
+        if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
             break
-        cost = costs.pop(dearest)
-        untimed[dearest] = f"{cost:.1f} s a run is more than the timing budget has left; raise --budget"
+        cost = costs.pop(most_expensive)
+        untimed[most_expensive] = f"{cost:.1f} s a run is more than the timing budget has left; raise --budget"
     if not costs:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))

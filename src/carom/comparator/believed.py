@@ -17,7 +17,7 @@ __all__ = ["BELIEVED", "estimate_horizon", "reach_of"]
 
 #: Where two runs that began an ulp apart differ by this part of the scene's speed (velocities) or duration (times), the
 #: reference is no longer believed. A thousand times the rounding threshold of the verdicts, and a thousandth of what
-#: sampling costs at any usual step, so that neither hangs on where exactly the line is drawn.
+#: sampling costs at any usual step, so that neither depends on where exactly the line is drawn.
 BELIEVED = 1e-9
 
 

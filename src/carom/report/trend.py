@@ -117,7 +117,7 @@ def _choose(rows: _Rows, names: list[str]) -> tuple[list[str], tuple[tuple[str, 
         else:
             chosen.append(name)
     reasons = (
-        ("as PIT errs there in time only, its velocities are right at any step", exact),
+        ("as PIT is wrong there in time only, its velocities are right at any step", exact),
         ("as PIT finds no impact at one of the steps, so that it has no velocity to be wrong", missed),
         ("as there is no impact", without),
         ("as the scene is not graded", other),

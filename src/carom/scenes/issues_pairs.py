@@ -344,5 +344,5 @@ def _dynamo_57(name: str, shows: str) -> Staged:
         "mass "
         "at rest (S. McNamara and W. R. Young, Phys. Fluids A 4, 496, 1992)"
     )
-    convention = "The two outer discs arrive at one instant; the limit, all at rest, does not hang on the order"
+    convention = "The two outer discs arrive at one instant; the limit, all at rest, does not depend on the order"
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))

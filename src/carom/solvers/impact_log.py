@@ -1,56 +1,76 @@
-"""The impacts of a run as they happen: recorded, and watched for the two ways in which they can lose their meaning."""
+"""The impacts of a run as they happen: recorded, and watched for the two ways in which they can lose their meaning.
+
+An impact is *ambiguous* where it shares a movable disc with an earlier one at what may be the very same instant: one
+that was recorded, and whose time differs by no more than what `carom.solvers.resolution` says of both; unless the two
+normals are exactly orthogonal, for then neither impulse changes what the other impact sees. The result then hangs on an
+order that is a convention: (time, first, second).
+
+Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
+of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one
+does that reaches furthest of those not parallel to it, or else none does.
+"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
+from carom.trace import impact_array
+
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from carom.scene import Scene
-    from carom.trace import ImpactRecord, Vector
+    from carom.trace import ImpactRecord
 
-__all__ = ["ImpactLog"]
-
-#: Equal discs in a line make at most n(n-1)/2 impacts altogether, and all of them at one instant if they touch. Masses
-#: 1:100 against a wall make 31, 1:10,000 make 314. A hundred times the square of the number of bodies lets all of these
-#: through, and ends a run in which time stands still after milliseconds.
-STANDSTILL_IMPACTS_PER_SQUARED_BODIES = 100
+__all__ = ["ImpactLog", "Recent", "standstill_impacts"]
 
 
-class _Instant(NamedTuple):
-    """When and in which direction a disc was struck."""
+def standstill_impacts(bodies: int) -> int:
+    """Return after how many impacts at one instant time no longer advances, where there are so many bodies.
 
-    time_s: float
-    resolution_s: float
-    normal: Vector
-
-    def may_equal(self, other: _Instant) -> bool:
-        """Whether the two are one instant as far as the arithmetic can tell."""
-        return abs(self.time_s - other.time_s) <= self.resolution_s + other.resolution_s
-
-    def interferes_with(self, other: _Instant) -> bool:
-        """Whether the one impulse changes what the other impact sees: not where they are exactly orthogonal."""
-        return self.normal[0] * other.normal[0] + self.normal[1] * other.normal[1] != 0.0
-
-    def is_parallel_to(self, other: _Instant) -> bool:
-        """Whether both normals lie on one line."""
-        return self.normal[0] * other.normal[1] == self.normal[1] * other.normal[0]
-
-    @property
-    def reach_s(self) -> float:
-        """The latest that it can have been."""
-        return self.time_s + self.resolution_s
-
-
-def _two_that_matter(instants: list[_Instant]) -> list[_Instant]:
-    """Leave out the instants that change no later answer: a thousand impacts at one instant cost no more than two.
-
-    No direction is orthogonal to two that are not parallel. So of all that reach as far as some later impact, the one
-    that reaches furthest interferes with it, or else the one that reaches furthest of those not parallel to that one
-    does, if any does.
+    Equal discs in a line make at most n(n-1)/2 impacts altogether, and all of them at one instant if they touch. Masses
+    1:100 against a wall make 31, 1:10,000 make 314. A hundred times the square of the number of bodies lets all of
+    these through, and ends a run in which time stands still after milliseconds. With many bodies ten million above
+    those of a line do so, some seconds of the event-driven kernel.
     """
-    furthest = max(instants, key=lambda instant: instant.reach_s)
-    across = [instant for instant in instants if not instant.is_parallel_to(furthest)]
-    return [furthest, max(across, key=lambda instant: instant.reach_s)] if across else [furthest]
+    return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
+
+
+class Struck(NamedTuple):
+    """An impact as the next one of the same disc sees it: the latest that it can have been, seconds, and its normal."""
+
+    reach_s: float = -math.inf
+    nx: float = 0.0
+    ny: float = 0.0
+
+    def interferes(self, begin_s: float, nx: float, ny: float) -> bool:
+        """Whether an impact, not before `begin_s`, may be at one instant with this one, which changes what it sees."""
+        return begin_s <= self.reach_s and nx * self.nx + ny * self.ny != 0.0
+
+
+class Recent:
+    """A disc's impacts, as far as they tell whether its next one is ambiguous; `record.pxd` is the compiled form."""
+
+    def __init__(self) -> None:
+        self.furthest = Struck()
+        self.across = Struck()
+
+    def strike(self, time_s: float, resolution_s: float, nx: float, ny: float) -> bool:
+        """Add an impact; return whether it is ambiguous."""
+        furthest, begin_s = self.furthest, time_s - resolution_s
+        found = furthest.interferes(begin_s, nx, ny) or self.across.interferes(begin_s, nx, ny)
+        parallel = nx * furthest.ny == ny * furthest.nx
+        struck = Struck(time_s + resolution_s, nx, ny)
+        if struck.reach_s > furthest.reach_s:
+            if not parallel:
+                self.across = furthest
+            self.furthest = struck
+        elif not parallel and struck.reach_s > self.across.reach_s:
+            self.across = struck
+        return found
 
 
 class ImpactLog:
@@ -58,34 +78,42 @@ class ImpactLog:
 
     def __init__(self, scene: Scene) -> None:
         self.records: list[ImpactRecord] = []
-        self.ambiguous: list[int] = []
-        self._movable = [not disc.immovable for disc in scene.discs]
+        self._array = impact_array([])
+        self._ambiguous: list[int] = []
+        self._recent = [None if disc.immovable else Recent() for disc in scene.discs]
         self._instant = -1.0
         self._impacts_now = 0
-        self._latest: dict[int, list[_Instant]] = {}
-        self._standstill = STANDSTILL_IMPACTS_PER_SQUARED_BODIES * (len(scene.discs) + len(scene.walls)) ** 2
+        self._standstill = standstill_impacts(len(scene.discs) + len(scene.walls))
 
-    def add(self, record: ImpactRecord, resolution_s: float = 0.0) -> None:
-        """Append one impact, whose instant is known to `resolution_s` either way.
+    def __len__(self) -> int:
+        return len(self.records)
 
-        It is ambiguous when one of its movable discs has had another impact at what may be the very same instant,
-        unless the two normals are exactly orthogonal: then neither impulse changes what the other sees, and the order
-        does not matter. Two instants may be the same where their difference is no more than rounding makes of it.
-        """
+    def add(self, record: ImpactRecord, resolution_s: float = 0.0) -> bool:
+        """Append one impact, whose instant is known to `resolution_s` either way; return whether it is ambiguous."""
         if record.time_s != self._instant:
             self._instant = record.time_s
             self._impacts_now = 0
         self._impacts_now += 1
-        instant = _Instant(record.time_s, resolution_s, record.normal)
-        shared = False
+        ambiguous = False
         for body in (record.first, record.second):
-            if body >= 0 and self._movable[body]:
-                latest = self._latest.get(body, [])
-                shared = shared or any(instant.may_equal(other) and instant.interferes_with(other) for other in latest)
-                self._latest[body] = _two_that_matter([*latest, instant])
-        if shared:
-            self.ambiguous.append(len(self.records))
+            recent = self._recent[body] if body >= 0 else None
+            if recent is not None and recent.strike(record.time_s, resolution_s, *record.normal):
+                ambiguous = True
+        if ambiguous:
+            self._ambiguous.append(len(self.records))
         self.records.append(record)
+        return ambiguous
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
+        if len(self._array) < len(self.records):
+            self._array = np.concatenate([self._array, impact_array(self.records[len(self._array) :])])
+            self._array.flags.writeable = False
+        return self._array
+
+    def ambiguous(self) -> tuple[int, ...]:
+        """Return the rows that are ambiguous."""
+        return tuple(self._ambiguous)
 
     @property
     def at_standstill(self) -> bool:

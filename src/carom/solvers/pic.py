@@ -7,12 +7,14 @@ part are predicted again. All impacts come in their order, however many there ar
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.two_discs import solve_two_discs
 from carom.trace import Outcome, Samples, Trace
 
@@ -20,8 +22,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from carom.scene import Scene
+    from carom.solvers.run import Progress, Run
 
-__all__ = ["EventDrivenRun", "solve_pic"]
+__all__ = ["pic_run", "solve_pic"]
+
+
+def pic_run(scene: Scene) -> Run:
+    """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces."""
+    if scene.gravity_m_s2 != (0.0, 0.0):
+        from carom.solvers.falling.run import BallisticRun
+
+        return BallisticRun(scene)
+    return _level_run(scene)
+
+
+def _level_run(scene: Scene, **options: Any) -> EventDrivenRun | AllPairsRun:
+    """Return a run without gravity, in the form that is there; the options are those that both forms have."""
+    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -67,7 +84,8 @@ def solve_pic(
     plain_request = record == "all" and not sample_times_s and contact_duration_s == 0 and progress is None
     if len(scene.discs) == 2 and not scene.walls and plain_request and window_s == (-math.inf, math.inf):
         return solve_two_discs(scene, end_s, max_impacts)
-    run = EventDrivenRun(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
+    run = _level_run(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
+    progress = _patient(progress)
     samples = []
     times = [float(t) for t in sample_times_s if t <= end_s]
     if times != sorted(times):
@@ -88,10 +106,24 @@ def solve_pic(
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        ambiguous=run.log.ambiguous(np.array([disc.immovable for disc in scene.discs])),
+        ambiguous=run.log.ambiguous(),
         samples=Samples(np.array(times), np.array(samples).reshape(len(samples), -1, 2)) if sample_times_s else None,
         settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
-        notes=run.notes,
+        notes=(*run.notes, *extension_notes()),
     )
+
+
+def _patient(progress: Progress | None) -> Progress | None:
+    """Return the progress to report: where plain Python runs for want of the extension, it warns of a long run."""
+    if extension_available():
+        return progress
+    patience = Patience()
+
+    def look(impacts: int, time_s: float) -> None:
+        patience.look()
+        if progress is not None:
+            progress(impacts, time_s)
+
+    return look

@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
+from carom.errors import InputError
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from carom.trace import Outcome
 
-__all__ = ["ImpactLog", "Progress", "Run"]
+__all__ = ["ImpactLog", "Progress", "Run", "require_time"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
@@ -19,6 +21,9 @@ Progress = Callable[[int, float], None]
 
 class ImpactLog(Protocol):
     """The impacts that a run has recorded."""
+
+    def __len__(self) -> int:
+        """Return how many there are."""
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
@@ -54,3 +59,13 @@ class Run(Protocol):
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
+
+
+def require_time(time_s: float) -> None:
+    """Refuse to take a run to a time that is none: no impact is later than NaN, so the run would have no end.
+
+    Raises:
+        InputError: It is NaN.
+    """
+    if time_s != time_s:
+        raise InputError(f"time_s must be a number of seconds, got {time_s}")

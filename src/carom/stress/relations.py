@@ -74,7 +74,8 @@ SPLIT_S = 1.0
 
 
 def _with(scene: Scene, discs: list[Disc], **fields: float) -> Scene:
-    return Scene(**{**dict(scene), "discs": discs, **fields})
+    same = {name: getattr(scene, name) for name in Scene.model_fields}
+    return Scene(**{**same, "discs": discs, **fields})
 
 
 def _mapped(scene: Scene, turn: complex, *, mirror: bool = False) -> Scene:

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from carom import Disc, Scene, Wall
 from carom.disc_arrays import DiscArrays
 
 
@@ -56,3 +57,24 @@ def equal_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     from carom.bench.gas import hard_disc_gas
 
     return hard_disc_gas(discs, packing, seed)
+
+
+def scene_of(start: DiscArrays, duration_s: float) -> Scene:
+    """Return the scene of a start."""
+    return Scene(
+        name="random",
+        discs=[
+            Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=r, mass_kg=m)
+            for p, v, r, m in zip(
+                start.position_m.tolist(),
+                start.velocity_m_s.tolist(),
+                start.radius_m.tolist(),
+                start.mass_kg.tolist(),
+                strict=True,
+            )
+        ],
+        walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.walls],
+        restitution=start.restitution,
+        wall_restitution=start.wall_restitution,
+        duration_s=duration_s,
+    )

@@ -144,7 +144,7 @@ class FallingBodies(Bodies):
         return -float(wall_speed(self.vx[i], self.vy[i], *self.walls[k][2:])[0])
 
     def gap_resolution_m(self, i: int, k: int) -> float:
-        """How well the gap between disc `i` and wall `k` is known, metres; see `Bodies.resolution_s`."""
+        """How well the gap between disc `i` and wall `k` is known, metres: 5 units of the largest coordinate."""
         qx, qy, _, _ = self.walls[k]
         return 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(qx), abs(qy)) + self.radius[i])
 

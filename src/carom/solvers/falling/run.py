@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.clock import START, Instant
-from carom.solvers.impact_log import STANDSTILL_IMPACTS_PER_SQUARED_BODIES, ImpactLog
+from carom.solvers.impact_log import ImpactLog, standstill_impacts
 from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ class BallisticRun:
         self._now = START
         self._ended: Outcome | None = None
         self._unresolved = 0
-        self._standstill = STANDSTILL_IMPACTS_PER_SQUARED_BODIES * (len(scene.discs) + len(scene.walls)) ** 2
+        self._standstill = standstill_impacts(len(scene.discs) + len(scene.walls))
         self._version = [0] * len(self.bodies)
         #: Instant, bodies, their versions, and whether they meet then, or may meet then at the earliest.
         self._events: list[tuple[Instant, int, int, int, int, bool]] = []
@@ -184,11 +184,10 @@ class BallisticRun:
         self._ended = Outcome.AT_REST
 
     def _carried_out(self, record: ImpactRecord, resolution_s: float, changed: tuple[int, ...]) -> None:
-        known = len(self.log.ambiguous)
-        self.log.add(record, resolution_s)
+        ambiguous = self.log.add(record, resolution_s)
         self.impacts += 1
         # Bodies that are pressed together by others collide without end, and soon faster than arithmetic can tell.
-        self._unresolved = self._unresolved + 1 if len(self.log.ambiguous) > known else 0
+        self._unresolved = self._unresolved + 1 if ambiguous else 0
         if self.log.at_standstill or self._unresolved > self._standstill:
             self._ended = Outcome.STANDSTILL
             self.notes = (f"impact after impact comes sooner than the arithmetic can tell, at {self._now[0]:.17g} s",)

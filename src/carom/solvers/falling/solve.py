@@ -52,7 +52,7 @@ def solve_pic_ballistic(
     kept = [
         k for k, impact in enumerate(run.log.records) if record == "all" and window_s[0] <= impact.time_s <= window_s[1]
     ]
-    ambiguous = set(run.log.ambiguous)
+    ambiguous = set(run.log.ambiguous())
     return Trace(
         method="pic",
         scene=scene,

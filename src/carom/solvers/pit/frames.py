@@ -154,6 +154,6 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         end_time_s=run.time_s,
         outcome=Outcome.COMPLETED,
         dt_s=1.0 / rate,
-        ambiguous=tuple(run.log.ambiguous),
+        ambiguous=run.log.ambiguous(),
         counts=run.counts,
     )

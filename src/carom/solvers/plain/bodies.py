@@ -13,6 +13,7 @@ from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
 from carom.scene import Need
+from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
 from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ class Bodies:
         return (time_s - self.epoch[0]) - self.epoch[1]
 
     def begin_epoch(self, now_s: float) -> None:
-        """Bring every disc to `now_s` since the epoch, and count time from there; see `carom.solvers.kernel`."""
+        """Bring every disc to `now_s` since the epoch, and count time from there."""
         for i in range(len(self)):
             if self.inverse_mass[i] > 0.0:
                 self.move_to(i, now_s)
@@ -134,52 +135,49 @@ class Bodies:
         approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
         return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
 
-    def collide(self, first: int, second: int, time_s: float) -> ImpactRecord:
-        """Bring both bodies (a wall is negative) to `time_s` and give them their velocities after the impact."""
+    def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
+        """Bring both bodies (a wall is negative) to `time_s` and give them their velocities after the impact.
+
+        Args:
+            first: A disc.
+            second: A disc or wall.
+            time_s: Seconds since the epoch.
+            elastic: Whether the impact is elastic, whatever the scene's restitution.
+        """
         self.move_to(first, time_s)
         self.last_partner[first] = second
         if second < 0:
-            return self.collide_wall(first, wall_index(second))
+            return self.collide_wall(first, wall_index(second), 1.0 if elastic else None)
         self.move_to(second, time_s)
         self.last_partner[second] = first
-        return self.collide_pair(first, second)
+        return self.collide_pair(first, second, 1.0 if elastic else None)
 
     def resolution_s(self, record: ImpactRecord) -> float:
-        """How well the instant of an impact just carried out is known, seconds, given what rounding does.
-
-        Each centre is known to a unit in the last place a coordinate (a product and a sum of half a unit each), their
-        distance so to under 5 units of the larger coordinate, root and radii included; divided by the approach speed
-        that is a time, to which come the roundings of the root and of the sum with the clock.
-
-        In a graze the approach speed can be anything down to 0. There the overlap would be a parabola in time, of
-        curvature ``speed^2 / R``, and an error of the gap moves its zero by no more than its half width at that depth.
-        """
+        """How well the instant of an impact just carried out is known, seconds: see `carom.solvers.resolution`."""
         (nx, ny), (ax, ay), (bx, by) = record[3], record[4], record[5]
         i, j = record.first, record.second
-        approach = (ax - bx) * nx + (ay - by) * ny
+        speed = (ax - bx) * nx + (ay - by) * ny
+        size = size_of(self.x[i], self.y[i], self.radius[i])
         if j < 0:
             px, py, _, _ = self.walls[wall_index(j)]
-            gap_error = 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(px), abs(py)) + self.radius[i])
-            uncertain = gap_error / approach
+            known = wall_resolution(size + size_of(px, py, 0.0), speed)
         else:
-            contact_distance = self.radius[i] + self.radius[j]
-            coordinate = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[j]), abs(self.y[j]))
-            gap_error = 5 * math.ulp(coordinate + contact_distance)
-            uncertain = math.sqrt(2 * contact_distance * gap_error) / math.hypot(ax - bx, ay - by)
-            if approach > 0.0:
-                uncertain = min(gap_error / approach, uncertain)
-        return uncertain + 2 * math.ulp(record.time_s)
+            size += size_of(self.x[j], self.y[j], self.radius[j])
+            known = pair_resolution(size, self.radius[i] + self.radius[j], ax - bx, ay - by, speed)
+        return known + clock_resolution(record.time_s)
 
-    def collide_pair(self, i: int, j: int) -> ImpactRecord:
+    def collide_pair(self, i: int, j: int, restitution: float | None = None) -> ImpactRecord:
         """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
 
-        The normal is the line of centres as it stands: overlapped, where the impact is found late.
+        The normal is the line of centres as it stands: overlapped, where the impact is found late. The restitution is
+        the scene's, if none is given.
         """
+        e = self.restitution if restitution is None else restitution
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
         before_i, before_j = self._velocity(i), self._velocity(j)
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         w_i, w_j = self.inverse_mass[i], self.inverse_mass[j]
-        push = pair_push(dx, dy, self.vx[j] - self.vx[i], self.vy[j] - self.vy[i], w_i + w_j, self.restitution)
+        push = pair_push(dx, dy, self.vx[j] - self.vx[i], self.vy[j] - self.vy[i], w_i + w_j, e)
         self.vx[i] += push * w_i * dx
         self.vy[i] += push * w_i * dy
         self.vx[j] -= push * w_j * dx
@@ -188,14 +186,15 @@ class Bodies:
         normal = (dx / distance, dy / distance)
         return ImpactRecord(time_s, i, j, normal, before_i, before_j, self._velocity(i), self._velocity(j))
 
-    def collide_wall(self, i: int, k: int) -> ImpactRecord:
-        """Give disc `i` its velocity after its impact on wall `k`, which it approaches."""
+    def collide_wall(self, i: int, k: int, restitution: float | None = None) -> ImpactRecord:
+        """Give disc `i` its velocity after its impact on wall `k`, which it approaches; as `collide_pair` does."""
+        e = self.wall_restitution if restitution is None else restitution
         _, _, nx, ny = self.walls[k]
         before = self._velocity(i)
         along = before[0] * nx + before[1] * ny
         if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
-            self.vx[i] -= (1.0 + self.wall_restitution) * along * nx
-            self.vy[i] -= (1.0 + self.wall_restitution) * along * ny
+            self.vx[i] -= (1.0 + e) * along * nx
+            self.vy[i] -= (1.0 + e) * along * ny
         rest = (0.0, 0.0)
         return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, self._velocity(i), rest)
 

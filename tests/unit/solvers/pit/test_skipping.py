@@ -21,7 +21,7 @@ PitRun = FrameSampledRun | SkippingRun | ManyDiscsRun
 def bits(run: PitRun) -> tuple[bytes, bytes, bytes, tuple[int, ...]]:
     """Everything that a run has found out, as bytes: -0 differs from 0 here, too."""
     position, velocity = np.ascontiguousarray(run.positions()), np.ascontiguousarray(run.velocities())
-    return impact_array(run.log.records).tobytes(), position.tobytes(), velocity.tobytes(), tuple(run.log.ambiguous)
+    return impact_array(run.log.records).tobytes(), position.tobytes(), velocity.tobytes(), run.log.ambiguous()
 
 
 def after(run: PitRun, frames_s: list[float], at_once: int) -> PitRun:

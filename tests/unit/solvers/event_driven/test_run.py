@@ -1,4 +1,4 @@
-"""The trajectory does not depend on how it is computed: cells, pieces, form of the kernel, or a stop on the way."""
+"""The trajectory does not depend on how it is computed: cells, pieces, or a stop on the way."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.unit.solvers.scenes import box, equal_gas, random_start
+from tests.forms import needs_extension
+from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
-from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise
+from carom import Outcome, solve_pic, solve_pic_framewise
 from carom.disc_arrays import DiscArrays
-from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 
-pytest.importorskip("numba")
+pytestmark = needs_extension
 
 
 def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:
@@ -40,35 +40,27 @@ def starts() -> dict[str, DiscArrays]:
 
 
 @pytest.mark.parametrize("name", list(starts()))
-def test_plain_and_compiled_forms_agree_to_the_bit(name: str) -> None:
-    """The kernel's source run as plain Python and compiled gives identical impacts and states."""
-    start = starts()[name]
-    assert outcome_of(run_for(start, 1500, compiled=False)) == outcome_of(run_for(start, 1500, compiled=True))
-
-
-@pytest.mark.parametrize("name", list(starts()))
 @pytest.mark.parametrize("cell_factor", [1.3, 2.5, math.inf])
 def test_no_result_depends_on_the_cells(name: str, cell_factor: float) -> None:
     """Wider cells, and a single cell in which all pairs are looked at, give identical bits."""
     start = starts()[name]
-    reference = outcome_of(run_for(start, 20_000, compiled=True))
-    assert outcome_of(run_for(start, 20_000, compiled=True, cell_factor=cell_factor)) == reference
+    reference = outcome_of(run_for(start, 20_000))
+    assert outcome_of(run_for(start, 20_000, cell_factor=cell_factor)) == reference
 
 
 def test_a_large_gas_does_not_depend_on_the_cells() -> None:
     """A thousand discs follow identical paths over 100,000 impacts whether the cells are narrow or wide."""
     start = equal_gas(1000, 0.6)
-    runs = [run_for(start, 100_000, record="none", compiled=True, cell_factor=factor) for factor in (1.0, 3.0)]
+    runs = [run_for(start, 100_000, record="none", cell_factor=factor) for factor in (1.0, 3.0)]
     assert outcome_of(runs[0]) == outcome_of(runs[1])
 
 
-@pytest.mark.parametrize("compiled", [False, True])
-def test_pieces_do_not_change_a_run(compiled: bool) -> None:
+def test_pieces_do_not_change_a_run() -> None:
     """A run taken forward in many pieces, by time and by count, equals the run in one piece."""
     start = starts()["elastic"]
-    whole = EventDrivenRun(start, compiled=compiled)
+    whole = EventDrivenRun(start)
     whole.advance_to(20.0)
-    pieces = EventDrivenRun(start, compiled=compiled)
+    pieces = EventDrivenRun(start)
     for k in range(1, 101):
         pieces.advance_to(k * 0.2, pieces.impacts + 3)
         pieces.advance_to(k * 0.2)
@@ -77,11 +69,11 @@ def test_pieces_do_not_change_a_run(compiled: bool) -> None:
 
 @pytest.mark.parametrize("impacts", [50, 1300, 3000])
 def test_a_run_taken_up_again_from_its_state_goes_on_unchanged(impacts: int) -> None:
-    """A run stopped, saved and taken up again, in the other form of the kernel, equals the run that went on."""
+    """A run stopped, saved and taken up again equals the run that went on."""
     start = starts()["elastic"]
-    whole = run_for(start, 4000, compiled=True)
-    first = run_for(start, impacts, compiled=True)
-    second = EventDrivenRun(start, resume=first.state(), compiled=False)
+    whole = run_for(start, 4000)
+    first = run_for(start, impacts)
+    second = EventDrivenRun(start, resume=first.state())
     second.advance_to(math.inf, 4000)
     assert second.positions().tobytes() == whole.positions().tobytes()
     assert second.velocities().tobytes() == whole.velocities().tobytes()
@@ -89,21 +81,8 @@ def test_a_run_taken_up_again_from_its_state_goes_on_unchanged(impacts: int) -> 
     assert joined.tobytes() == whole.log.array().tobytes()
 
 
-def test_going_over_to_the_compiled_kernel_in_mid_run_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that begins as plain Python and goes over to the compiled kernel equals a run in one form."""
-    start = starts()["elastic"]
-    monkeypatch.setattr(event_driven, "PLAIN_IMPACTS", 200)
-    for name in ("UNCACHED_IMPACTS", "TRANSLATED_IMPACTS"):
-        monkeypatch.setattr(event_driven, name, 400)
-    mixed = EventDrivenRun(start)
-    mixed.advance_to(math.inf, 1000)
-    assert mixed.counts["compiled"] == 1
-    assert outcome_of(mixed) == outcome_of(run_for(start, 1000, compiled=False))
-
-
-@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("cell_factor", [1.0, 1.7, math.inf])
-def test_simultaneous_impacts_come_in_the_order_of_their_bodies(compiled: bool, cell_factor: float) -> None:
+def test_simultaneous_impacts_come_in_the_order_of_their_bodies(cell_factor: float) -> None:
     """A lattice of discs that all meet at once, each in a pair of its own, does so in the order of the disc numbers."""
     pairs = 12
     x = np.array([[4.0 * k, 4.0 * k + 2.0] for k in range(pairs)])
@@ -111,7 +90,7 @@ def test_simultaneous_impacts_come_in_the_order_of_their_bodies(compiled: bool, 
     position = np.stack([x.ravel(), np.zeros(2 * pairs)], axis=1)[order]
     velocity = np.stack([np.tile([1.0, -1.0], pairs), np.zeros(2 * pairs)], axis=1)[order]
     start = DiscArrays(position, velocity, np.full(2 * pairs, 0.5), np.ones(2 * pairs))
-    run = EventDrivenRun(start, compiled=compiled, cell_factor=cell_factor)
+    run = EventDrivenRun(start, cell_factor=cell_factor)
     run.advance_to(0.5)
     impacts = run.log.array()
     assert len(impacts) == pairs
@@ -120,7 +99,7 @@ def test_simultaneous_impacts_come_in_the_order_of_their_bodies(compiled: bool, 
 
 
 def test_symmetric_scenes_with_shared_impacts_do_not_depend_on_the_cells() -> None:
-    """Scenes on whole numbers, full of simultaneous and shared impacts, give identical bits for all cells and forms."""
+    """Scenes on whole numbers, full of simultaneous and shared impacts, give identical bits for all cells."""
     rng = np.random.default_rng(3)
     for _ in range(60):
         n = int(rng.integers(3, 7))
@@ -128,30 +107,9 @@ def test_symmetric_scenes_with_shared_impacts_do_not_depend_on_the_cells() -> No
         place = np.stack([column, row], axis=1) * 2.0 + 1.0
         velocity = rng.integers(-1, 2, (n * n, 2)).astype(float)
         start = DiscArrays(place, velocity, np.full(n * n, 0.5), np.ones(n * n), box(2.0 * n, 2.0 * n))
-        reference = outcome_of(run_for(start, 300, compiled=True))
+        reference = outcome_of(run_for(start, 300))
         for cell_factor in (1.4, math.inf):
-            assert outcome_of(run_for(start, 300, compiled=True, cell_factor=cell_factor)) == reference
-        assert outcome_of(run_for(start, 120, compiled=False)) == outcome_of(run_for(start, 120, compiled=True))
-
-
-def scene_of(start: DiscArrays, duration_s: float) -> Scene:
-    return Scene(
-        name="random",
-        discs=[
-            Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=r, mass_kg=m)
-            for p, v, r, m in zip(
-                start.position_m.tolist(),
-                start.velocity_m_s.tolist(),
-                start.radius_m.tolist(),
-                start.mass_kg.tolist(),
-                strict=True,
-            )
-        ],
-        walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.walls],
-        restitution=start.restitution,
-        wall_restitution=start.wall_restitution,
-        duration_s=duration_s,
-    )
+            assert outcome_of(run_for(start, 300, cell_factor=cell_factor)) == reference
 
 
 def test_the_frame_by_frame_form_finds_the_same_impacts() -> None:
@@ -169,7 +127,7 @@ def test_the_closed_form_of_two_discs_is_the_kernel_to_the_bit() -> None:
         for _ in range(100):
             start = random_start(rng, 2, walls=False, restitution=restitution)
             scene = scene_of(start, 5.0)
-            run = EventDrivenRun(scene, compiled=False)
+            run = EventDrivenRun(scene)
             run.advance_to(5.0)
             trace = solve_pic(scene)
             assert trace.impacts.tobytes() == run.log.array().tobytes()

@@ -1,0 +1,91 @@
+"""What the benchmark of PIC times, in an interpreter of its own: run by `carom.bench.pic`, as text.
+
+Only what versions of Carom have in common stands here. The first line of standard input says what to prepare: "gas",
+discs, packing, and whether impacts are recorded; or "solve", discs, and impacts. Each line after that holds a number of
+impacts; the answer is the processor time of so many, in seconds. The last answer, to "bytes", is the memory a disc.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from carom import Disc, Scene, solve_pic
+from carom.bench.gas import gas_scene, hard_disc_gas
+
+try:
+    from carom.solvers.event_driven import EventDrivenRun
+except ImportError:
+    from carom.solvers.event_driven.run import EventDrivenRun
+
+#: Impacts a disc before the clock starts, in which the lattice melts.
+_MELT = 20
+_MOST_MELT = 5_000_000
+
+
+def _run(start: Any, **options: Any) -> Any:
+    if "compiled" in inspect.signature(EventDrivenRun).parameters:
+        options["compiled"] = True
+    return EventDrivenRun(start, **options)
+
+
+def _gas(discs: int, packing: float, recorded: bool) -> tuple[Callable[[int], float], Callable[[], float]]:
+    """Return what times some impacts of a gas that has melted, and what says its memory a disc."""
+    start = hard_disc_gas(discs, packing)
+    run = _run(start, record="none")
+    run.advance_to(math.inf, min(_MELT * discs, _MOST_MELT))
+    immovable = np.zeros(discs, np.bool_)
+
+    def advance(impacts: int) -> float:
+        nonlocal run
+        if recorded:  # the array and its ambiguity, from a fresh log; what is predicted anew is not timed
+            run = _run(start, record="all", resume=run.state())
+            run.advance_to(math.inf, run.impacts + 1)
+        last = run.impacts + impacts
+        begin = time.thread_time()
+        run.advance_to(math.inf, last)
+        if recorded:
+            run.log.array()
+            run.log.ambiguous(*[immovable] * len(inspect.signature(run.log.ambiguous).parameters))
+        return time.thread_time() - begin
+
+    return advance, lambda: run.bytes_per_disc
+
+
+def _solve(discs: int, impacts: int) -> Callable[[int], float]:
+    """Return what times solves of a small scene, from `solve_pic` to the trace; two discs are a scene without walls."""
+    scene = gas_scene(discs, 0.3)
+    if discs == 2:
+        pair = [Disc(position_m=(x, 0.1 * x), velocity_m_s=(1.0 - x, 0.0), radius_m=0.5) for x in (0.0, 3.0)]
+        scene = Scene(name="pair", discs=pair, duration_s=5.0)
+    solve_pic(scene, max_impacts=impacts)
+
+    def solve(times: int) -> float:
+        begin = time.thread_time()
+        for _ in range(times):
+            solve_pic(scene, max_impacts=impacts)
+        return time.thread_time() - begin
+
+    return solve
+
+
+def _main() -> None:
+    kind, discs, *rest = sys.stdin.readline().split()
+    memory: Callable[[], float] = lambda: 0.0  # noqa: E731 - the other one is made where the run is
+    if kind == "gas":
+        timed, memory = _gas(int(discs), float(rest[0]), rest[1] == "recorded")
+    else:
+        timed = _solve(int(discs), int(rest[0]))
+    print("ready", flush=True)
+    for line in sys.stdin:
+        print(memory() if line.strip() == "bytes" else timed(int(line)), flush=True)
+
+
+if __name__ == "__main__":
+    _main()

@@ -1,0 +1,60 @@
+"""What ends a disc's stay in its cell: the edge that it crosses, or a wall that it meets before."""
+
+from carom.physics.double_double cimport lesser
+from carom.physics.pair_time cimport ERROR, approach
+from carom.physics.wall_time cimport wall_time
+from carom.solvers.event_driven.layout cimport (
+    COLUMN_BITS, COLUMN_MASK, DOWN, INF, LAST_WALL_BIT, LEFT, NO_EDGE, NO_WALL, Disc, Index, State, Wall,
+)
+
+cdef extern from *:
+    """
+    /* Two waits that differ by more than this part of the later time never round to one time. */
+    #define carom_TIME_ERROR 0x1p-51
+    """
+    const double TIME_ERROR "carom_TIME_ERROR"
+
+
+cdef inline void predict_exit(State *s, Index i) noexcept nogil:
+    """Predict when disc `i` crosses an edge of its cell, or meets a wall before that.
+
+    Of walls met at one time the last comes first: impacts go in the order of (time, first, second), and wall k is body
+    -1 - k. Times decide that, own time and wait together, as they do for impacts of different discs: two waits that
+    differ can round to one time. An edge met at the time of a wall comes first: the wall is near the next cell too.
+    """
+    g = &s.grid
+    p = &s.predictions[i]
+    cdef Disc a = s.discs[i]
+    cdef Wall w
+    cdef Index row = (p.cell >> COLUMN_BITS) - 1
+    cdef Index column = (p.cell & COLUMN_MASK) - 1
+    cdef Index right = a.vx > 0.0
+    cdef Index up = a.vy > 0.0
+    cdef Index k, vertical
+    cdef Index wall = NO_WALL
+    across = ((g.x0 + (column + right) * g.width) - a.x) / a.vx if a.vx != 0.0 else INF
+    along = ((g.y0 + (row + up) * g.width) - a.y) / a.vy if a.vy != 0.0 else INF
+    # A cell at the rim has no end outwards.
+    across = INF if column == right * (g.columns - 1) else across
+    along = INF if row == up * (g.rows - 1) else along
+    vertical = along < across
+    wait = lesser(along, across)
+    cdef int near = g.near_walls[(row + 1) * g.stride + column + 1]
+    if near != 0:
+        for k in range(s.wall_count):
+            if near >> (k if k < LAST_WALL_BIT else LAST_WALL_BIT) & 1 == 0 or a.last == -1 - k:
+                continue
+            w = s.walls[k]
+            toward = approach(a.vx, a.vy, w.nx, w.ny)
+            rim = approach(a.x - w.x, a.y - w.y, w.nx, w.ny)
+            gap = rim.value - a.radius - (rim.error + ERROR * a.radius)
+            # Not at the wall by then, nor at the same time when rounded, even if all roundings are against it?
+            if toward.value > toward.error or gap > (toward.error - toward.value) * (wait + TIME_ERROR * (a.time + wait)):
+                continue
+            meet = wall_time(a.x, a.y, a.vx, a.vy, a.radius, w.x, w.y, w.nx, w.ny)
+            if meet < wait or (wall != NO_WALL and a.time + meet == a.time + wait):
+                wait = meet
+                wall = k
+    p.exit_time = a.time + wait
+    p.wall = <short>wall
+    p.edge = <signed char>(LEFT + right + vertical * (DOWN + up - LEFT - right) if wall == NO_WALL else NO_EDGE)

@@ -1,0 +1,219 @@
+"""The broad phase: square cells that tell which discs are near each other, and which walls are near a disc.
+
+A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours are apart. The outermost cells
+have no end outwards, so a disc is in some cell wherever it goes. Around them lies a ring of cells that stay empty, which
+spares the scans all special cases. Cells decide when a pair is looked at, never what is found.
+"""
+
+from cython cimport likely, unlikely
+from libc.math cimport fabs, sqrt
+
+from carom.physics.double_double cimport greater, lesser
+from carom.physics.pair_time cimport approach
+from carom.solvers.event_driven.layout cimport (
+    CHAINED, COLUMN_BITS, COLUMN_MASK, DOWN, INF, LAST_WALL_BIT, LEFT, MOST_COLUMNS, NOBODY, PLACES, RIGHT, UP,
+    Block, Grid, Index, State, Wall,
+)
+
+cdef extern from *:
+    """
+    /* How much wider than the largest sum of two radii a cell must be, in parts of that sum: anything that leaves room
+       for the roundings of a path and of the edges. Where coordinates are so large that it does not, the second number,
+       in parts of the largest: twice the eight roundings (2^-53) of each of two discs' places. */
+    #define carom_MARGIN 0x1p-10
+    #define carom_COORDINATE_ERROR 0x1p-48
+    /* Cells a disc at most: beyond that they hold too little to be worth crossing. Chosen, not tuned: bounds memory. */
+    #define carom_CELLS_PER_DISC 4.0
+    """
+    const double MARGIN "carom_MARGIN"
+    const double COORDINATE_ERROR "carom_COORDINATE_ERROR"
+    const double CELLS_PER_DISC "carom_CELLS_PER_DISC"
+
+
+# ---- laying it out ----
+
+cdef inline double largest_reach(const double *radius, Index discs) noexcept nogil:
+    """Return the largest sum of two radii; that of a single disc with one of its own size."""
+    cdef Index i
+    cdef double first = 0.0
+    cdef double second = 0.0
+    for i in range(discs):
+        second = greater(second, lesser(first, radius[i]))
+        first = greater(first, radius[i])
+    return first + (second if discs > 1 else first)
+
+
+cdef inline void choose_grid(
+    Grid *g, const double *position, const double *radius, Index discs, const Wall *walls, Index wall_count,
+    double cell_factor,
+) noexcept nogil:
+    """Choose the cells of a run from where its discs stand; infinity as `cell_factor` makes a single one."""
+    cdef Index i
+    cdef double x0 = position[0]
+    cdef double y0 = position[1]
+    cdef double x1 = x0
+    cdef double y1 = y0
+    cdef double most = lesser(CELLS_PER_DISC * discs, MOST_COLUMNS)
+    for i in range(1, discs):
+        x0 = lesser(x0, position[2 * i])
+        x1 = greater(x1, position[2 * i])
+        y0 = lesser(y0, position[2 * i + 1])
+        y1 = greater(y1, position[2 * i + 1])
+    largest = greater(greater(fabs(x0), fabs(x1)), greater(fabs(y0), fabs(y1)))
+    for i in range(wall_count):  # what a wall sends back has been as far as the wall
+        largest = greater(largest, fabs(walls[i].x * walls[i].nx + walls[i].y * walls[i].ny))
+    reach = largest_reach(radius, discs)
+    width = (reach * (1.0 + MARGIN) + largest * COORDINATE_ERROR) * cell_factor
+    width = greater(width, sqrt((x1 - x0) / discs * (y1 - y0) / CELLS_PER_DISC))
+    width = greater(width, greater((x1 - x0) / most, (y1 - y0) / most))
+    g.x0 = x0
+    g.y0 = y0
+    g.width = reach
+    g.columns = g.rows = 1
+    if width < INF:
+        g.width = width
+        g.columns = <Index>greater(1.0, (x1 - x0) / width)
+        g.rows = <Index>greater(1.0, (y1 - y0) / width)
+    g.stride = g.columns + 2
+
+
+cdef inline Index cell_count(const Grid *g) noexcept nogil:
+    """Return the number of cells, the ring included."""
+    return g.stride * (g.rows + 2)
+
+
+cdef inline void find_near_walls(State *s) noexcept nogil:
+    """Note for each cell which walls a disc in it may meet.
+
+    A disc meets a wall only where its centre is within a radius of it. Half the diagonal of a cell is .71 of its width:
+    a whole width leaves .29 for the roundings of a path. A cell at the rim has no end outwards, so a wall is near it
+    that comes nearer in that direction.
+    """
+    g = &s.grid
+    cdef Index k, row, column
+    cdef int near, bit
+    cdef double radius = 0.0
+    for k in range(s.disc_count):
+        radius = greater(radius, s.discs[k].radius)
+    for k in range(s.wall_count):
+        wall = &s.walls[k]
+        bit = 1 << (k if k < LAST_WALL_BIT else LAST_WALL_BIT)
+        for row in range(g.rows + 2):
+            for column in range(g.stride):
+                x = g.x0 + (column - 0.5) * g.width
+                y = g.y0 + (row - 0.5) * g.width
+                distance = approach(x - wall.x, y - wall.y, wall.nx, wall.ny)
+                near = (
+                    not distance.value - distance.error >= radius + g.width
+                    or (column <= 1 and wall.nx > 0.0)
+                    or (column >= g.columns and wall.nx < 0.0)
+                    or (row <= 1 and wall.ny > 0.0)
+                    or (row >= g.rows and wall.ny < 0.0)
+                )
+                g.near_walls[row * g.stride + column] |= bit * near
+
+
+# ---- who is where ----
+
+cdef inline void put(State *s, Index i, Index row, Index column) noexcept nogil:
+    """Put disc `i` into a cell; the ring is row 0 and column 0."""
+    cell = &s.grid.cells[row * s.grid.stride + column]
+    cdef Index k, head
+    cdef Index taken = 0
+    s.predictions[i].cell = <int>(row << COLUMN_BITS | column)
+    for k in range(PLACES):
+        taken += cell.disc[k] != NOBODY
+    if likely(taken < PLACES):
+        cell.disc[taken] = <int>i
+        return
+    head = cell.disc[PLACES - 1]
+    if head > NOBODY:  # a disc of its own place until now: the last of the chain
+        s.grid.chain[head] = NOBODY
+    else:
+        head = CHAINED - head
+    s.grid.chain[i] = <int>head
+    cell.disc[PLACES - 1] = <int>(CHAINED - i)
+
+
+cdef inline void take(State *s, Index i, Index row, Index column) noexcept nogil:
+    """Take disc `i` out of a cell."""
+    cell = &s.grid.cells[row * s.grid.stride + column]
+    chain = s.grid.chain
+    cdef Index k, head, before
+    cdef Index place = 0
+    cdef Index taken = 0
+    for k in range(PLACES):
+        place += k * <Index>(cell.disc[k] == i)
+        taken += cell.disc[k] != NOBODY
+    if likely(cell.disc[PLACES - 1] >= NOBODY):
+        cell.disc[place] = cell.disc[taken - 1]
+        cell.disc[taken - 1] = NOBODY
+        return
+    head = CHAINED - cell.disc[PLACES - 1]
+    if cell.disc[place] == i:  # its place falls to the first of the chain
+        cell.disc[place] = <int>head
+        head = chain[head]
+    elif head == i:
+        head = chain[i]
+    else:
+        before = head
+        while chain[before] != i:
+            before = chain[before]
+        chain[before] = chain[i]
+    cell.disc[PLACES - 1] = <int>(CHAINED - head) if head != NOBODY else NOBODY
+
+
+cdef inline Index number_of(double place, Index count) noexcept nogil:
+    """Return the row or column, of `count`, that a place (in cells from the first) is in; NaN is in the first."""
+    if not place > 0.0:
+        return 0
+    return <Index>place if place < count else count - 1
+
+
+cdef inline void fill_cells(State *s) noexcept nogil:
+    """Put every disc into the cell in which it is now."""
+    g = &s.grid
+    cdef Index i, k
+    for i in range(cell_count(g)):
+        for k in range(PLACES):
+            g.cells[i].disc[k] = NOBODY
+    for i in range(s.disc_count):
+        a = &s.discs[i]
+        wait = s.clock.now - a.time
+        column = (a.x + a.vx * wait - g.x0) / g.width
+        row = (a.y + a.vy * wait - g.y0) / g.width
+        put(s, i, 1 + number_of(row, g.rows), 1 + number_of(column, g.columns))
+
+
+cdef inline void cross_edge(State *s, Index i) noexcept nogil:
+    """Move disc `i` over the edge of its cell that it has come to."""
+    cdef Index cell = s.predictions[i].cell
+    cdef Index edge = s.predictions[i].edge
+    cdef Index row = cell >> COLUMN_BITS
+    cdef Index column = cell & COLUMN_MASK
+    take(s, i, row, column)
+    row += <Index>(edge == UP) - <Index>(edge == DOWN)
+    column += <Index>(edge == RIGHT) - <Index>(edge == LEFT)
+    put(s, i, row, column)
+
+
+# ---- which cells a scan looks through ----
+
+cdef inline Block cells_around(const State *s, Index i) noexcept nogil:
+    """Return the cell of disc `i` and its eight neighbours."""
+    cdef Index cell = s.predictions[i].cell
+    cdef Index row = cell >> COLUMN_BITS
+    cdef Index column = cell & COLUMN_MASK
+    return Block((row - 1) * s.grid.stride + column - 1, 3, s.grid.stride, 1)
+
+
+cdef inline Block new_neighbours(const State *s, Index i) noexcept nogil:
+    """Return the three cells that have become neighbours of disc `i` as it crossed an edge."""
+    cdef Index cell = s.predictions[i].cell
+    cdef Index edge = s.predictions[i].edge
+    cdef Index across = <Index>(edge == RIGHT) - <Index>(edge == LEFT)
+    cdef Index along = <Index>(edge == UP) - <Index>(edge == DOWN)
+    # One cell further on, in a line at right angles to the way taken.
+    cdef Index row = (cell >> COLUMN_BITS) + along - across * across
+    cdef Index column = (cell & COLUMN_MASK) + across - along * along
+    return Block(row * s.grid.stride + column, 1, 0, s.grid.stride if along == 0 else 1)

@@ -1,0 +1,390 @@
+"""The event-driven kernel: takes a run forward from event to event.
+
+Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd` and `exits.pxd`
+(who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, `record.pxd`, and here
+the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
+"""
+
+from cython cimport unlikely
+from libc.stdint cimport uintptr_t
+from libc.stdlib cimport free, realloc
+from libc.string cimport memcpy, memset
+
+from carom.physics.double_double cimport greater, two_sum
+from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
+from carom.solvers.event_driven.exits cimport predict_exit
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
+from carom.solvers.event_driven.impacts cimport collide_pair, collide_wall, move, reported_time
+from carom.solvers.event_driven.layout cimport (
+    CROSSING, DONE, EPOCH_IMPACTS, INF, LEFT, LIMIT, MOST_WALLS, NOBODY, NO_BODY, NO_MEMORY, NO_WALL, OF_CELL,
+    OF_PARTNER, OF_PATH, OF_TIME, PAIR_IMPACT, PAUSE, STALE, STANDSTILL, START, WALL_IMPACT,
+    Cell, Change, Disc, Ending, Event, Impact, Index, Prediction, Recent, State, Wall,
+)
+from carom.solvers.event_driven.lookahead cimport (
+    fetch_disc, fetch_neighbours, fetch_partner_cells, fetch_surroundings,
+)
+from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
+from carom.solvers.event_driven.record cimport forget, has_room, is_recorded
+from carom.solvers.event_driven.scan cimport predict_impact
+
+import numpy as np
+
+from carom.trace import IMPACT_DTYPE
+
+cdef enum:
+    # Discs from which memory is fetched early, since their rows no longer fit into a cache: a run of 8,000 takes 1.01 of
+    # its time without, one of 16,000 .91, one of 30,000 .78 (a processor with 1 MB of cache to itself).
+    AHEAD_FROM = 10_000
+
+#: What `Kernel.run` returns are numbers of these.
+ENDINGS = ("done", "limit", "standstill", "pause")
+
+
+cdef void new_epoch(State *s) noexcept nogil:
+    """Bring every disc to the present instant, and count time from there; all is predicted anew.
+
+    Times of 32 free flights hold to 2^-53 of that time, in which a disc moves less than its own place is rounded by. A new
+    epoch costs a prediction a disc, against two an impact.
+    """
+    cdef Index i
+    for i in range(s.disc_count):
+        move(&s.discs[i], s.clock.now)
+        s.discs[i].time = 0.0
+        if s.law.contact_duration > 0.0:
+            s.last_impact[i] -= s.clock.now
+    # The epoch is a pair of floats: what the first loses by rounding, the second keeps.
+    total = two_sum(s.clock.epoch, s.clock.now)
+    s.clock.epoch = total.high
+    s.clock.epoch_rest += total.low
+    s.clock.now = 0.0
+    s.counts.epochs += 1
+    s.counts.epoch_impacts = 0
+    s.counts.predicted = 0
+
+
+cdef inline Index next_unpredicted(State *s) noexcept nogil:
+    """Return the disc to be predicted next, where an epoch begins."""
+    if s.counts.predicted == 0:
+        fill_cells(s)
+    s.counts.predicted += 1
+    return s.counts.predicted - 1
+
+
+cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
+    """Predict what has changed of disc `i`'s future, and tell the queue."""
+    if change != OF_TIME:
+        predict_impact(s, i, change)
+        if change != OF_PARTNER:
+            predict_exit(s, i)
+    set_time(&s.queue, i, event_time(&s.predictions[i]))
+
+
+cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
+    """Carry out impacts up to `until` (since the start), until there have been `impacts`, or for so many events.
+
+    What is long is called at one place, so that a compiler makes it part of the loop.
+    """
+    cdef Event event
+    cdef Change change
+    cdef Index i, ahead
+    cdef Index[2] changed  # discs
+    cdef bint wanted
+    while True:
+        if s.counts.at_instant > s.standstill:
+            return STANDSTILL
+        if events == 0:
+            return PAUSE
+        events -= 1
+        ahead = changed[1] = NOBODY
+
+        # Which event comes next?
+        if unlikely(s.counts.predicted < s.disc_count):
+            event = Event(START, next_unpredicted(s))
+        else:
+            i = earliest(&s.queue)
+            if not s.queue.time[i] < INF or reported_time(&s.clock, s.queue.time[i]) > until:
+                return DONE
+            if s.looks_ahead:
+                ahead = runner_up(&s.queue, i)
+                fetch_disc(s, ahead)
+            event = next_event(s, i)
+        changed[0] = event.disc
+
+        # What does it do, and of whose future does it change what?
+        if event.kind == PAIR_IMPACT or event.kind == WALL_IMPACT:
+            time = event_time(&s.predictions[event.disc])
+            reported = reported_time(&s.clock, greater(time, s.clock.now))
+            if reported > until:
+                return DONE
+            if s.counts.impacts >= impacts:
+                return LIMIT
+            wanted = is_recorded(&s.record, reported)
+            if unlikely(wanted and not has_room(&s.record)):
+                return NO_MEMORY
+            if event.kind == WALL_IMPACT:
+                collide_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted)
+            else:
+                pair = pair_of(s, event.disc)
+                collide_pair(s, pair.first, pair.second, time, wanted)
+                changed[0], changed[1] = pair.first, pair.second
+                if s.looks_ahead:
+                    fetch_neighbours(s, pair.second)
+            if unlikely(s.counts.epoch_impacts >= EPOCH_IMPACTS * s.disc_count):
+                new_epoch(s)
+                continue
+            change = OF_PATH
+        elif event.kind == CROSSING:
+            s.counts.crossings += 1
+            cross_edge(s, event.disc)
+            change = OF_CELL
+            if is_stale(s, event.disc):
+                s.counts.stale += 1
+                change = OF_PATH
+        elif event.kind == STALE:
+            s.counts.stale += 1
+            change = OF_PARTNER
+        else:
+            change = OF_PATH if event.kind == START else OF_TIME
+
+        # Predict that anew. A disc that never moves need not look for those that meet it: they see it.
+        for i in changed[:2]:
+            if i != NOBODY and s.discs[i].inverse_mass > 0.0:
+                predict(s, i, change)
+                if ahead != NOBODY:
+                    fetch_surroundings(s, ahead)
+        if ahead != NOBODY:
+            fetch_neighbours(s, ahead)
+            fetch_partner_cells(s, ahead)
+
+
+#: Called through a pointer: as part of a Python method, GCC takes the loop for code that seldom runs (12 % of the speed).
+ctypedef Ending (*Loop)(State *, double, Index, Index) noexcept nogil
+cdef Loop loop = take_forward
+
+
+cdef class ImpactRows:
+    """Memory with recorded impacts, for one NumPy array."""
+
+    cdef Impact *rows
+    cdef Index count
+
+    def __dealloc__(self):
+        free(self.rows)
+
+    def __getbuffer__(self, Py_buffer *view, int flags):
+        view.buf = self.rows
+        view.len = self.count * sizeof(Impact)
+        view.itemsize = 1
+        view.format = NULL
+        view.ndim = 1
+        view.shape = view.strides = view.suboffsets = NULL
+        view.internal = NULL
+        view.readonly = True
+        view.obj = self
+
+
+cdef char *reserve(char **place, size_t size) noexcept:
+    """Return where a part of a piece of memory begins, and go on to the next: each begins at a cache line."""
+    begin = place[0]
+    place[0] = begin + (size + 63) // 64 * 64
+    return begin
+
+
+cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
+    """Place all rows of a run in a piece of memory; return how many bytes they take."""
+    cdef char *end = memory
+    s.discs = <Disc *>reserve(&end, s.disc_count * sizeof(Disc))
+    s.predictions = <Prediction *>reserve(&end, s.disc_count * sizeof(Prediction))
+    s.queue.time = <double *>reserve(&end, queue_length * sizeof(double))
+    s.queue.holder = <int *>reserve(&end, queue_length * sizeof(int))
+    s.grid.cells = <Cell *>reserve(&end, cell_count(&s.grid) * sizeof(Cell))
+    s.grid.chain = <int *>reserve(&end, s.disc_count * sizeof(int))
+    s.grid.near_walls = <unsigned char *>reserve(&end, cell_count(&s.grid))
+    s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
+    s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
+    return end - memory
+
+
+cdef class Kernel:
+    """A run of the event-driven method: discs and walls, what is predicted of them, and what has been recorded.
+
+    Args:
+        position: Centres at time 0, shape ``(n, 2)``, metres.
+        velocity: Shape ``(n, 2)``, metres a second.
+        radius: Shape ``(n,)``, metres.
+        inverse_mass: Shape ``(n,)``, 1/kg; 0 for a disc that never moves.
+        walls: Point and unit normal of each, shape ``(k, 4)``.
+        law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none).
+        standstill: Impacts at one instant after which time no longer advances.
+        cell_factor: Factor on the width of a cell; infinity for a single one.
+
+    Raises:
+        ValueError: The shapes do not fit together, or there are more discs or walls than can be numbered.
+    """
+
+    cdef State s
+    cdef object memory
+    cdef object recent_memory
+
+    def __cinit__(
+        self, const double[:, ::1] position, const double[:, ::1] velocity, const double[::1] radius,
+        const double[::1] inverse_mass, const double[:, ::1] walls, law, Index standstill, double cell_factor=1.0,
+    ):
+        s = &self.s
+        cdef Index i
+        cdef Index n = radius.shape[0]
+        cdef Index length = lay_out_queue(&s.queue, n) if n > 0 else -1
+        if length < 0 or not n == position.shape[0] == velocity.shape[0] == inverse_mass.shape[0]:
+            raise ValueError("position, velocity, radius and inverse_mass must be of one length, 1 to 8^10")
+        if walls.shape[0] > MOST_WALLS or not position.shape[1] == velocity.shape[1] == walls.shape[1] // 2 == 2:
+            raise ValueError(f"position and velocity must have two columns, walls four, and at most {MOST_WALLS} rows")
+        s.disc_count = n
+        s.wall_count = walls.shape[0]
+        s.standstill = standstill
+        s.looks_ahead = n >= AHEAD_FROM
+        s.law.restitution, s.law.wall_restitution, s.law.contact_duration = law
+        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], s.wall_count, cell_factor)
+        # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
+        self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
+        cdef unsigned char[::1] memory = self.memory
+        lay_out(s, <char *>((<uintptr_t>&memory[0] + 63) // 64 * 64), length)
+        for i in range(n):
+            s.discs[i] = Disc(
+                position[i, 0], position[i, 1], velocity[i, 0], velocity[i, 1], 0.0, radius[i], inverse_mass[i], 0, NO_BODY
+            )
+            s.predictions[i] = Prediction(INF, INF, NOBODY, 0, 0, NO_WALL, LEFT, False)
+        for i in range(n if s.law.contact_duration > 0.0 else 0):
+            s.last_impact[i] = -INF
+        for i in range(length):
+            s.queue.time[i] = INF
+            s.queue.holder[i] = 0
+        memcpy(s.walls, &walls[0, 0], s.wall_count * sizeof(Wall))
+        memset(s.grid.near_walls, 0, cell_count(&s.grid))
+        find_near_walls(s)
+
+    def __dealloc__(self):
+        free(self.s.record.rows)
+        free(self.s.record.ambiguous)
+
+    def run(self, double until, Index impacts, Index events):
+        """Carry out impacts up to `until`, until there have been `impacts` since the start, or for so many events.
+
+        Returns:
+            A number of `ENDINGS`.
+        """
+        with nogil:
+            ending = loop(&self.s, until, impacts, events)
+        if ending == NO_MEMORY:
+            raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
+        return ending
+
+    def record(self, double begin, double end):
+        """Record the impacts from now on that are reported within these times, since the start."""
+        r = &self.s.record
+        cdef Index i
+        self.recent_memory = np.empty(self.s.disc_count * sizeof(Recent), np.uint8)
+        cdef unsigned char[::1] recent = self.recent_memory
+        r.recent = <Recent *>&recent[0]
+        for i in range(self.s.disc_count):
+            forget(&r.recent[i])
+        r.wanted, r.begin, r.end = True, begin, end
+
+    def take_impacts(self):
+        """Return the impacts recorded since the last call, as a read-only array of `IMPACT_DTYPE`."""
+        r = &self.s.record
+        rows = ImpactRows()
+        rows.rows, rows.count = r.rows, r.count
+        if r.count < r.room:
+            rows.rows = <Impact *>realloc(r.rows, max(1, r.count) * sizeof(Impact))
+        r.rows = NULL
+        r.taken += r.count
+        r.count = r.room = 0
+        return np.frombuffer(rows, IMPACT_DTYPE)
+
+    def ambiguous(self):
+        """Return the numbers, from the first impact recorded on, of those that are ambiguous."""
+        cdef Index k
+        return tuple([self.s.record.ambiguous[k] for k in range(self.s.record.ambiguous_count)])
+
+    @property
+    def recorded(self):
+        """Number of impacts recorded so far."""
+        return self.s.record.taken + self.s.record.count
+
+    def positions(self, double time):
+        """Return the centres at a time since the start on the present paths, metres, shape ``(n, 2)``."""
+        s = &self.s
+        cdef Index i
+        place = np.empty((s.disc_count, 2))
+        cdef double[:, ::1] p = place
+        since_epoch = (time - s.clock.epoch) - s.clock.epoch_rest
+        for i in range(s.disc_count):
+            a = &s.discs[i]
+            p[i, 0] = a.x + a.vx * (since_epoch - a.time)
+            p[i, 1] = a.y + a.vy * (since_epoch - a.time)
+        return place
+
+    def velocities(self):
+        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        cdef Index i
+        velocity = np.empty((self.s.disc_count, 2))
+        cdef double[:, ::1] v = velocity
+        for i in range(self.s.disc_count):
+            v[i, 0] = self.s.discs[i].vx
+            v[i, 1] = self.s.discs[i].vy
+        return velocity
+
+    @property
+    def discs(self):
+        """A copy of the rows of all discs: a structured array with the fields of `Disc` in layout.pxd."""
+        return np.array(<Disc[:self.s.disc_count]>self.s.discs)
+
+    @property
+    def counts(self):
+        """Work so far, by name; `Counts` in layout.pxd says what each is."""
+        return self.s.counts
+
+    @property
+    def clock(self):
+        """Times; `Clock` in layout.pxd says what each is."""
+        return self.s.clock
+
+    @property
+    def virial(self):
+        """Sum of impulse times distance of centres over all impacts of two discs, newton metre seconds."""
+        return self.s.virial
+
+    @property
+    def nbytes(self):
+        """Bytes of the run's memory, recorded impacts left out."""
+        return self.memory.nbytes
+
+    @property
+    def last_impact(self):
+        """A copy of the times of each disc's last impact, where the TC model asks for them, else empty."""
+        cdef Index n = self.s.disc_count if self.s.law.contact_duration > 0.0 else 0
+        return np.array(<double[:n]>self.s.last_impact) if n else np.empty(0)
+
+    @property
+    def recent(self):
+        """A copy of what tells whether each disc's next impact is ambiguous, `Recent` in layout.pxd; else empty."""
+        cdef Index n = self.s.disc_count
+        return np.array(<double[:n, :6]><double *>self.s.record.recent) if self.s.record.wanted else np.empty((0, 6))
+
+    def resume(
+        self, const Disc[::1] discs, const double[::1] last_impact, const double[:, ::1] recent, clock, counts,
+        double virial,
+    ):
+        """Take up a run of the same discs and walls where an earlier one left it; all is predicted anew."""
+        s = &self.s
+        if discs.shape[0] != s.disc_count or last_impact.shape[0] < (s.disc_count if s.law.contact_duration > 0 else 0):
+            raise ValueError("the state must be that of a run of as many discs, and with a contact duration if this has one")
+        memcpy(s.discs, &discs[0], s.disc_count * sizeof(Disc))
+        if s.law.contact_duration > 0.0:
+            memcpy(s.last_impact, &last_impact[0], s.disc_count * sizeof(double))
+        if s.record.wanted and recent.shape[0] == s.disc_count and recent.shape[1] == 6:
+            memcpy(s.record.recent, &recent[0, 0], s.disc_count * sizeof(Recent))
+        s.clock = clock
+        s.counts = counts
+        s.counts.predicted = 0
+        s.virial = virial

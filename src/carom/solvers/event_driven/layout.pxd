@@ -1,0 +1,239 @@
+"""What the event-driven kernel keeps, and in which words: to be read before its other rooms.
+
+Plain C structs with named fields, one row a disc. Units are metres, metres a second and kilograms. A `time` is seconds
+since the present epoch, unless it is said to be since the start: see `Clock`. A body is a disc (0 or more) or wall k
+(-1 - k), as in `carom.trace`.
+"""
+
+ctypedef Py_ssize_t Index
+
+cdef extern from *:
+    """
+    #include <math.h>
+    #define carom_INF HUGE_VAL
+    """
+    const double INF "carom_INF"
+
+cdef enum:
+    NOBODY = -1  # no disc: an empty place, no partner
+    NO_WALL = -1
+    NO_BODY = -2147483648  # neither disc nor wall: nothing has been met yet
+
+    PLACES = 2  # for discs in a cell; more hang on a chain, see `Cell`
+    MOST_COLUMNS = 32766  # of a grid, and most rows: with the ring around, 16 bits each number a cell
+    COLUMN_BITS = 16
+    COLUMN_MASK = 0xFFFF
+    MOST_WALLS = 32767  # `Prediction.wall` is a short
+    LAST_WALL_BIT = 7  # of `Grid.near_walls`: the bit of the eighth wall and of all that follow
+
+    SIBLINGS = 8  # times that the event queue compares with one another: a cache line
+    LEVELS = 11  # of the event queue: 8^10 discs are 10^9
+    BATCH = 64  # discs that a scan looks at in one go: nine cells of two places hold 18
+    LANES = 4  # candidates whose times are bounded together
+
+    EPOCH_IMPACTS = 32  # impacts a disc after which time is counted anew, see `new_epoch`
+
+
+# ---- events ----
+
+cdef enum Edge:  # of a cell
+    NO_EDGE = -1
+    LEFT = 0
+    RIGHT = 1
+    DOWN = 2
+    UP = 3
+
+cdef enum EventKind:  # what a disc's next event is, as far as that is known
+    START = 0  # of an epoch: nothing has been predicted for the disc
+    CROSSING = 1  # it leaves its cell
+    STALE = 2  # an impact with a disc whose path has changed since it was predicted
+    BOUNDED = 3  # an impact with a disc, of whose time a lower bound is known
+    PAIR_IMPACT = 4  # an impact with a disc, certain
+    WALL_IMPACT = 5  # an impact on a wall, certain
+    POSTPONED = 6  # none for now: its time has been found to be later than it seemed
+
+cdef enum Change:  # what an event changes of a disc's future
+    OF_PATH = 0  # everything
+    OF_PARTNER = 1  # its next impact
+    OF_CELL = 2  # three more cells are near it, and it will leave another one
+    OF_TIME = 3  # no more than the time of its next event, as the queue knows it
+
+cdef enum Ending:  # of a call of the loop; the order is that of `ENDINGS` in kernel.pyx
+    DONE = 0  # no impact is left up to the time asked for
+    LIMIT = 1  # there would be one, but there have been as many as were asked for
+    STANDSTILL = 2  # time no longer advances
+    PAUSE = 3  # as many events have been dealt with as were asked for
+    NO_MEMORY = 4  # for another recorded impact
+
+cdef struct Event:
+    EventKind kind
+    Index disc
+
+
+# ---- discs and walls ----
+
+cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look at
+    double x  # centre at `time`
+    double y
+    double vx  # velocity
+    double vy
+    double time  # own time: that of its last impact, 0 if there was none in this epoch or if it never moves
+    double radius
+    double inverse_mass  # 0: it never moves
+    int impacts  # how many it has had: tells a stale prediction
+    int last  # body that it met last, or NO_BODY
+
+cdef struct Prediction:  # 32 bytes: what comes next for a disc
+    double impact_time  # when it meets `partner`: the time itself if `exact`, else a lower bound; INF for never
+    double exit_time  # when it crosses `edge`, or meets `wall` before it would cross one
+    int partner  # disc, or NOBODY
+    int partner_impacts  # `impacts` of the partner when this was predicted
+    int cell  # in which it is: row << COLUMN_BITS | column, the ring around the grid counted
+    short wall  # of `exit_time`, NO_WALL where that is of an edge
+    signed char edge  # of `exit_time`, NO_EDGE where that is of a wall
+    signed char exact  # whether `impact_time` is the time itself
+
+cdef struct Wall:  # the free side is (p - q).n >= 0
+    double x  # q, a point of the surface
+    double y
+    double nx  # n, unit normal into the free side
+    double ny
+
+
+# ---- cells ----
+
+cdef struct Cell:  # 8 bytes
+    int disc[PLACES]  # NOBODY where empty; CHAINED - i in the last place where a chain hangs on, beginning with disc i
+
+cdef enum:
+    CHAINED = -2
+
+cdef struct Grid:  # of square cells, in a ring of cells that stay empty
+    Cell *cells  # row by row, with the ring
+    int *chain  # the disc that follows a disc in its cell's chain, or NOBODY
+    unsigned char *near_walls  # of a cell: a bit a wall that a disc in it may meet
+    double x0  # lower left corner of the first cell within the ring
+    double y0
+    double width  # of a cell
+    Index columns  # without the ring
+    Index rows
+    Index stride  # from a cell to the one above it
+
+cdef struct Block:  # cells that a scan looks through: lines of three
+    Index first
+    Index lines
+    Index to_line  # from a line to the next
+    Index to_cell  # from a cell of a line to the next
+
+
+# ---- a scan for a disc's next impact ----
+
+cdef struct Candidate:  # an impact that a disc may have next
+    double low  # bounds on its time, equal where it is exact; INF for never
+    double high
+    Index partner
+
+cdef struct Candidates:  # what a scan has found, in columns; one more may be written than counts
+    int disc[BATCH + LANES]
+    double dx[BATCH + LANES]  # centre as seen from the disc that looks, at `start`
+    double dy[BATCH + LANES]
+    double ux[BATCH + LANES]  # velocity as seen from it
+    double uy[BATCH + LANES]
+    double reach[BATCH + LANES]  # sum of the radii
+    double start[BATCH + LANES]  # the later of the two discs' own times
+    double low[BATCH + LANES]  # bounds on the time of impact, as those of a `Candidate`
+    double high[BATCH + LANES]
+
+
+# ---- the event queue ----
+
+cdef struct Queue:  # a tournament of the discs' next events; level 0 has one time a disc, the top level the least of all
+    double *time
+    int *holder  # the disc to which each time above level 0 belongs
+    Index level[LEVELS]  # where each level begins in `time` and `holder`
+    Index top  # number of the top level
+    Index discs
+
+
+# ---- recorded impacts ----
+
+cdef struct Impact:  # a row of `carom.trace.IMPACT_DTYPE`
+    double time  # since the start
+    long long first  # disc
+    long long second  # body
+    double normal[2]  # unit vector from first to second
+    double first_before[2]  # velocities
+    double second_before[2]
+    double first_after[2]
+    double second_after[2]
+
+cdef struct Before:  # velocities before an impact; those of a wall are 0
+    double vx1
+    double vy1
+    double vx2
+    double vy2
+
+cdef struct Struck:  # an impact as the next one of the same disc sees it
+    double reach  # the latest that it can have been, since the start; -INF for none
+    double nx
+    double ny
+
+cdef struct Recent:  # all that tells whether a disc's next impact will be ambiguous, see record.pxd
+    Struck furthest
+    Struck across
+
+cdef struct Record:
+    Impact *rows
+    Index count
+    Index room
+    long long *ambiguous  # numbers of rows, counted on from `taken`
+    Index ambiguous_count
+    Index ambiguous_room
+    Index taken  # rows handed out before those in `rows`
+    Recent *recent  # one a disc
+    bint wanted
+    double begin  # since the start: what is recorded lies between these two
+    double end
+
+
+# ---- the run ----
+
+cdef struct Clock:  # a time since the start is epoch + (epoch_rest + time)
+    double now  # of the last impact
+    double epoch
+    double epoch_rest
+    double reported  # time of the last impact since the start, never less than the one before
+
+cdef struct Law:
+    double restitution  # of two discs
+    double wall_restitution
+    double contact_duration  # of the TC model, seconds: an impact so soon after a disc's last is elastic; 0 for none
+
+cdef struct Counts:
+    Index impacts  # since the start
+    Index wall_impacts
+    Index predictions  # of discs after impacts
+    Index stale
+    Index crossings
+    Index epochs  # begun anew
+    Index epoch_impacts  # in this epoch
+    Index at_instant  # impacts since time last advanced
+    Index predicted  # discs that have been predicted since the epoch began
+
+cdef struct State:  # all that a run consists of
+    Disc *discs
+    Prediction *predictions
+    Wall *walls
+    double *last_impact  # time of each disc's, for the TC model alone
+    Index disc_count
+    Index wall_count
+    Index standstill  # impacts at one instant from which on time no longer advances
+    bint looks_ahead  # whether memory is fetched before it is needed
+    double virial  # sum of impulse times distance of centres over all impacts of two discs, newton metre seconds
+    Clock clock
+    Law law
+    Counts counts
+    Grid grid
+    Queue queue
+    Candidates candidates
+    Record record

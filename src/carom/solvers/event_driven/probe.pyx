@@ -1,0 +1,118 @@
+"""Rooms of the event-driven kernel one by one, for tests: the kernel inlines them, so nothing else can call them."""
+
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, find_near_walls, put, take
+from carom.solvers.event_driven.layout cimport (
+    INF, NOBODY, PLACES, Block, Cell, Disc, Impact, Index, Prediction, Queue, Recent, State, Wall,
+)
+from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
+from carom.solvers.event_driven.record cimport forget, strike
+from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
+from carom.solvers.resolution cimport clock_resolution, pair_resolution, wall_resolution
+
+import numpy as np
+
+
+def layouts():
+    """Return the dtypes of the structs that are rows: as the C compiler has laid them out."""
+    cdef Disc disc
+    cdef Prediction prediction
+    cdef Cell cell
+    cdef Impact impact
+    return {
+        "Disc": np.asarray(<Disc[:1]>&disc).dtype,
+        "Prediction": np.asarray(<Prediction[:1]>&prediction).dtype,
+        "Cell": np.asarray(<Cell[:1]>&cell).dtype,
+        "Impact": np.asarray(<Impact[:1]>&impact).dtype,
+    }
+
+
+def resolutions(double sizes, double reach, double ux, double uy, double speed, double time):
+    """Return the resolutions of an impact of two discs, of one on a wall, and of the clock."""
+    return pair_resolution(sizes, reach, ux, uy, speed), wall_resolution(sizes, speed), clock_resolution(time)
+
+
+def ambiguous(impacts):
+    """Return which of a disc's impacts, ``(time, resolution, nx, ny)`` each, are ambiguous."""
+    cdef Recent recent
+    forget(&recent)
+    return [strike(&recent, time, resolution, nx, ny) for time, resolution, nx, ny in impacts]
+
+
+cdef class EventQueue:
+    """An event queue."""
+
+    cdef Queue q
+    cdef double[::1] time
+    cdef int[::1] holder
+
+    def __cinit__(self, Index discs):
+        cdef Index length = lay_out_queue(&self.q, discs)
+        self.time = np.full(length, np.inf)
+        self.holder = np.zeros(length, np.int32)
+        self.q.time = &self.time[0]
+        self.q.holder = &self.holder[0]
+
+    def set_time(self, Index i, double time):
+        set_time(&self.q, i, time)
+
+    def earliest(self):
+        return earliest(&self.q)
+
+    def earliest_but(self, Index i, Index j):
+        return earliest_but(&self.q, i, j)
+
+    def next_at(self, Index i, double time):
+        return next_at(&self.q, i, time)
+
+
+cdef class Cells:
+    """The cells of a run, with no disc in them yet."""
+
+    cdef State s
+    cdef Prediction[::1] predictions
+    cdef int[::1] cells, chain
+    cdef unsigned char[::1] near_walls
+    cdef object kept
+
+    def __cinit__(self, double[:, ::1] position, double[::1] radius, double[:, ::1] walls):
+        s = &self.s
+        cdef Index n = radius.shape[0]
+        s.disc_count, s.wall_count = n, walls.shape[0]
+        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <Wall *>&walls[0, 0], s.wall_count, 1.0)
+        cdef Disc[::1] discs = np.zeros(n, layouts()["Disc"])
+        for i in range(n):
+            discs[i].radius = radius[i]
+        self.kept = discs, walls
+        self.predictions = np.zeros(n, layouts()["Prediction"])
+        self.cells = np.full(cell_count(&s.grid) * PLACES, NOBODY, np.int32)
+        self.chain = np.zeros(n, np.int32)
+        self.near_walls = np.zeros(cell_count(&s.grid), np.uint8)
+        s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
+        s.grid.cells, s.grid.chain, s.grid.near_walls = <Cell *>&self.cells[0], &self.chain[0], &self.near_walls[0]
+        find_near_walls(s)
+
+    def put(self, Index i, Index row, Index column):
+        put(&self.s, i, row, column)
+
+    def take(self, Index i, Index row, Index column):
+        take(&self.s, i, row, column)
+
+    def around(self, Index row, Index column):
+        """Return the discs of a cell and of its eight neighbours, in the batches in which a scan finds them."""
+        s = &self.s
+        cdef Chains chains
+        cdef Block block = Block((row - 1) * s.grid.stride + column - 1, 3, s.grid.stride, 1)
+        batches = [[s.candidates.disc[k] for k in range(gather(s, block, &chains))]]
+        while chains.left > 0:
+            batches.append([s.candidates.disc[k] for k in range(gather_chained(s, block, &chains))])
+        return batches
+
+    @property
+    def grid(self):
+        """Lower left corner, width of a cell, numbers of columns and rows."""
+        return self.s.grid.x0, self.s.grid.y0, self.s.grid.width, self.s.grid.columns, self.s.grid.rows
+
+    @property
+    def walls_near(self):
+        """A bit a wall that a disc may meet, of each cell, with the ring around."""
+        return np.array(self.near_walls).reshape(-1, self.s.grid.stride)

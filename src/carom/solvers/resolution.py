@@ -1,0 +1,57 @@
+"""How well the instant of an impact is known, given what rounding does to positions and to the clock.
+
+Each coordinate is known to a unit in the last place (a product and a sum of half a unit each), the distance of two
+bodies so to five such units of all sizes together (`size_of` each, root and radii included). Divided by the speed of
+approach that is a time.
+
+In a graze the speed of approach can be anything down to 0. There the overlap is a parabola in time, of curvature
+``u^2 / R`` for a relative speed u and a contact distance R, and an error of the gap moves its zero by no more than half
+its width at that depth: ``sqrt(2 R error) / u``. The lesser of the two holds.
+
+`resolution.pxd` is the compiled form; a test holds the two to the same bits.
+"""
+
+from __future__ import annotations
+
+import math
+
+__all__ = ["clock_resolution", "pair_resolution", "size_of", "wall_resolution"]
+
+#: A unit in the last place of 1: at least one of any number, in parts of it.
+ULP = 2.0**-52
+
+
+def size_of(x: float, y: float, radius: float) -> float:
+    """Return the sum of a body's coordinates (of a wall those of its point) and its radius, signs left out."""
+    return abs(x) + abs(y) + radius
+
+
+def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
+    """Return to how many seconds the instant of an impact of two discs is known, infinity for to none.
+
+    Args:
+        sizes: Sum of `size_of` of both, metres.
+        reach: Sum of the radii, metres.
+        ux: Relative velocity before the impact, x, metres a second.
+        uy: Relative velocity before the impact, y.
+        speed: Speed of approach along the normal, metres a second; rounding can leave 0 or less of that of a graze.
+    """
+    error = 5.0 * ULP * sizes
+    fast = math.sqrt(ux * ux + uy * uy)
+    graze = reach * math.sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else math.inf
+    return min(error / speed, graze) if speed > 0.0 else graze
+
+
+def wall_resolution(sizes: float, speed: float) -> float:
+    """Return to how many seconds the instant of an impact on a wall is known, infinity for to none.
+
+    Args:
+        sizes: Sum of `size_of` of the disc and of the wall's point, metres.
+        speed: Speed of approach along the normal, metres a second.
+    """
+    return 5.0 * ULP * sizes / speed if speed > 0.0 else math.inf
+
+
+def clock_resolution(time_s: float) -> float:
+    """Return to how many seconds a time since the start is known: the roundings of a root and of a sum with it."""
+    return 2.0 * ULP * time_s

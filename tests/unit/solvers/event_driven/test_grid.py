@@ -1,0 +1,87 @@
+"""The cells of the kernel: whatever is put in is found, however crowded a cell is, and so is every wall in reach."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.bench.gas import hard_disc_gas
+
+probe = pytest.importorskip("carom.solvers.event_driven.probe")
+
+#: Discs that a scan looks at in one go, `BATCH` of layout.pxd.
+BATCH = 64
+
+GAS = hard_disc_gas(200, 0.3)
+
+
+def cells() -> Any:
+    """Return the cells of a gas of 200 discs, with no disc in them."""
+    found = probe.Cells(GAS.position_m, GAS.radius_m, np.array(GAS.walls))
+    assert found.grid[3] > 3
+    return found
+
+
+def discs_around(grid: Any, row: int, column: int) -> list[int]:
+    """Return the discs of the nine cells around one, as a scan of the kernel finds them."""
+    batches = grid.around(row, column)
+    assert max(map(len, batches)) <= BATCH
+    return sorted(disc for batch in batches for disc in batch)
+
+
+@given(st.data())
+def test_discs_are_found_in_the_cells_that_they_were_put_into(data: st.DataObject) -> None:
+    """Discs put into a few cells and taken out again in any order are there exactly as long as they should be."""
+    grid = cells()
+    inside: dict[int, tuple[int, int]] = {}
+    for disc in data.draw(st.lists(st.integers(0, 99), max_size=60)):
+        if disc in inside:
+            grid.take(disc, *inside.pop(disc))
+        else:
+            inside[disc] = data.draw(st.sampled_from([(2, 2), (2, 3), (3, 3)]))
+            grid.put(disc, *inside[disc])
+    assert discs_around(grid, 2, 2) == sorted(inside)
+    assert discs_around(grid, 1, 1) == sorted(disc for disc, cell in inside.items() if cell == (2, 2))
+
+
+def test_a_cell_holds_any_number_of_discs() -> None:
+    """Far more discs than a scan looks at in one go are all found, and none once they are taken out."""
+    grid = cells()
+    for disc in range(200):
+        grid.put(disc, 2, 2 + disc % 2)
+    assert discs_around(grid, 2, 2) == list(range(200))
+    for disc in np.random.default_rng(1).permutation(200).tolist():
+        grid.take(disc, 2, 2 + disc % 2)
+    assert discs_around(grid, 2, 2) == []
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e3, 1e9, 1e15, 3e15, 1e17])
+@pytest.mark.parametrize("angle", [0.0, 0.3, 1.0, 2.5])
+def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: float) -> None:
+    """A wall through the gas, given by a point however far along it, is near each cell in which a disc touches it.
+
+    The distance is that of the same floats in exact arithmetic.
+    """
+    from fractions import Fraction
+
+    nx, ny = math.cos(angle), math.sin(angle)
+    wall = (6.0 - distance * ny, 7.0 + distance * nx, nx, ny)
+    grid = probe.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
+    x0, y0, width, columns, rows = grid.grid
+    near = grid.walls_near
+    qx, qy, mx, my = map(Fraction, wall)
+    touched = 0
+    for row in range(rows):
+        for column in range(columns):
+            for at_x, at_y in ((0.1, 0.1), (0.9, 0.1), (0.5, 0.5), (0.1, 0.9), (0.9, 0.9)):
+                x, y = Fraction(x0 + (column + at_x) * width), Fraction(y0 + (row + at_y) * width)
+                if abs((x - qx) * mx + (y - qy) * my) <= Fraction(0.5):
+                    touched += 1
+                    assert near[1 + row, 1 + column] & 1
+    if distance <= 1e15:  # beyond, the wall given by these floats may pass by
+        assert touched

@@ -1,0 +1,136 @@
+"""PIC by all pairs: the run that the event-driven kernel is held to, and that serves without it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.forms import needs_extension, plain_form
+from tests.unit.solvers.scenes import random_start, scene_of
+from tests.unit.solvers.strategies import line
+
+from carom import Disc, Scene, Wall, solve_pic
+from carom.errors import CaromError, InputError
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.pic import pic_run
+from carom.solvers.plain.run import AllPairsRun
+
+#: Half of these lie on whole numbers: ties of impacts, cell edges and walls.
+SCENES = 600
+
+
+def lattice_scene(rng: np.random.Generator) -> Scene:
+    """Return a few discs on whole numbers, with whole velocities, between some of the sides of a box or twice these."""
+    size = int(rng.integers(3, 7))
+    places = rng.permutation(size * size)[: int(rng.integers(2, 9))]
+    radius = float(rng.choice([0.5, 0.25]))
+    discs = []
+    for place in places.tolist():
+        fixed = rng.random() < 0.15
+        velocity = (0.0, 0.0) if fixed else tuple(rng.integers(-2, 3, 2).astype(float).tolist())
+        mass = math.inf if fixed else float(rng.choice([1.0, 1.0, 2.0]))
+        x, y = divmod(place, size)
+        discs.append(Disc(position_m=(x, y), velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
+    low, high = -1.0, float(size)
+    sides = [((low, 0), (1, 0)), ((high, 0), (-1, 0)), ((0, low), (0, 1)), ((0, high), (0, -1))]
+    chosen = [sides[k] for k in rng.integers(0, 4, int(rng.integers(0, 7)))]
+    return Scene(
+        name="lattice",
+        discs=discs,
+        walls=[Wall(point_m=point, normal=normal) for point, normal in chosen],
+        restitution=float(rng.choice([1.0, 0.5, 0.0])),
+        wall_restitution=float(rng.choice([1.0, 0.5, 0.0])),
+        duration_s=20.0,
+    )
+
+
+def free_scene(rng: np.random.Generator) -> Scene:
+    """Return a few discs anywhere, of unequal radius and mass, in a box that may be turned, or without one."""
+    discs = int(rng.integers(2, 8))
+    start = random_start(
+        rng,
+        discs,
+        walls=bool(rng.random() < 0.8),
+        restitution=float(rng.choice([1.0, 0.5, 0.0])),
+        wall_restitution=float(rng.choice([1.0, 0.5])),
+        immovable=int(rng.integers(0, 3)),
+        tilt=float(rng.choice([0.0, 0.3, 2.0])),
+    )
+    return scene_of(start, 20.0)
+
+
+@needs_extension
+@pytest.mark.parametrize("make", [lattice_scene, free_scene])
+def test_the_kernel_gives_the_same_bits(make: Callable[[np.random.Generator], Scene]) -> None:
+    """Both runs agree in impacts, ambiguity, outcome, state and counts, whatever the cells and the contact duration."""
+    for seed in range(SCENES // 2):
+        rng = np.random.default_rng(seed)
+        scene = make(rng)
+        contact_duration_s, limit = float(rng.choice([0.0, 0.0, 0.1])), int(rng.choice([20, 80, 400]))
+        window_s = (1.0, 8.0) if rng.random() < 0.2 else (-math.inf, math.inf)
+        plain = AllPairsRun(scene, contact_duration_s=contact_duration_s, window_s=window_s)
+        kernel = EventDrivenRun(
+            scene,
+            contact_duration_s=contact_duration_s,
+            window_s=window_s,
+            cell_factor=float(rng.choice([1.0, 2.0, math.inf])),
+        )
+        assert kernel.advance_to(20.0, limit) is plain.advance_to(20.0, limit)
+        assert kernel.log.array().tobytes() == plain.log.array().tobytes(), seed
+        assert kernel.log.ambiguous() == plain.log.ambiguous(), seed
+        assert kernel.time_s == plain.time_s
+        assert kernel.positions().tobytes() == plain.positions().tobytes()
+        assert kernel.velocities().tobytes() == plain.velocities().tobytes()
+        assert kernel.impacts_per_disc().tolist() == plain.impacts_per_disc().tolist()
+        assert {name: kernel.counts[name] for name in plain.counts} == plain.counts
+
+
+@needs_extension
+def test_new_epochs_and_the_tc_model_give_the_same_bits() -> None:
+    """Over several epochs, with contacts that take time, both runs agree to the bit."""
+    scene = scene_of(random_start(np.random.default_rng(4), 5, restitution=0.9), 1e6)
+    plain, kernel = AllPairsRun(scene, contact_duration_s=0.3), EventDrivenRun(scene, contact_duration_s=0.3)
+    for run in (plain, kernel):
+        run.advance_to(1e6, 700)
+        assert run.counts["epochs"] == 700 // (5 * 32)
+    assert kernel.log.array().tobytes() == plain.log.array().tobytes()
+    assert kernel.positions().tobytes() == plain.positions().tobytes()
+
+
+@needs_extension
+def test_solve_pic_does_without_the_extension() -> None:
+    """Without the extension the same call gives the same trace, and says why it took so long."""
+    scene = scene_of(random_start(np.random.default_rng(6), 6), 3.0)
+    compiled = solve_pic(scene, sample_times_s=[1.0, 2.0], max_impacts=40, window_s=(0.5, 9.0))
+    with plain_form():
+        plain = solve_pic(scene, sample_times_s=[1.0, 2.0], max_impacts=40, window_s=(0.5, 9.0))
+    assert plain.impacts.tobytes() == compiled.impacts.tobytes()
+    assert plain.ambiguous == compiled.ambiguous
+    assert plain.samples is not None
+    assert compiled.samples is not None
+    assert plain.samples.position_m.tobytes() == compiled.samples.position_m.tobytes()
+    assert plain.final_position_m.tobytes() == compiled.final_position_m.tobytes()
+    assert (len(plain.notes), compiled.notes) == (1, ())
+
+
+def test_the_kernel_refuses_to_run_without_the_extension() -> None:
+    """Without it, the way in for a million discs says what is missing, and what does without."""
+    with plain_form(), pytest.raises(CaromError, match=r"carom\.solve_pic"):
+        EventDrivenRun(line(0.0, 2.0, velocities=(1.0, 0.0)))
+
+
+def test_a_run_is_not_taken_to_nan() -> None:
+    """A time that is no number is refused, whatever the form."""
+    for run in (AllPairsRun(line(0.0, 2.0, velocities=(1.0, 0.0))), pic_run(line(0.0, 2.0, velocities=(1.0, 0.0)))):
+        with pytest.raises(InputError, match="time_s"):
+            run.advance_to(math.nan)
+
+
+def test_a_run_without_an_end_stays_where_the_last_impact_was() -> None:
+    """Taken as far as there are impacts, a run stands at the last one, with all its positions finite."""
+    for run in (AllPairsRun(line(0.0, 3.0, velocities=(1.0, 0.0))), pic_run(line(0.0, 3.0, velocities=(1.0, 0.0)))):
+        run.advance_to(math.inf)
+        assert run.time_s == 2.0
+        np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])
