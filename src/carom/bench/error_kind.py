@@ -6,8 +6,6 @@ import math
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from carom.comparator.scales import largest
-
 if TYPE_CHECKING:
     from carom.runner.cell_score import Measures
 
@@ -57,4 +55,5 @@ def error_of(measures: Measures, kind: ErrorKind) -> float:
         case ErrorKind.POSITION:
             return measures.final_position_error
         case ErrorKind.IMPACT:
-            return math.nan if math.isnan(time) else largest([time, measures.velocity_error])
+            both = (time, measures.velocity_error)
+            return math.nan if any(map(math.isnan, both)) else max(both)

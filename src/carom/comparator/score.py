@@ -49,7 +49,7 @@ class Grade(Enum):
     EXACT = "exact: to rounding"
     SAMPLED = "sampled: no worse than PIT at the same step"
     INACCURATE = "inaccurate: finds every impact, with more error than sampling explains"
-    WRONG = "wrong: misses or invents an impact, or takes impacts in the wrong order"
+    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
 
 

@@ -18,13 +18,13 @@ FIELDS = ["final_position_m", "final_velocity_m_s"]
 
 
 @pytest.mark.parametrize("field", FIELDS)
-@pytest.mark.parametrize("disc", [0, -1])
+@pytest.mark.parametrize("disc", [0, 2])
 def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -> None:
-    """A run whose places or velocities are NaN, of the first disc or of the last, is infinitely far off."""
+    """A run whose places or velocities are NaN, of one disc or another, is infinitely far off."""
 
     def run(scene: Scene) -> Trace:
         trace = solve_pic(scene)
-        if scene.name == base.name:
+        if scene is base:
             return trace
         values = getattr(trace, field).copy()
         values[disc, 1] = math.nan
