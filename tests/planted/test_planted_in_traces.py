@@ -79,7 +79,21 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 @pytest.mark.parametrize(
-    "name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/galperin-100"]
+    "name",
+    [
+        "paper/multiple",
+        "classics/inelastic-oblique",
+        *(
+            pytest.param(name, marks=pytest.mark.long)
+            for name in (
+                "paper/late",
+                "classics/bullet",
+                "classics/box",
+                "classics/deflection",
+                "classics/galperin-100",
+            )
+        ),
+    ],
 )
 def test_a_fault_that_grows_never_improves_its_grade(name: str, fault: Fault) -> None:
     """In scenes of every kind, beside a real PIT and one without error, each size is graded no better than a lesser."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from carom.comparator.consistency import Consistency
 from carom.comparator.measure import Measured
 from carom.comparator.score import Grade
 from carom.comparator.thresholds import THRESHOLDS
@@ -61,27 +62,29 @@ def _is_wrong(evidence: Evidence) -> bool:
 def _own_path_holds(evidence: Evidence) -> bool:
     """Whether a run agrees with itself, but for what sampling and the floats that it declares explain."""
     own, bits = evidence.consistency, evidence.observed.float_bits
-    rounding = THRESHOLDS.rounding_of(bits)
-    return own is not None and (
-        own.velocity.size <= rounding
-        and own.excess.size <= evidence.place_rounding(bits)
-        and own.stamp_s <= rounding * evidence.scales.time_s
-        and own.across <= rounding
-        and own.normal_length <= rounding
-        and own.momentum <= rounding
-    )
+    if own is None:
+        return False
+    return own.excess.size <= evidence.place_rounding(bits) and _is_consistent(evidence, own, bits)
 
 
 def _is_exact(evidence: Evidence) -> bool:
     measured, own, rounding = evidence.measured, evidence.consistency, THRESHOLDS.rounding
-    rounding_s, place = rounding * evidence.scales.time_s, evidence.place_rounding()
+    place = evidence.place_rounding()
     return (
         own is not None
         and not measured.alignment.undecided
-        and _agrees(measured, rounding, rounding_s, place)
-        and own.velocity.size <= rounding
+        and _agrees(measured, rounding, rounding * evidence.scales.time_s, place)
         and own.position.size <= place
-        and own.stamp_s <= rounding_s
+        and _is_consistent(evidence, own, 64)
+    )
+
+
+def _is_consistent(evidence: Evidence, own: Consistency, float_bits: int) -> bool:
+    """Whether a run agrees with itself in all but its positions, to the rounding of floats of a width."""
+    rounding = THRESHOLDS.rounding_of(float_bits)
+    return (
+        own.velocity.size <= rounding
+        and own.stamp_s <= rounding * evidence.scales.time_s
         and own.across <= rounding
         and own.normal_length <= rounding
         and own.momentum <= rounding
