@@ -1,45 +1,66 @@
-# A machine with CPython 3.11, pip and make is enough; uv is used where it is present.
+# A machine with CPython 3.11, pip, make and a C compiler is enough; uv is used where it is present.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
+BUILT := $(VENV)/built
 REPORT ?= reports/latest
+#: What the extension is made of; each .pyx is a module of it.
+SOURCES := $(shell find src -name '*.pyx' -o -name '*.pxd')
+MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter %.pyx,$(SOURCES))))
+
 # For campaign-pic: impacts in all (counts add up in build/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
 JOBS ?= 1
+# For bench: the interpreter of another build, timed beside this one.
+BASELINE ?=
 
-.PHONY: help report test test-long campaign-pic check clean
+.PHONY: help report test test-long campaign-pic bench check coverage-compiled clean
 
 help:
-	@echo "make report   install everything, run the built-in suite, write $(REPORT)/index.html"
-	@echo "make test     install everything, run the tests"
-	@echo "make test-long     the tests that take minutes"
-	@echo "make campaign-pic  IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
-	@echo "make check    lint, format, types, import contracts"
-	@echo "make clean    remove $(VENV) and caches"
+	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
+	@echo "make test               install everything, run the tests"
+	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
+	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
+	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make check              lint, format, types, import contracts"
+	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
+	@echo "make clean              remove $(VENV) and caches"
 
 # Deviations of the engines are what the report is there to show, so they do not fail it; a crash does.
-report: $(INSTALLED)
+report: $(BUILT)
 	$(BIN)/carom run --report $(REPORT) --fail-on never
 
-test: $(INSTALLED)
+test: $(BUILT)
 	$(BIN)/python -m pytest -n auto --dist worksteal
 
-test-long: $(INSTALLED)
-	$(BIN)/python -m pytest -n auto --dist worksteal -m long
+# By file: the tests of one file share what was built for them.
+test-long: $(BUILT)
+	$(BIN)/python -m pytest -m long -n auto --dist loadfile
 
-campaign-pic: $(INSTALLED)
-	@mkdir -p build
+campaign-pic: $(BUILT)
+	mkdir -p build
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state build/campaign-pic.json
 
-check: $(INSTALLED)
+bench: $(BUILT)
+	for part in pic pit time_of_impact certified; do \
+		$(BIN)/python -m carom.bench.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
+	done
+
+check: $(BUILT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	MYPYPATH=src $(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml $(MODULES)
 
-$(INSTALLED): pyproject.toml
+coverage-compiled: $(BUILT)
+	$(BIN)/python -m tests.compiled_coverage
+
+# Flags and directives stand in setup.py, and Cython does not see when they change: so everything is made anew.
+$(INSTALLED): pyproject.toml setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Carom needs CPython 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + ": make PYTHON=python3.11 ...")'
+	@rm -rf build
 	@if command -v uv >/dev/null 2>&1; then \
 		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[all,dev]'; \
 	else \
@@ -47,6 +68,13 @@ $(INSTALLED): pyproject.toml
 	fi
 	@touch $(INSTALLED)
 
+# Installing has built the extension already; after that it is built again where its sources have changed.
+$(BUILT): $(INSTALLED) $(SOURCES)
+	@$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.sources_digest())' 2>/dev/null \
+		|| $(BIN)/python setup.py --quiet build_ext --inplace --force
+	@touch $(BUILT)
+
 clean:
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+	find src -name '*.so' -delete

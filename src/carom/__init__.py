@@ -87,7 +87,8 @@ _HOME = {
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
-        return getattr(importlib.import_module(_HOME[name]), name)
+        globals()[name] = value = getattr(importlib.import_module(_HOME[name]), name)
+        return value
     message = f"module 'carom' has no attribute {name!r}"
     raise AttributeError(message)
 

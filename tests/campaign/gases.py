@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.event_driven import DiscArrays
+from carom import DiscArrays
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

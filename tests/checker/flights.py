@@ -33,7 +33,7 @@ class Flights:
     """Flights, all of a disc from one look to the next in their order, then those of the next disc, then the next look.
 
     Attributes:
-        begin_s: Time at which each begins, shape ``(m,)``, as all up to `rank`.
+        begin_s: Time at which each begins, shape ``(m,)``, as all up to `row`.
         end_s: Time at which it ends.
         x: Centre at the beginning, metres.
         y: See `x`.
@@ -44,7 +44,7 @@ class Flights:
         size_m: Bound on the coordinates anywhere on it.
         path_m: Length of the way that the disc has come by its beginning, any constant added.
         disc: Whose it is.
-        rank: Number that ascends along the flights: that of the chain, then that of the impact at which each begins.
+        row: Number in the stretch of the impact at which it begins; -1 for the look.
         first: The first flight of each disc after each look, shape ``(p, n)``.
         after: The flight that begins at each impact, for either body, shape ``(k, 2)``; -1 for a wall. The flight
             before it is the one that ends there.
@@ -61,7 +61,7 @@ class Flights:
     size_m: Floats
     path_m: Floats
     disc: Ranks
-    rank: Ranks
+    row: Ranks
     first: Ranks
     after: Ranks
 
@@ -97,8 +97,8 @@ def flights_of(stretch: Stretch) -> Flights:
     after = np.full((len(impacts), 2), -1)
     after[row, side] = begun
     chain = np.repeat(np.arange(looks * discs), impacts_of + 1)
-    rank = chain * (len(impacts) + 1)
-    rank[begun] += row + 1
+    begun_at = np.full(len(chain), -1)
+    begun_at[begun] = row
 
     begin_s = np.repeat(np.repeat(stretch.time_s[:-1], discs), impacts_of + 1)
     begin_s[begun] = impacts["time_s"][row]
@@ -138,7 +138,7 @@ def flights_of(stretch: Stretch) -> Flights:
         size,
         np.cumsum(length) - length,
         chain % discs,
-        rank,
+        begun_at,
         first.reshape(looks, discs),
         after,
     )

@@ -8,6 +8,7 @@ and their flights held against each other: a straight relative motion, whose clo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from tests.checker.flights import Flights
     from tests.checker.watch import Stretch
 
-    from carom.solvers.event_driven import DiscArrays
+    from carom import DiscArrays
 
     Floats = NDArray[np.float64]
     Ranks = NDArray[np.intp]
@@ -31,6 +32,8 @@ __all__ = ["Overlap", "disc_overlaps", "wall_overlaps"]
 IMPACTS_PER_WINDOW = 0.3
 #: Discs in all windows that are dealt with at a time: what is computed of them still fits into a cache.
 DISCS_AT_A_TIME = 4_000
+#: Pairs of discs that are dealt with at a time: where all discs fly far in a window, each is near all others.
+PAIRS_AT_A_TIME = 100_000
 #: Cells along a side at most, so that their numbers have 16 bits and are sorted by digits.
 MOST_CELLS = 250
 
@@ -99,8 +102,7 @@ def _windows(stretch: Stretch, flights: Flights, movable: int) -> _Windows:
 def disc_overlaps(start: DiscArrays, stretch: Stretch, flights: Flights) -> Overlap:
     """Return where two discs came closer than contact; two immovable ones may overlap."""
     discs = stretch.position_m.shape[1]
-    movable = np.isfinite(start.mass_kg)
-    windows = _windows(stretch, flights, int(movable.sum()))
+    windows = _windows(stretch, flights, int(np.isfinite(start.mass_kg).sum()))
     # Paths are differences of a long sum, each term of which is off by its rounding.
     margin = len(flights.path_m) * UNIT * float(flights.path_m[-1]) + 2 * float(flights.error_m.max())
     pairs, parts = 0, []
@@ -108,42 +110,42 @@ def disc_overlaps(start: DiscArrays, stretch: Stretch, flights: Flights) -> Over
     for k in range(0, len(windows.begin_s), step):
         first, last = windows.first[k : k + step], windows.last[k : k + step]
         begin_s, end_s = windows.begin_s[k : k + step, None], windows.end_s[k : k + step, None]
+        movable = np.tile(np.isfinite(start.mass_kg), len(first))
         wait = begin_s - flights.begin_s[first]
         vx, vy = flights.vx[first], flights.vy[first]
         x, y = flights.x[first] + vx * wait, flights.y[first] + vy * wait
         way = flights.path_m[last] - flights.path_m[first] - flights.speed_m_s[first] * wait
         way += flights.speed_m_s[last] * (end_s - flights.begin_s[last])
         for near_a, near_b in _near(x, y, start.radius_m + way + margin):
-            moves = movable[near_a % discs] | movable[near_b % discs]
+            moves = movable[near_a] | movable[near_b]
             a, b = near_a[moves], near_b[moves]
             one, other = _joint(flights, first.ravel()[a], last.ravel()[a], first.ravel()[b], last.ravel()[b])
-            looked, part = _closest(start, flights, one, other)
-            pairs += looked
-            parts.append(part)
+            pairs += len(one)
+            parts.append(_closest(start, flights, one, other))
     bodies, time_s, depth, bound = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Overlap(pairs, bodies, time_s, depth, bound)
 
 
 def _joint(flights: Flights, a: Ranks, a_last: Ranks, b: Ranks, b_last: Ranks) -> tuple[Ranks, Ranks]:
-    """Return, for pairs of discs, each on some flights of a window, all pairs of flights that are at one time."""
-    many = (a_last > a) & (b_last > b)
-    # Where one of the two is on a single flight, that is with each of the other's.
-    k = np.flatnonzero(~many)
-    owner, member = spans(np.zeros_like(k), (a_last[k] - a[k]) + (b_last[k] - b[k]) + 1)
-    single = (a_last == a)[k][owner]
-    ones = [a[k][owner] + np.where(single, 0, member)]
-    others = [b[k][owner] + np.where(single, member, 0)]
-    # Else there is one pair at the beginning, and one wherever either begins another flight.
-    k = np.flatnonzero(many)
-    ones.append(a[k])
-    others.append(b[k])
-    per_look = len(flights.after) + 1
-    for this, last, that, mine, its in ((a, a_last, b, ones, others), (b, b_last, a, others, ones)):
-        owner, begun = spans(this[k] + 1, last[k] - this[k])
-        chain = flights.rank[that[k]] // per_look
-        meanwhile = chain[owner] * per_look + flights.rank[begun] % per_look
+    """Return, for pairs of discs, all pairs of flights that are at one time in a window.
+
+    There is one at the window's beginning, and one wherever either disc begins another flight, with the one that the
+    other disc is on meanwhile.
+    """
+    ones, others = [a], [b]
+    for this, last, that, that_last, mine, its in (
+        (a, a_last, b, b_last, ones, others),
+        (b, b_last, a, a_last, others, ones),
+    ):
+        owner, begun = spans(this + 1, last - this)
+        meanwhile, latest = that[owner], that_last[owner]
+        ahead = np.flatnonzero(meanwhile < latest)
+        while len(ahead):
+            ahead = ahead[flights.row[meanwhile[ahead] + 1] <= flights.row[begun[ahead]]]
+            meanwhile[ahead] += 1
+            ahead = ahead[meanwhile[ahead] < latest[ahead]]
         mine.append(begun)
-        its.append(np.searchsorted(flights.rank, meanwhile, side="right") - 1)
+        its.append(meanwhile)
     return np.concatenate(ones), np.concatenate(others)
 
 
@@ -155,12 +157,11 @@ def _near(x: Floats, y: Floats, radius: Floats) -> Iterator[tuple[Ranks, Ranks]]
     row, wherever it lies.
     """
     windows, discs = x.shape
-    west, south = x.min(axis=1, keepdims=True), y.min(axis=1, keepdims=True)
-    extent = np.maximum(np.ptp(x, axis=1, keepdims=True), np.ptp(y, axis=1, keepdims=True))
-    width = np.maximum(2 * radius.max(axis=1, keepdims=True), extent / MOST_CELLS)
-    stride = (np.ptp(x, axis=1, keepdims=True) // width).astype(np.intp) + 2
-    rows = (np.ptp(y, axis=1, keepdims=True) // width).astype(np.intp) + 2
-    cell = ((y - south) // width).astype(np.intp) * stride + ((x - west) // width).astype(np.intp)
+    east, north = x - x.min(axis=1, keepdims=True), y - y.min(axis=1, keepdims=True)
+    across, along = east.max(axis=1, keepdims=True), north.max(axis=1, keepdims=True)
+    width = np.maximum(2 * radius.max(axis=1, keepdims=True), np.maximum(across, along) / MOST_CELLS)
+    stride, rows = (across / width).astype(np.intp) + 2, (along / width).astype(np.intp) + 2
+    cell = (north / width).astype(np.intp) * stride + (east / width).astype(np.intp)
     order = np.argsort(cell.astype(np.uint16), axis=1, kind="stable")
     base = np.cumsum(stride * rows).reshape(-1, 1) - stride * rows
     sorted_cell = (np.take_along_axis(cell, order, axis=1) + base).ravel()
@@ -169,28 +170,33 @@ def _near(x: Floats, y: Floats, radius: Floats) -> Iterator[tuple[Ranks, Ranks]]
     x, y, radius = x.ravel()[order], y.ravel()[order], radius.ravel()[order]
     up = np.repeat(stride.ravel(), discs) + sorted_cell
     rank = np.arange(len(order))
-    for begin, end in (
-        (rank + 1, begins[sorted_cell + 2]),
-        (begins[up - 1], begins[np.minimum(up + 2, len(begins) - 1)]),
-    ):
-        a, b = spans(begin, np.maximum(end - begin, 0))
-        reach = radius[a] + radius[b]
-        near = np.flatnonzero((x[b] - x[a]) ** 2 + (y[b] - y[a]) ** 2 <= reach * reach)
-        yield order[a[near]], order[b[near]]
+    beyond = len(begins) - 1
+    for begin, end in ((rank + 1, begins[sorted_cell + 2]), (begins[up - 1], begins[np.minimum(up + 2, beyond)])):
+        count = np.maximum(end - begin, 0)
+        for some in _blocks(count):
+            a, b = spans(begin[some], count[some])
+            a += some.start
+            reach = radius[a] + radius[b]
+            near = np.flatnonzero((x[b] - x[a]) ** 2 + (y[b] - y[a]) ** 2 <= reach * reach)
+            yield order[a[near]], order[b[near]]
 
 
-def _closest(
-    start: DiscArrays, flights: Flights, a: Ranks, b: Ranks
-) -> tuple[int, tuple[Ranks, Floats, Floats, Floats]]:
-    """Return how many of the pairs of flights are at one time, and bodies, times, depths and bounds of overlaps.
+def _blocks(count: Ranks) -> Iterator[slice]:
+    """Yield the parts of an array of counts of pairs that are dealt with at a time."""
+    total = np.cumsum(count)
+    cuts = np.searchsorted(total, np.arange(PAIRS_AT_A_TIME, total[-1], PAIRS_AT_A_TIME)).tolist()
+    for begin, end in pairwise([0, *cuts, len(count)]):
+        yield slice(begin, end)
+
+
+def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[Ranks, Floats, Floats, Floats]:
+    """Return where two of the discs of these pairs of flights overlap: bodies, times, depths and their bounds.
 
     Beside the errors of both places rounding leaves an overlap where an impact is found late (as for `contact`), and
     where the velocities after one, right to 8 u of either, still approach.
     """
     begin = np.maximum(flights.begin_s[a], flights.begin_s[b])
     end = np.minimum(flights.end_s[a], flights.end_s[b])
-    joint = np.flatnonzero(begin < end)
-    a, b, begin, end = a[joint], b[joint], begin[joint], end[joint]
     avx, avy, bvx, bvy = flights.vx[a], flights.vy[a], flights.vx[b], flights.vy[b]
     a_wait, b_wait = begin - flights.begin_s[a], begin - flights.begin_s[b]
     dx = (flights.x[b] + bvx * b_wait) - (flights.x[a] + avx * a_wait)
@@ -210,7 +216,7 @@ def _closest(
     rounding = 16 * size + 5 * end * np.sqrt(speed2[deep]) + 4 * reach + 8 * velocities * (end - begin[deep])
     bound = flights.error_m[a] + flights.error_m[b] + UNIT * rounding
     bodies = np.stack([i[deep], j[deep]], axis=1)
-    return len(joint), (bodies, begin[deep] + closest[deep], depth, bound)
+    return bodies, begin[deep] + closest[deep], depth, bound
 
 
 def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:

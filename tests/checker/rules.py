@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from tests.checker.watch import Stretch
 
-    from carom.solvers.event_driven import DiscArrays
+    from carom import DiscArrays
 
     Floats = NDArray[np.float64]
     Ranks = NDArray[np.intp]

@@ -16,7 +16,9 @@ from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
 from tests.unit.solvers.scenes import box, random_start
 
-from carom.solvers.event_driven import DiscArrays, EventDrivenRun
+from carom import DiscArrays
+from carom.solvers.event_driven import EventDrivenRun
+from carom.trace import IMPACT_DTYPE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -79,7 +81,7 @@ def test_bodies_that_can_not_meet_are_found(first: int, second: int) -> None:
     assert tampered(change) == {"row"}
 
 
-@pytest.mark.parametrize("name", [n for n in right()[1].impacts.dtype.names or () if n not in {"first", "second"}])
+@pytest.mark.parametrize("name", [n for n in IMPACT_DTYPE.names or () if n not in {"first", "second"}])
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_what_is_not_finite_is_found(name: str, value: float) -> None:
     """NaN or infinity in any field breaks a rule."""
@@ -291,8 +293,11 @@ def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
         for begin, end in pairwise([*flights.first[:, 0].tolist(), len(flights.x)]):
             a, b = np.stack(np.triu_indices(end - begin, 1)) + begin
             i, j = flights.disc[a], flights.disc[b]
-            meet = (i != j) & (movable[i] | movable[j])
-            _, (bodies, time_s, _, _) = _closest(larger, flights, a[meet], b[meet])
+            together = np.maximum(flights.begin_s[a], flights.begin_s[b]) <= np.minimum(
+                flights.end_s[a], flights.end_s[b]
+            )
+            meet = (i != j) & (movable[i] | movable[j]) & together
+            bodies, time_s, _, _ = _closest(larger, flights, a[meet], b[meet])
             expected |= exact(bodies, time_s)
         assert exact(overlap.bodies, overlap.time_s) == expected
         assert expected

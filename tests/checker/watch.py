@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -14,13 +14,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.solvers.event_driven import DiscArrays
+    from carom import DiscArrays
+    from carom.solvers.run import Run
 
     Floats = NDArray[np.float64]
 
-    RunT = TypeVar("RunT", bound="Watched")
+    RunT = TypeVar("RunT", bound=Run)
 
-__all__ = ["Stretch", "Watched", "watch"]
+__all__ = ["Stretch", "watch"]
 
 #: Impacts a disc between two looks at the state. Few, since rounding adds up in the books from look to look; but a look
 #: costs as much as some impacts.
@@ -50,38 +51,6 @@ class Stretch:
     time_s: Floats
     position_m: Floats
     velocity_m_s: Floats
-
-
-class Log(Protocol):
-    """The impacts that a run has recorded."""
-
-    def array(self) -> NDArray[np.void]:
-        """Return them as an array of `carom.trace.IMPACT_DTYPE`."""
-
-
-class Watched(Protocol):
-    """What is looked at of a run: less than `carom.solvers.run.Run`, so that any build's can be."""
-
-    @property
-    def time_s(self) -> float:
-        """How far it has been taken."""
-
-    @property
-    def log(self) -> Log:
-        """Its impacts."""
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Its counts, that of its impacts among them."""
-
-    def advance_to(self, time_s: float, max_impacts: int | None = None) -> Outcome:
-        """Take it forward."""
-
-    def positions(self) -> Floats:
-        """Return the centres now."""
-
-    def velocities(self) -> Floats:
-        """Return the velocities now."""
 
 
 def watch(

@@ -1,18 +1,18 @@
+"""The source distribution holds what building and testing need, the wheel what running needs; both work."""
+
 from __future__ import annotations
 
-import json
-import os
-import subprocess
 import sys
 import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
+from tests.packaging.building import ROOT, install, report_of, run
 
-ROOT = Path(__file__).resolve().parents[2]
+pytestmark = pytest.mark.long
 
-#: Carom's own methods and the three engines, as pyproject.toml declares them.
+#: Carom's own methods and the engines, as pyproject.toml declares them.
 BUILT_IN = {"pic", "pit", "pymunk", "pybullet", "mujoco", "box2d"}
 
 
@@ -20,67 +20,64 @@ BUILT_IN = {"pic", "pit", "pymunk", "pybullet", "mujoco", "box2d"}
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the sdist of this tree, and the wheel made from that sdist and from nothing else."""
     out = tmp_path_factory.mktemp("dist")
-    # Without --wheel or --sdist, `build` makes the wheel from the unpacked sdist: an sdist without adapters would show.
-    subprocess.run(
-        [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(ROOT)],
-        check=True,
-        capture_output=True,
-    )
+    # Without --wheel or --sdist, `build` makes the wheel from the unpacked sdist: what is left out of it would show.
+    run(sys.executable, "-m", "build", "--no-isolation", "--outdir", out, ROOT, env={"CAROM_REQUIRE_EXTENSION": "1"})
     return out
 
 
+def wheel_names(built: Path) -> set[str]:
+    with zipfile.ZipFile(next(built.glob("*.whl"))) as archive:
+        return set(archive.namelist())
+
+
 def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
-    """The sdist carries adapters, tests, docs and the Makefile."""
+    """The sdist carries adapters, tests, docs, the Makefile and the sources of the extension, and nothing compiled."""
     with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
         "adapters/carom_adapters/pymunk.py",
         "src/carom/scene.schema.json",
+        "src/carom/physics/pair_time.pxd",
         "tests/packaging/test_distribution.py",
         "docs/scoring.md",
+        "reports/sample/index.html",
+        "setup.py",
         "Makefile",
+        ".ci/run",
     }
     assert wanted <= names
+    assert not [name for name in names if name.endswith((".so", ".pyd", ".pyc", ".c"))]
+
+
+def test_one_wheel_serves_all_versions_of_python(built: Path) -> None:
+    """The wheel's name says CPython 3.11, its stable interface, and the platform: it serves every later version."""
+    (wheel,) = built.glob("*.whl")
+    _, _, python, abi, platform = wheel.stem.split("-")
+    assert (python, abi) == ("cp311", "abi3")
+    assert platform != "any"
 
 
 def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
-    """The wheel carries both packages, the schema, the report template and the typing markers, and no tests."""
-    with zipfile.ZipFile(next(built.glob("*.whl"))) as archive:
-        names = set(archive.namelist())
-    wanted = {
-        "carom/py.typed",
-        "carom_adapters/py.typed",
-        "carom/scene.schema.json",
-        "carom/report/templates/page.html.j2",
-        "carom_adapters/mujoco/world.py",
-    }
-    assert wanted <= names
-    assert not [name for name in names if name.startswith(("tests", "docs"))]
+    """The wheel carries every file of both packages: code, data, stubs, the extension and its sources; and no tests."""
+    names = wheel_names(built)
+    for folder, package in (("src", "carom"), ("adapters", "carom_adapters")):
+        for path in (ROOT / folder / package).rglob("*"):
+            if path.is_file() and path.suffix not in {".pyc", ".so", ".pyd"}:
+                assert path.relative_to(ROOT / folder).as_posix() in names
+    assert not [name for name in names if not name.startswith(("carom/", "carom_adapters/", "carom-"))]
+    assert not [name for name in names if name.endswith((".c", ".pyc"))]
 
 
-def test_the_installed_wheel_finds_every_adapter(built: Path, tmp_path: Path) -> None:
-    """Installed from the wheel alone, away from the source tree, Carom finds all its adapters by entry point."""
-    target = tmp_path / "site"
-    subprocess.run(
-        [
-            *(sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-index"),
-            *("--disable-pip-version-check", "--target", str(target), str(next(built.glob("*.whl")))),
-        ],
-        check=True,
-        capture_output=True,
-    )
-    code = (
-        "import json, carom, carom.registry as r\n"
-        "print(json.dumps([carom.__file__, {i.name: i.distribution for i in r.engines()}]))"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        check=True,
-        capture_output=True,
-        text=True,
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(target)},
-    )
-    file, found = json.loads(done.stdout)
-    assert Path(file).is_relative_to(target)
-    assert found == dict.fromkeys(BUILT_IN, "carom")
+def test_the_wheel_holds_every_module_of_the_extension(built: Path) -> None:
+    """There is one compiled module for each .pyx file, and the one that all share."""
+    compiled = {name.partition(".")[0] for name in wheel_names(built) if name.endswith((".so", ".pyd"))}
+    sources = {path.relative_to(ROOT / "src").with_suffix("").as_posix() for path in (ROOT / "src").rglob("*.pyx")}
+    assert compiled == sources | {"carom/_cython"}
+
+
+def test_the_installed_wheel_runs_compiled_and_finds_every_adapter(built: Path, tmp_path: Path) -> None:
+    """Installed from the wheel alone, away from the source tree, Carom runs compiled and finds all its adapters."""
+    report = report_of(install(next(built.glob("*.whl")), tmp_path / "site"), tmp_path)
+    assert report["compiled"]
+    assert report["notes"] == []
+    assert report["engines"] == dict.fromkeys(BUILT_IN, "carom")

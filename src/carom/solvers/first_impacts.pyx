@@ -5,60 +5,11 @@ Scene by scene, operation by operation, what the solvers of single scenes do; a 
 
 from libc.math cimport NAN, sqrt
 
-from carom.physics.impact_law cimport pair_push
-from carom.physics.pair_time cimport NEVER, pair_time
-
-cdef struct Disc:
-    double x
-    double y
-    double vx
-    double vy
-    double radius
-    double inverse_mass  # 0 for one that never moves
-
-cdef struct Scene:
-    Disc first
-    Disc second
-
-cdef struct Impact:
-    double time  # NEVER where there is none
-    double nx  # unit normal from first to second
-    double ny
+from carom.physics.pair_time cimport NEVER
+from carom.solvers.two_discs cimport Disc, Impact, TwoDiscs, collide, meet, move
 
 
-cdef inline void move(Disc *disc, double wait) noexcept nogil:
-    if disc.inverse_mass > 0.0:
-        disc.x += disc.vx * wait
-        disc.y += disc.vy * wait
-
-
-cdef inline Impact collide(Scene *s, double time, double restitution) noexcept nogil:
-    """Give two discs in contact their velocities after the impact."""
-    a = &s.first
-    b = &s.second
-    dx = b.x - a.x
-    dy = b.y - a.y
-    push = pair_push(dx, dy, b.vx - a.vx, b.vy - a.vy, a.inverse_mass + b.inverse_mass, restitution)
-    a.vx += push * a.inverse_mass * dx
-    a.vy += push * a.inverse_mass * dy
-    b.vx -= push * b.inverse_mass * dx
-    b.vy -= push * b.inverse_mass * dy
-    distance = sqrt(dx * dx + dy * dy)
-    return Impact(time, dx / distance, dy / distance)
-
-
-cdef inline Impact pic(Scene *s, double until, double restitution) noexcept nogil:
-    a = &s.first
-    b = &s.second
-    time = pair_time(a.x, a.y, a.vx, a.vy, a.radius, b.x, b.y, b.vx, b.vy, b.radius)
-    if not time <= until or time == NEVER:
-        return Impact(NEVER, NAN, NAN)
-    move(a, time)
-    move(b, time)
-    return collide(s, time, restitution)
-
-
-cdef inline Impact pit(Scene *s, const double[::1] frames, double restitution) noexcept nogil:
+cdef inline Impact pit(TwoDiscs *s, const double[::1] frames, double restitution) noexcept nogil:
     cdef Py_ssize_t k
     a = &s.first
     b = &s.second
@@ -101,13 +52,13 @@ def fill_first_impacts(first, second, double restitution, double until, frames, 
     cdef bint sampled = frames is not None
     cdef const double[::1] instants = frames if sampled else time
     cdef Py_ssize_t k
-    cdef Scene s
+    cdef TwoDiscs s
     cdef Impact impact
     with nogil:
         for k in range(time.shape[0]):
             s.first = Disc(p1[k, 0], p1[k, 1], v1[k, 0], v1[k, 1], r1[k], 1.0 / m1[k])
             s.second = Disc(p2[k, 0], p2[k, 1], v2[k, 0], v2[k, 1], r2[k], 1.0 / m2[k])
-            impact = pit(&s, instants, restitution) if sampled else pic(&s, until, restitution)
+            impact = pit(&s, instants, restitution) if sampled else meet(&s, until, restitution)
             time[k] = impact.time
             normal[k, 0] = impact.nx
             normal[k, 1] = impact.ny

@@ -14,8 +14,8 @@ import numpy as np
 from carom.errors import InputError
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain import two_discs as plain_two_discs
 from carom.solvers.plain.run import AllPairsRun
-from carom.solvers.plain.two_discs import solve_two_discs
 from carom.trace import Outcome, Samples, Trace
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Run
 
 __all__ = ["pic_run", "solve_pic"]
+
+_ALWAYS = (-math.inf, math.inf)
 
 
 def pic_run(scene: Scene) -> Run:
@@ -47,7 +49,7 @@ def solve_pic(
     max_impacts: int | None = None,
     until_s: float | None = None,
     record: str = "all",
-    window_s: tuple[float, float] = (-math.inf, math.inf),
+    window_s: tuple[float, float] = _ALWAYS,
     sample_times_s: Sequence[float] = (),
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
@@ -81,9 +83,18 @@ def solve_pic(
         return solve_pic_ballistic(
             scene, end_s, max_impacts, record, window_s, sample_times_s, contact_duration_s, progress
         )
-    plain_request = record == "all" and not sample_times_s and contact_duration_s == 0 and progress is None
-    if len(scene.discs) == 2 and not scene.walls and plain_request and window_s == (-math.inf, math.inf):
-        return solve_two_discs(scene, end_s, max_impacts)
+    if (
+        len(scene.discs) == 2
+        and not scene.walls
+        and end_s < math.inf
+        and max_impacts != 0
+        and record == "all"
+        and window_s == _ALWAYS
+        and not sample_times_s
+        and contact_duration_s == 0.0
+        and progress is None
+    ):
+        return _solve_two_discs(scene, end_s)
     run = _level_run(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
     progress = _patient(progress)
     samples = []
@@ -112,6 +123,31 @@ def solve_pic(
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=(*run.notes, *extension_notes()),
+    )
+
+
+def _solve_two_discs(scene: Scene, end_s: float) -> Trace:
+    """Run a scene of two discs and no wall: by its closed form, without queue or cells."""
+    if extension_available():
+        from carom.solvers import two_discs
+
+        solve = two_discs.solve
+    else:
+        solve = plain_two_discs.solve
+    first, second = scene.discs
+    solution = np.frombuffer(solve(first, second, scene.restitution, end_s), plain_two_discs.SOLUTION_DTYPE)
+    impacts_per_disc = solution["impacts_per_disc"][0]
+    count = int(impacts_per_disc[0])
+    return Trace(
+        method="pic",
+        scene=scene,
+        impacts=solution["impact"][:count],
+        final_position_m=solution["final_position_m"][0],
+        final_velocity_m_s=solution["final_velocity_m_s"][0],
+        end_time_s=end_s,
+        counts={"impacts": count, "predictions": count + 1},
+        impacts_per_disc=impacts_per_disc,
+        notes=extension_notes(),
     )
 
 

@@ -1,70 +1,68 @@
-"""Two discs and no wall: the closed form, without queue or cells."""
+"""A scene of two discs and no wall, solved at one go on plain floats: what runs without the compiled extension."""
 
 from __future__ import annotations
 
 import math
+from struct import Struct
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
-from carom.solvers.plain.bodies import require_supported
-from carom.trace import ImpactRecord, Outcome, Trace, impact_array
+from carom.trace import IMPACT_DTYPE
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.scene import Disc
 
-__all__ = ["solve_two_discs"]
+__all__ = ["SOLUTION_DTYPE", "solve"]
 
-_NO_IMPACT = impact_array([])
+#: What the bytes of a solution hold; without an impact its row means nothing.
+SOLUTION_DTYPE = np.dtype(
+    [
+        ("impact", IMPACT_DTYPE),
+        ("final_position_m", "f8", (2, 2)),
+        ("final_velocity_m_s", "f8", (2, 2)),
+        ("impacts_per_disc", "i8", 2),
+    ]
+)
+
+_SOLUTION = Struct("=d2q10d8d2q")
 
 
-def solve_two_discs(scene: Scene, end_s: float, max_impacts: int | None = None) -> Trace:
-    """Run a scene of two discs and no wall, with the result of the event-driven kernel to the bit.
+def solve(first: Disc, second: Disc, restitution: float, end: float) -> bytes:
+    """Return all that becomes of two discs, with the result of the event-driven kernel to the bit.
 
     They meet once at most.
 
     Args:
-        scene: Two discs, no wall, no gravity.
-        end_s: Seconds from the start at which to stop.
-        max_impacts: Stop after this many impacts; None for no limit.
+        first: The first disc of a scene without walls and gravity.
+        second: The second.
+        restitution: Of their impact.
+        end: Seconds from the start at which to stop.
+
+    Returns:
+        The bytes of a number of `SOLUTION_DTYPE`.
     """
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        require_supported(scene, "PIC")
-    first, second = scene.discs
-    (x1, y1), (vx1, vy1), r1 = first.position_m, first.velocity_m_s, first.radius_m
-    (x2, y2), (vx2, vy2), r2 = second.position_m, second.velocity_m_s, second.radius_m
-    w1, w2 = 1.0 / first.mass_kg, 1.0 / second.mass_kg
-    time_s = pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2) if w1 + w2 > 0.0 else math.inf
-    own1 = own2 = 0.0  # the instant that each position is that of
-    impacts, count, outcome = _NO_IMPACT, 0, Outcome.COMPLETED
-    if time_s <= end_s and max_impacts == 0:
-        outcome, end_s = Outcome.MAX_IMPACTS, 0.0
-    elif time_s <= end_s:
+    (x1, y1), (vx1, vy1), w1 = first.position_m, first.velocity_m_s, 1.0 / first.mass_kg
+    (x2, y2), (vx2, vy2), w2 = second.position_m, second.velocity_m_s, 1.0 / second.mass_kg
+    before = (vx1, vy1, vx2, vy2)
+    normal_x = normal_y = math.nan
+    time = pair_time(x1, y1, vx1, vy1, first.radius_m, x2, y2, vx2, vy2, second.radius_m)
+    met = time <= end and time != math.inf
+    if met:
         if w1 > 0.0:
-            x1, y1, own1 = x1 + vx1 * time_s, y1 + vy1 * time_s, time_s
+            x1, y1 = x1 + vx1 * time, y1 + vy1 * time
         if w2 > 0.0:
-            x2, y2, own2 = x2 + vx2 * time_s, y2 + vy2 * time_s, time_s
-        before1, before2, dx, dy = (vx1, vy1), (vx2, vy2), x2 - x1, y2 - y1
-        push = pair_push(dx, dy, vx2 - vx1, vy2 - vy1, w1 + w2, scene.restitution)
+            x2, y2 = x2 + vx2 * time, y2 + vy2 * time
+        dx, dy = x2 - x1, y2 - y1
+        push = pair_push(dx, dy, vx2 - vx1, vy2 - vy1, w1 + w2, restitution)
         vx1, vy1 = vx1 + push * w1 * dx, vy1 + push * w1 * dy
         vx2, vy2 = vx2 - push * w2 * dx, vy2 - push * w2 * dy
         distance = math.sqrt(dx * dx + dy * dy)
-        normal, count = (dx / distance, dy / distance), 1
-        impacts = impact_array([ImpactRecord(time_s, 0, 1, normal, before1, before2, (vx1, vy1), (vx2, vy2))])
-    wait1, wait2 = end_s - own1, end_s - own2
-    final = np.array(
-        ((x1 + vx1 * wait1, y1 + vy1 * wait1), (x2 + vx2 * wait2, y2 + vy2 * wait2), (vx1, vy1), (vx2, vy2))
-    )
-    return Trace(
-        method="pic",
-        scene=scene,
-        impacts=impacts,
-        final_position_m=final[:2],
-        final_velocity_m_s=final[2:],
-        end_time_s=end_s,
-        outcome=outcome,
-        counts={"impacts": count, "predictions": count + 1},
-        impacts_per_disc=np.full(2, count),
-    )
+        normal_x, normal_y = dx / distance, dy / distance
+    after = (vx1, vy1, vx2, vy2)
+    wait = end - time if met else end
+    final = (x1 + vx1 * wait, y1 + vy1 * wait, x2 + vx2 * wait, y2 + vy2 * wait)
+    impact = (time if met else math.inf, 0, 1, normal_x, normal_y, *before, *after)
+    return _SOLUTION.pack(*impact, *final, *after, met, met)

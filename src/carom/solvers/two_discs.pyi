@@ -1,0 +1,3 @@
+from carom.scene import Disc
+
+def solve(first: Disc, second: Disc, restitution: float, end: float) -> bytes: ...

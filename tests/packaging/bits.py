@@ -1,0 +1,56 @@
+"""Every bit of some results: ``python bits.py`` prints a digest of each, the same however Carom was built."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+
+import numpy as np
+
+from carom import Trace, engines, solve_pic, solve_pit
+from carom.bench.time_of_impact import CLASSES, carom_form, pairs_of_class
+from carom.extension import extension_available, extension_notes
+from carom.scenes import all_scenes
+from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
+
+#: Plain Python takes seconds for scenes of more discs or impacts.
+MOST_DISCS, MOST_IMPACTS = 40, 200
+
+
+def trace_bytes(trace: Trace) -> bytes:
+    """Return all that a run has found."""
+    return (
+        b"".join([trace.impacts.tobytes(), trace.final_position_m.tobytes(), trace.final_velocity_m_s.tobytes()])
+        + repr((trace.end_time_s, trace.outcome, trace.ambiguous)).encode()
+    )
+
+
+def results() -> dict[str, str]:
+    """Return a digest of each result, by name."""
+    found: dict[str, bytes] = {}
+    for name in CLASSES:
+        found[f"pairs: {name}"] = carom_form(pairs_of_class(name, 300, 3)).tobytes()
+    for name, entry in all_scenes().items():
+        if len(entry.scene.discs) <= MOST_DISCS:
+            found[f"pic: {name}"] = trace_bytes(solve_pic(entry.scene, max_impacts=MOST_IMPACTS))
+            found[f"pit: {name}"] = trace_bytes(solve_pit(entry.scene))
+    rng = np.random.default_rng(1)
+    place, velocity = (
+        rng.uniform(-3, 3, (2, 300, 2)) + np.array([[[-4.0, 0.0]], [[4.0, 0.0]]]),
+        rng.normal(size=(2, 300, 2)),
+    )
+    pairs = TwoDiscEnsemble.of(place[0], velocity[0], 0.7, place[1], velocity[1], 0.9, restitution=0.7)
+    for name, impacts in (("pic", pic_ensemble(pairs)), ("pit", pit_ensemble(pairs, 2.0, 20))):
+        found[f"ensemble: {name}"] = b"".join(array.tobytes() for array in vars(impacts).values())
+    return {name: hashlib.sha256(data).hexdigest() for name, data in found.items()}
+
+
+if __name__ == "__main__":
+    report = {
+        "compiled": extension_available(),
+        "notes": extension_notes(),
+        "engines": {info.name: info.distribution for info in engines()},
+        "results": results(),
+    }
+    sys.stdout.write(json.dumps(report))

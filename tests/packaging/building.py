@@ -1,0 +1,70 @@
+"""Building and installing Carom, offline: with the tools of the environment that the tests run in."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+__all__ = ["ROOT", "copy_of_the_tree", "install", "make_wheel", "report_of", "run"]
+
+Done = subprocess.CompletedProcess[str]
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def run(*command: str | Path, cwd: Path = ROOT, check: bool = True, env: Mapping[str, str] | None = None) -> Done:
+    """Run a command; what it printed is shown where it fails and that is not expected."""
+    done = subprocess.run(
+        [str(part) for part in command],
+        check=False,
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+        env={**os.environ, **(env or {})},
+    )
+    assert not check or done.returncode == 0, done.stdout + done.stderr
+    return done
+
+
+def copy_of_the_tree(target: Path) -> Path:
+    """Return a copy of what git keeps and of what is not committed yet, without anything built."""
+    listed = run("git", "ls-files", "--cached", "--others", "--exclude-standard", "-z").stdout
+    for name in listed.rstrip("\0").split("\0"):
+        if (ROOT / name).exists():  # a deleted file is listed until that is committed
+            (target / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, target / name)
+    return target
+
+
+def make_wheel(tree: Path, out: Path, env: Mapping[str, str]) -> Done:
+    """Build the wheel of a tree as `pip install` would; variables of the environment say with which compiler."""
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    offline = ("--no-build-isolation", "--no-deps", "--no-index")
+    return run(*pip, "wheel", "-v", *offline, "--wheel-dir", out, tree, check=False, env=env)
+
+
+def install(wheel: Path, target: Path) -> Path:
+    """Install a wheel, without what it depends on, into a folder of its own."""
+    pip = (sys.executable, "-m", "pip", "--disable-pip-version-check")
+    run(*pip, "install", "--quiet", "--no-deps", "--no-index", "--target", target, wheel)
+    return target
+
+
+def report_of(site: Path | None, away: Path) -> dict[str, Any]:
+    """Return what ``bits.py`` prints of the Carom of a folder, started somewhere else; None for this environment's."""
+    # Without `site`, an editable install of this environment can't fill in what the folder lacks.
+    options: list[str] = []
+    env: dict[str, str] = {}
+    if site is not None:
+        options.append("-S")
+        env["PYTHONPATH"] = os.pathsep.join([str(site), sysconfig.get_path("purelib")])
+    done = run(sys.executable, *options, Path(__file__).with_name("bits.py"), cwd=away, env=env)
+    report: dict[str, Any] = json.loads(done.stdout)
+    return report

@@ -1,0 +1,74 @@
+"""The compiled physics gives the bits of the plain Python beside it, function by function; nothing is fused."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from tests.forms import needs_extension
+
+from carom.bench.time_of_impact import CLASSES, pairs_of_class
+from carom.extension import extension_available
+from carom.physics.double_double import two_diff, two_prod, two_sum
+from carom.physics.impact_law import pair_push
+from carom.physics.pair_time import exact_pair_time, pair_time
+from carom.physics.wall_time import wall_time
+
+if extension_available():
+    from carom.physics import probe
+
+pytestmark = needs_extension
+
+
+def test_every_operation_is_rounded_to_a_double() -> None:
+    """The compiler evaluates doubles as doubles: no extended precision changes a bit on the way."""
+    assert probe.EVALUATION_METHOD == 0
+
+
+def test_compiled_error_free_transformations_are_exact() -> None:
+    """A compiled sum, difference or product and its error add up to the exact result: no multiply-add was fused."""
+    rng = np.random.default_rng(5)
+    for _ in range(2000):
+        a, b = (float(x) for x in rng.normal(size=2) * 10.0 ** rng.integers(-20, 20, 2))
+        for compiled, plain, exact in (
+            (probe.two_sum, two_sum, Fraction(a) + Fraction(b)),
+            (probe.two_diff, two_diff, Fraction(a) - Fraction(b)),
+            (probe.two_prod, two_prod, Fraction(a) * Fraction(b)),
+        ):
+            high, low = compiled(a, b)
+            assert Fraction(high) + Fraction(low) == exact
+            assert (high, low) == plain(a, b)
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_the_compiled_time_of_impact_has_the_bits_of_the_plain_one(name: str) -> None:
+    """`pair_time`, and the error-free form alone, agree on every class of input."""
+    for row in pairs_of_class(name, 400, 11).T.tolist():
+        assert probe.pair_time(*row) == pair_time(*row)
+        x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = row
+        pairs = two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2)
+        assert probe.exact_time(*row) == exact_pair_time(*(part for pair in pairs for part in pair))
+
+
+def test_the_compiled_time_to_a_wall_has_the_bits_of_the_plain_one() -> None:
+    """`wall_time` agrees, near the wall and far from the origin, for walls along the axes and aslant."""
+    rng = np.random.default_rng(6)
+    for k in range(2000):
+        turn = rng.uniform(0, 2 * math.pi)
+        nx, ny = (math.cos(turn), math.sin(turn)) if k % 2 else (0.0, 1.0)
+        qx, qy = rng.uniform(-1, 1, 2) * (1e8 if k % 3 else 1.0)
+        radius = rng.uniform(0.1, 1.0)
+        height = radius * (1 + (10 ** rng.uniform(-16, -6) if k % 5 else rng.uniform(-0.1, 9)))
+        row = [*(float(a) for a in (qx + nx * height, qy + ny * height, *rng.normal(size=2), radius, qx, qy, nx, ny))]
+        assert probe.wall_time(*row) == wall_time(*row)
+
+
+def test_the_compiled_impulse_has_the_bits_of_the_plain_one() -> None:
+    """`pair_push` agrees, for discs that approach, separate, and slide past each other."""
+    rng = np.random.default_rng(7)
+    for _ in range(2000):
+        row = [*rng.normal(size=4).tolist(), float(np.exp(rng.normal())), float(rng.uniform())]
+        assert probe.pair_push(*row) == pair_push(*row)
+    assert probe.pair_push(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == pair_push(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == 0.0
