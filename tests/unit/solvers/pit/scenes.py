@@ -38,7 +38,12 @@ def _gas(rng: random.Random) -> list[Disc]:
 def _sizes(rng: random.Random) -> list[Disc]:
     """Radii in a ratio of up to 1:100, the small ones between the large."""
     discs = [
-        Disc(position_m=(4.0 * column, 4.0 * row), velocity_m_s=_speed(rng, 2.0), radius_m=rng.uniform(0.5, 1.5), mass_kg=5)
+        Disc(
+            position_m=(4.0 * column, 4.0 * row),
+            velocity_m_s=_speed(rng, 2.0),
+            radius_m=rng.uniform(0.5, 1.5),
+            mass_kg=5,
+        )
         for row in range(3)
         for column in range(rng.choice([1, 3]))
     ]
@@ -89,7 +94,8 @@ def _far_out(rng: random.Random) -> list[Disc]:
     """The same as a gas, so far from the origin that coordinates are coarse."""
     far = 10.0 ** rng.uniform(4, 12)
     return [
-        disc.model_copy(update={"position_m": (disc.position_m[0] + far, disc.position_m[1] - far)}) for disc in _gas(rng)
+        disc.model_copy(update={"position_m": (disc.position_m[0] + far, disc.position_m[1] - far)})
+        for disc in _gas(rng)
     ]
 
 
@@ -100,7 +106,10 @@ def _coarse(rng: random.Random) -> list[Disc]:
     side = max(1, round(200 * unit))
     discs = []
     for k in range(rng.choice([2, 4, 9])):
-        place = (far + 2 * side * (k % 3) + rng.randint(0, 40) * unit, far + 2 * side * (k // 3) + rng.randint(0, 40) * unit)
+        place = (
+            far + 2 * side * (k % 3) + rng.randint(0, 40) * unit,
+            far + 2 * side * (k // 3) + rng.randint(0, 40) * unit,
+        )
         velocity = tuple(rng.uniform(-4, 4) * unit * 24.0 for _ in range(2))
         discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=side - 25 * unit))
     return discs

@@ -32,7 +32,7 @@ def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
-    """Impacts, ambiguous rows, positions and velocities are the definition's, and none of this holds for want of impacts."""
+    """Impacts, ambiguous rows, positions and velocities are the definition's, over scenes that do have impacts."""
     impacts = 0
     for seed in range(12):
         scene, rate = random_scene(kind, seed)
@@ -67,7 +67,10 @@ def crowd(seed: int, *, ratio: float, speed: float, discs: int = 150) -> Scene:
         mass = math.inf if k % 16 == 5 else radius**2
         velocity = (0.0, 0.0) if mass == math.inf else tuple(rng.normal(size=2) * speed)
         placed.append(Disc(position_m=tuple(place), velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
-    box = [Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (side, (-1, 0)), (side, (0, -1)))]
+    box = [
+        Wall(point_m=(p, p), normal=normal)
+        for p, normal in ((0, (1, 0)), (0, (0, 1)), (side, (-1, 0)), (side, (0, -1)))
+    ]
     restitution = (1.0, 0.9, 0.0)[seed % 3]
     return Scene(name="crowd", discs=placed, walls=box[seed % 2 :], restitution=restitution, duration_s=8.0)
 
@@ -148,7 +151,9 @@ def test_a_million_frames_are_the_definitions_to_the_bit() -> None:
             Disc(position_m=(1.3, 0.9), velocity_m_s=(-0.2, 0.1), radius_m=0.4, mass_kg=3.0),
             Disc(position_m=(2.0, 0.1), radius_m=0.2, mass_kg=math.inf),
         ],
-        walls=[Wall(point_m=(x, x / 2), normal=(nx, ny)) for x, nx, ny in ((-1, 1, 0), (-1, 0, 1), (3, -1, 0), (3, 0, -1))],
+        walls=[
+            Wall(point_m=(x, x / 2), normal=(nx, ny)) for x, nx, ny in ((-1, 1, 0), (-1, 0, 1), (3, -1, 0), (3, 0, -1))
+        ],
         duration_s=1e6 / 97.0,
     )
     assert len(assert_identical(scene, FrameClock.at_rate(97.0)).log) > 1000
@@ -252,7 +257,7 @@ def test_negative_zeros_are_the_definitions() -> None:
 
 
 def test_rows_have_the_size_of_the_record() -> None:
-    """What is copied into a row of `IMPACT_DTYPE` is as long as that, and no more rows are handed out than there are."""
+    """A row that is copied is as long as one of `IMPACT_DTYPE`, and no more rows are handed out than there are."""
     from carom.solvers.pit.frame_loop import FrameLoop
 
     loop = FrameLoop(line(0.0, 1.0, velocities=(1.0, 0.0)), 1.0, 8.0, True, math.inf)

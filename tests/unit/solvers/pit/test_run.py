@@ -44,7 +44,9 @@ def billiard(*, gravity: float = 0.0) -> Scene:
             Disc(position_m=(3.0, 1.5), velocity_m_s=(-8.0, 1.0), radius_m=0.4, mass_kg=2.0),
             Disc(position_m=(2.0, 3.0), velocity_m_s=(1.0, -9.0), radius_m=0.3),
         ],
-        walls=[Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))],
+        walls=[
+            Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))
+        ],
         gravity_m_s2=(0.0, -gravity),
         duration_s=10.0,
     )
@@ -109,7 +111,7 @@ def test_no_frames_change_nothing(form: Form) -> None:
 
 
 def test_a_limit_ends_the_run_after_the_frame_that_reaches_it(form: Form) -> None:
-    """Frames are taken whole, up to the first one with which there have been so many impacts; the rest goes on from there."""
+    """Frames are taken whole, up to the first with which there have been so many impacts; the rest goes on from there."""
     scene = billiard()
     whole = finished(scene, CLOCK, form).log.array()
     shared = next(k for k in range(10, len(whole)) if whole["time_s"][k] == whole["time_s"][k - 1])
@@ -145,14 +147,14 @@ def test_a_time_that_is_none_is_refused(form: Form, time_s: float) -> None:
         form(billiard(), CLOCK).advance_to(time_s)
 
 
-class Interrupted(Exception):
+class StopError(Exception):
     """Raised by a signal's handler, as Ctrl-C raises KeyboardInterrupt."""
 
 
 @contextmanager
 def interrupted_soon() -> Iterator[None]:
     def interrupt(*_: object) -> None:
-        raise Interrupted
+        raise StopError
 
     before = signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, 0.05)
@@ -165,10 +167,10 @@ def interrupted_soon() -> Iterator[None]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no timer that signals")
 def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
-    """What would take a minute and more ends soon after the signal; afterwards the run ends as if nothing had happened."""
+    """What would take a minute ends soon after the signal; afterwards the run ends as if nothing had happened."""
     scene = gas_scene(1000, 0.3)
     run = form(scene, CLOCK)
-    with interrupted_soon(), pytest.raises(Interrupted):
+    with interrupted_soon(), pytest.raises(StopError):
         run.advance_frames(2_000_000)
     assert run.frames < 2_000_000
     if isinstance(run, FrameSampledRun):  # interrupted in the middle of a frame, for all that it knows
