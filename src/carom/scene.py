@@ -31,7 +31,7 @@ from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
 from carom.sizes import span_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Generator, Iterable, Iterator
 
     from pydantic_core import ErrorDetails
 
@@ -252,7 +252,10 @@ class Scene(_Model):
             wall_restitution=self.wall_restitution,
         )
 
-    # A copy may have other discs, and a process that a scene is sent to makes its own arrays.
+    # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
+
+    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
+        return ((name, value) for name, value in super().__iter__() if name != "arrays")
 
     def __copy__(self) -> Self:
         copied = super().__copy__()

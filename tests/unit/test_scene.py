@@ -367,6 +367,12 @@ def test_equal_scenes_compare_and_hash_equal() -> None:
     assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
 
 
+def test_a_scene_taken_apart_makes_an_equal_one() -> None:
+    """The fields of a scene, and nothing else, are what iterating it gives: they make the scene again."""
+    made = scene(walls=[{"point_m": [0, -1], "normal": [0, 1]}])
+    assert Scene(**dict(made)) == made
+
+
 def test_scenes_survive_pickling() -> None:
     """A scene sent to a worker process arrives equal, infinite mass, walls and all."""
     made = scene(

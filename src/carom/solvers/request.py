@@ -81,8 +81,8 @@ class Request(NamedTuple):
 
     @property
     def is_plain(self) -> bool:
-        """Whether all impacts are asked for, and nothing else."""
-        return self[1:] == (None, True, ALWAYS, (), 0.0, None)
+        """Whether impacts are asked for, all or the first few, and nothing else."""
+        return self.max_impacts != 0 and self[2:] == (True, ALWAYS, (), 0.0, None)
 
     @property
     def options(self) -> dict[str, Any]:
