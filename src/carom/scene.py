@@ -308,7 +308,7 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
     whole, part = a * d, b * c  # the quotient is whole / part
     if whole > MOST_STEPS * part:
         raise InputError(
-            f"a step must be at least {1 / MOST_STEPS:.3g} of the time that it is to cover ({duration_s} s), "
+            f"a step must be at least {1 / MOST_STEPS:.3g} of the scene's duration ({duration_s} s), "
             f"got {dt_s}: lengthen it, or shorten the scene"
         )
     nearest = (2 * whole + part) // (2 * part)

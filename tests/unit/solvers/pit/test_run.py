@@ -111,7 +111,7 @@ def test_no_frames_change_nothing(form: Form) -> None:
 
 
 def test_a_limit_ends_the_run_after_the_frame_that_reaches_it(form: Form) -> None:
-    """Frames are taken whole, up to the first with which there have been so many impacts; the rest goes on from there."""
+    """Frames are taken whole, up to the first that reaches the number of impacts; the rest goes on from there."""
     scene = billiard()
     whole = finished(scene, CLOCK, form).log.array()
     shared = next(k for k in range(10, len(whole)) if whole["time_s"][k] == whole["time_s"][k - 1])
