@@ -75,7 +75,7 @@ class CompiledRun(FrameRun):
     def __init__(self, scene: Scene, clock: FrameClock, *, skipping: bool = True, patience: float = PATIENCE) -> None:
         require_supported(scene, "compiled PIT")
         super().__init__(clock)
-        self._loop = FrameLoop(scene, clock.step_s, clock.rate_hz, skipping, patience)
+        self._loop = FrameLoop(scene.arrays, clock.step_s, clock.rate_hz, skipping, patience)
         self.log = CompiledLog(self._loop)
 
     @property

@@ -44,10 +44,10 @@ cdef void *memory(Index count, size_t size) except NULL:
 
 
 cdef class FrameLoop:
-    """PIT on the discs and walls of a scene.
+    """PIT on discs and walls.
 
     Args:
-        scene: The scene, without gravity.
+        start: The discs and walls, `carom.disc_arrays.DiscArrays`.
         step_s: Frame k stands at ``k * step_s / rate_hz``, seconds.
         rate_hz: See `step_s`.
         skips: Whether tests that can find nothing are left out.
@@ -57,32 +57,32 @@ cdef class FrameLoop:
 
     cdef State s
 
-    def __cinit__(self, scene, double step_s, double rate_hz, bint skips, double patience):
+    def __cinit__(self, start, double step_s, double rate_hz, bint skips, double patience):
         s = &self.s
         cdef Index i
-        s.disc_count, s.wall_count = len(scene.discs), len(scene.walls)
+        cdef const double[:, :] position = start.position_m, velocity = start.velocity_m_s
+        cdef const double[:] radius = start.radius_m, mass = start.mass_kg
+        s.disc_count, s.wall_count = position.shape[0], len(start.walls)
         if s.disc_count + s.wall_count > 2**31 - 1:
             raise ValueError("more discs and walls than can be numbered")
         s.clock.step, s.clock.rate = step_s, rate_hz
         s.horizon = MOST_FRAMES * step_s / rate_hz
-        s.law.restitution, s.law.wall_restitution = scene.restitution, scene.wall_restitution
+        s.law.restitution, s.law.wall_restitution = start.restitution, start.wall_restitution
         s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
         s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
         s.due = <double *>memory(s.disc_count, sizeof(double))
         s.looking = <int *>memory(s.disc_count + 1, sizeof(int))
         s.record.recent = <Recent *>memory(s.disc_count, sizeof(Recent))
-        for i, disc in enumerate(scene.discs):
+        for i in range(s.disc_count):
             a = &s.discs[i]
-            a.x, a.y = disc.position_m
-            a.vx, a.vy = disc.velocity_m_s
-            a.radius, a.inverse_mass = disc.radius_m, 1.0 / <double>disc.mass_kg
+            a.x, a.y, a.vx, a.vy = position[i, 0], position[i, 1], velocity[i, 0], velocity[i, 1]
+            a.radius, a.inverse_mass = radius[i], 1.0 / mass[i]
             a.cell = NOWHERE
             s.due[i] = INF if a.inverse_mass == 0.0 else 0.0
             forget(&s.record.recent[i])
-        for i, wall in enumerate(scene.walls):
-            s.walls[i].x, s.walls[i].y = wall.point_m
-            s.walls[i].nx, s.walls[i].ny = wall.normal
+        for i, wall in enumerate(start.walls):
+            s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
         if skips:
             self.fill_grid()
 

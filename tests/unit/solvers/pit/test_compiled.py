@@ -260,7 +260,7 @@ def test_rows_have_the_size_of_the_record() -> None:
     """A row that is copied is as long as one of `IMPACT_DTYPE`, and no more rows are handed out than there are."""
     from carom.solvers.pit.frame_loop import FrameLoop
 
-    loop = FrameLoop(line(0.0, 1.0, velocities=(1.0, 0.0)), 1.0, 8.0, True, math.inf)
+    loop = FrameLoop(line(0.0, 1.0, velocities=(1.0, 0.0)).arrays, 1.0, 8.0, True, math.inf)
     loop.run(1, 100, 1e9)
     assert loop.recorded == 1
     with pytest.raises(IndexError, match="1 have been recorded"):

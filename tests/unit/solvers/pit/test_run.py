@@ -187,7 +187,7 @@ def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.solvers.pit.frame_loop import FrameLoop
 
-    loop = FrameLoop(gas_scene(300, 0.3), 1.0, 24.0, False, 0.0)
+    loop = FrameLoop(gas_scene(300, 0.3).arrays, 1.0, 24.0, False, 0.0)
     thread = threading.Thread(target=loop.run, args=(500, 2**62, 1e18))
     thread.start()
     seen = set()
