@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import tomllib
 from enum import StrEnum
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-import tomli_w
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -282,6 +278,8 @@ class Scene(_Model):
         Raises:
             InputError: `dt_s` is not a finite number above 0.
         """
+        from fractions import Fraction
+
         if not 0 < dt_s < math.inf:
             raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
         exact = Fraction(self.duration_s) / Fraction(dt_s)
@@ -312,6 +310,9 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _parse(path: Path) -> dict[str, Any]:
+    import json
+    import tomllib
+
     if path.suffix not in {".toml", ".json"}:
         raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
     try:
@@ -353,6 +354,8 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix == ".toml":
+        import tomli_w
+
         text = tomli_w.dumps(scene.model_dump(mode="python"))
     elif path.suffix == ".json":
         text = scene.model_dump_json(indent=2) + "\n"

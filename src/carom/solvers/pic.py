@@ -15,13 +15,13 @@ from carom.errors import InputError
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain import two_discs as plain_two_discs
-from carom.solvers.plain.run import AllPairsRun
 from carom.trace import Outcome, Samples, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from carom.scene import Scene
+    from carom.solvers.plain.run import AllPairsRun
     from carom.solvers.run import Progress, Run
 
 __all__ = ["pic_run", "solve_pic"]
@@ -40,7 +40,11 @@ def pic_run(scene: Scene) -> Run:
 
 def _level_run(scene: Scene, **options: Any) -> EventDrivenRun | AllPairsRun:
     """Return a run without gravity, in the form that is there; the options are those that both forms have."""
-    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
+    if extension_available():
+        return EventDrivenRun(scene, **options)
+    from carom.solvers.plain.run import AllPairsRun
+
+    return AllPairsRun(scene, **options)
 
 
 def solve_pic(

@@ -12,7 +12,6 @@ from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
-from carom.scene import Need
 from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
 from carom.trace import ImpactRecord, wall_body, wall_index
 
@@ -32,7 +31,7 @@ def require_supported(scene: Scene, solver: str) -> None:
     Raises:
         InputError: The scene has gravity.
     """
-    if Need.GRAVITY in scene.needs:
+    if scene.gravity_m_s2 != (0.0, 0.0):
         raise InputError(
             f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; "
             "solve_pic and solve_pit do, or set it to [0, 0]"
