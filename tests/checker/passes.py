@@ -8,6 +8,7 @@ and their flights held against each other: a straight relative motion, whose clo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,6 +32,8 @@ __all__ = ["Overlap", "disc_overlaps", "wall_overlaps"]
 IMPACTS_PER_WINDOW = 0.3
 #: Discs in all windows that are dealt with at a time: what is computed of them still fits into a cache.
 DISCS_AT_A_TIME = 4_000
+#: Pairs of discs that are dealt with at a time: where all discs fly far in a window, each is near all others.
+PAIRS_AT_A_TIME = 100_000
 #: Cells along a side at most, so that their numbers have 16 bits and are sorted by digits.
 MOST_CELLS = 250
 
@@ -167,14 +170,23 @@ def _near(x: Floats, y: Floats, radius: Floats) -> Iterator[tuple[Ranks, Ranks]]
     x, y, radius = x.ravel()[order], y.ravel()[order], radius.ravel()[order]
     up = np.repeat(stride.ravel(), discs) + sorted_cell
     rank = np.arange(len(order))
-    for begin, end in (
-        (rank + 1, begins[sorted_cell + 2]),
-        (begins[up - 1], begins[np.minimum(up + 2, len(begins) - 1)]),
-    ):
-        a, b = spans(begin, np.maximum(end - begin, 0))
-        reach = radius[a] + radius[b]
-        near = np.flatnonzero((x[b] - x[a]) ** 2 + (y[b] - y[a]) ** 2 <= reach * reach)
-        yield order[a[near]], order[b[near]]
+    beyond = len(begins) - 1
+    for begin, end in ((rank + 1, begins[sorted_cell + 2]), (begins[up - 1], begins[np.minimum(up + 2, beyond)])):
+        count = np.maximum(end - begin, 0)
+        for some in _blocks(count):
+            a, b = spans(begin[some], count[some])
+            a += some.start
+            reach = radius[a] + radius[b]
+            near = np.flatnonzero((x[b] - x[a]) ** 2 + (y[b] - y[a]) ** 2 <= reach * reach)
+            yield order[a[near]], order[b[near]]
+
+
+def _blocks(count: Ranks) -> Iterator[slice]:
+    """Yield the parts of an array of counts of pairs that are dealt with at a time."""
+    total = np.cumsum(count)
+    cuts = np.searchsorted(total, np.arange(PAIRS_AT_A_TIME, total[-1], PAIRS_AT_A_TIME)).tolist()
+    for begin, end in pairwise([0, *cuts, len(count)]):
+        yield slice(begin, end)
 
 
 def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[Ranks, Floats, Floats, Floats]:

@@ -1,25 +1,21 @@
-"""Speed and reach of certified runs on the hard-disc gas: ``python -m carom.bench.certified [--long]``.
+"""Speed and reach of certified runs on the hard-disc gas: ``python -m carom.bench.certified [--baseline PYTHON]``.
 
-Times are of the processor, since the machine may be shared; replays at higher precision are part of them. Loading
-or compiling the bounds is not: a process does it once, and it is printed by itself. The horizon is the impact up to
-which float64 PIC agrees with the certified run.
+Times are of the processor, since the machine may be shared; replays at higher precision are part of them. With another
+environment's interpreter as the baseline, both are timed in turn. The horizon is the impact up to which float64 PIC
+agrees with the certified run.
 """
 
 from __future__ import annotations
 
-import time
-import timeit
+import statistics
+from contextlib import ExitStack
 from typing import NamedTuple
 
-import numpy as np
-
 from carom import certify, solve_pic
-from carom.bench.arguments import parser, run
+from carom.bench.arguments import count, parser, run
+from carom.bench.baseline import Interpreter, alternating
 from carom.bench.gas import gas_scene
 from carom.comparator import horizon_of
-from carom.errors import MissingExtraError
-from carom.physics.compilation import compiler_installed
-from carom.solvers.certified.lower_bounds import load_compiled
 
 __all__ = ["GASES", "Measured", "main", "measure"]
 
@@ -27,11 +23,41 @@ __all__ = ["GASES", "Measured", "main", "measure"]
 GASES = ((16, 0.1, 500), (16, 0.4, 1000), (64, 0.4, 1000), (64, 0.4, 4000), (256, 0.4, 4000))
 LONG = (64, 0.4, 30_000)
 
+#: Answers discs, packing and impacts with seconds. A baseline may have bounds that it compiles when they pay: it is
+#: timed with them.
+_TIMES = """
+import sys, time
+from carom import certify
+from carom.bench.gas import gas_scene
+try:
+    from carom.solvers.certified.lower_bounds import load_compiled
+    load_compiled()
+except ImportError:
+    pass
+for line in sys.stdin:
+    discs, packing, impacts = line.split()
+    scene = gas_scene(int(discs), float(packing))
+    begin = time.process_time()
+    certify(scene, max_impacts=int(impacts))
+    print(time.process_time() - begin, flush=True)
+"""
+#: Answers once, with the seconds of a process's first certified run, the imports that it makes included.
+_FIRST = """
+import sys, time
+import carom
+from carom.bench.gas import gas_scene
+scene = gas_scene(64, 0.4)
+for line in sys.stdin:
+    begin = time.process_time()
+    carom.certify(scene, max_impacts=int(line))
+    print(time.process_time() - begin, flush=True)
+"""
+_FIRST_IMPACTS = 100
+
 
 class Measured(NamedTuple):
-    """One row: processor seconds, impacts that were certified, bits, and where float64 parts from the truth."""
+    """One row: impacts that were certified, bits, and where float64 parts from the truth."""
 
-    seconds: float
     impacts: int
     precision_bits: int
     bits_lost: float
@@ -43,13 +69,10 @@ class Measured(NamedTuple):
 def measure(discs: int, packing: float, impacts: int) -> Measured:
     """Certify the first impacts of a gas to 15 digits."""
     scene = gas_scene(discs, packing)
-    begin = time.process_time()
     certified = certify(scene, max_impacts=impacts)
-    seconds = time.process_time() - begin
     pic = solve_pic(scene, max_impacts=impacts)
     near, far = (horizon_of(certified, pic, tolerance=tolerance) for tolerance in (1e-12, 1e-6))
     return Measured(
-        seconds,
         len(certified),
         certified.precision_bits,
         certified.bits_lost / max(len(certified), 1),
@@ -59,41 +82,42 @@ def measure(discs: int, packing: float, impacts: int) -> Measured:
     )
 
 
-def yardsticks() -> tuple[float, float]:
-    """Return nanoseconds of a product of two balls of 500 bits, and of two arrays of 64: what this machine does now."""
-    try:
-        from flint import arb, ctx
-    except ImportError:
-        raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
-    with ctx.workprec(500):
-        a, b = arb(2).sqrt(), arb(3).sqrt()
-        balls = min(timeit.repeat(lambda: a * b, number=2000, repeat=9)) / 2000
-    x = np.linspace(0.0, 1.0, 64)
-    return balls * 1e9, min(timeit.repeat(lambda: x * x, number=2000, repeat=9)) / 2000 * 1e9
-
-
-def main(*, with_long: bool = False) -> None:
+def main(*, with_long: bool, baseline: str | None, rounds: int) -> None:
     """Print the table."""
-    print("a product of two balls of 500 bits: {:.0f} ns; of two arrays of 64: {:.0f} ns".format(*yardsticks()))
-    if compiler_installed():
-        begin = time.process_time()
-        load_compiled()
-        print(f"loading or compiling the compiled bounds: {time.process_time() - begin:.2f} s")
+    pythons = [None, baseline] if baseline else [None]
+    seconds = []
+    for _ in range(rounds):
+        for python in pythons:
+            with Interpreter(_FIRST, python) as interpreter:
+                seconds.append(interpreter.ask(str(_FIRST_IMPACTS))[0])
+    firsts = [statistics.median(seconds[k :: len(pythons)]) for k in range(len(pythons))]
+    print(f"first run of a process, {_FIRST_IMPACTS} impacts of 64 discs, s: {_beside(firsts, '.3f')}")
     print(
-        f"{'discs':>6} {'packing':>8} {'impacts':>8} {'s':>7} {'impacts/s':>10} {'bits':>6} {'bits/impact':>12} "
-        f"{'replays':>8} {'|dv| > 1e-12':>13} {'|dv| > 1e-6':>12} {'order differs':>14}"
+        f"{'discs':>6} {'packing':>8} {'impacts':>8} {'impacts/s':>{9 + 16 * bool(baseline)}} {'bits':>6} "
+        f"{'bits/impact':>12} {'replays':>8} {'|dv| > 1e-12':>13} {'|dv| > 1e-6':>12} {'order differs':>14}"
     )
-    for discs, packing, impacts in (*GASES, *([LONG] if with_long else [])):
-        m = measure(discs, packing, impacts)
-        order = "" if m.order_differs is None else str(m.order_differs)
-        print(
-            f"{discs:6d} {packing:8.1f} {m.impacts:8d} {m.seconds:7.2f} {m.impacts / m.seconds:10.0f} "
-            f"{m.precision_bits:6d} {m.bits_lost:12.3f} {m.replays:8d} {m.agreed[0]:13d} {m.agreed[1]:12d} {order:>14}",
-            flush=True,
-        )
+    with ExitStack() as stack:
+        interpreters = [stack.enter_context(Interpreter(_TIMES, python)) for python in pythons]
+        for discs, packing, impacts in (*GASES, *([LONG] if with_long else [])):
+            m = measure(discs, packing, impacts)
+            rates = [m.impacts / s for s in alternating(interpreters, f"{discs} {packing} {impacts}", rounds)]
+            order = "" if m.order_differs is None else str(m.order_differs)
+            print(
+                f"{discs:6d} {packing:8.1f} {m.impacts:8d} {_beside(rates, '9.0f')} {m.precision_bits:6d} "
+                f"{m.bits_lost:12.3f} {m.replays:8d} {m.agreed[0]:13d} {m.agreed[1]:12d} {order:>14}",
+                flush=True,
+            )
+
+
+def _beside(numbers: list[float], form: str) -> str:
+    """Return a number, and beside it the baseline's and how many times that it is."""
+    own, *other = numbers
+    return f"{own:{form}}" + "".join(f" /{number:{form}} = {own / number:.2f}" for number in other)
 
 
 if __name__ == "__main__":
     command = parser("carom.bench.certified", __doc__)
     command.add_argument("--long", dest="with_long", action="store_true", help="also 30,000 impacts of 64 discs")
+    command.add_argument("--baseline", metavar="PYTHON", help="the interpreter of another environment, timed beside")
+    command.add_argument("--rounds", type=count, default=5, help="timings of each, of which the median stands")
     run(command, main)

@@ -5,6 +5,7 @@
 
 import numpy as np
 
+from cython cimport final
 from libc.stdlib cimport free, malloc
 
 cdef enum:
@@ -139,6 +140,7 @@ cdef Py_ssize_t node_count(Py_ssize_t items):
     return 2 * leaves - 1
 
 
+@final
 cdef class Search:
     """The near pairs of some discs; see `carom.broad_phase.near_pairs` for the arguments."""
 

@@ -154,18 +154,26 @@ class BallBodies:
         """Whether discs `i` and `j` are on the paths that their impact with each other gave them: then they part."""
         return (not self.movable[i] or self.partner[i] == j) and (not self.movable[j] or self.partner[j] == i)
 
-    def since(self, i: int, second: int) -> arb | None:
-        """Return when disc `i` last met anybody whose impact could bear on one with `second`; None if never.
+    def path_start(self, i: int, body: int) -> float:
+        """Return the later of the reference instants of disc `i` and another body: where both are on these paths."""
+        return self.time[i] if body < 0 else max(self.time[i], self.time[body])
+
+    def since(self, i: int, second: int) -> arb:
+        """Return when disc `i` last met anybody whose impact could bear on one with `second`; 0 if never.
 
         An impact on a wall exactly orthogonal to another changes neither the distance from that other nor the speed
         towards it.
         """
-        latest = None
+        latest = ZERO
         for key, time in self.met[i].items():
-            if second < 0 and key < 0 and self.orthogonal(key, second):
-                continue
-            latest = time if latest is None else latest.max(time)
+            if not (second < 0 and key < 0 and self.orthogonal(key, second)):
+                latest = latest.max(time)
         return latest
+
+    def began(self, i: int, second: int, at: float) -> arb | None:
+        """Return when the later of two bodies' paths began, as far as it bears on their impact; None if before `at`."""
+        times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
+        return times[0].max(times[-1]) if times else None
 
     def orthogonal(self, wall: int, other: int) -> bool:
         """Whether two walls, by body number, are exactly orthogonal."""

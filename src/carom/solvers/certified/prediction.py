@@ -93,44 +93,35 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     time = arb(at) - gap / speed
     if time < at:  # before this path, which is known to be free of impacts until then
         return None
-    decided = at > bodies.last_met[i]
-    if not decided:
-        since = bodies.since(i, second)
-        decided = bool(time > (ZERO if since is None else since))
+    begin = bodies.began(i, second, at)
+    decided = begin is None or bool(time > begin)
     return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
 
 
 def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on wall `k` along a parabola; `Meeting.at` is as near before it as float64 has."""
+    """Return the impact of disc `i` on wall `k` along a parabola."""
     second = -1 - k
     gap, speed, pull = _fall_of_gap(bodies, i, k, at)
     d = speed * speed - 2 * pull * gap
     away = pull_along_wall(bodies.scene, k) > 0
     if d < 0 or d.is_zero() or (bodies.untouched(i) and exactly_grazing_wall(bodies.scene, i, k)):
         return None
-    since = bodies.since(i, second)
-    start = ZERO if since is None else since
+    begin = bodies.since(i, second)
     if not d > 0:  # turns back where it may just touch; or it may lie on the wall
         least, most = d.lower().max(ZERO).sqrt(), d.upper().sqrt()
         time = arb(at) + (ZERO - speed - least.union(most)) / pull
-        if time < start:
+        if time < begin:
             return None
         time = _earliest(time, at)
         return Meeting(i, second, at, time, float_above(time), False, resting=not away)
-    time = arb(at) + _wait(gap, speed, pull, d)
-    if time < start or time < at:  # before this path, which is known to be free of impacts until `at`
+    wait = _wait(gap, speed, pull, d)
+    time = arb(at) + wait
+    if time < begin or time < at:  # before this path, which is known to be free of impacts until `at`
         return None
-    if not time > start:
+    if not time > begin:
         time = _earliest(time, at)
         return Meeting(i, second, at, time, float_above(time), False, resting=True)
-    near = max(at, float_below(time))
-    gap, speed, pull = _fall_of_gap(bodies, i, k, near)
-    root = (speed * speed - 2 * pull * gap).sqrt()
-    wait = 2 * gap / (root - speed)
-    sharp = arb(near) + wait
-    if not (sharp.is_finite() and root > 0 and sharp > start):  # `near` is no better an instant to solve from
-        root, wait, near, sharp = d.sqrt(), time - arb(at), at, time
-    return Meeting(i, second, near, sharp, float_above(sharp), True, fall=(root, wait))
+    return Meeting(i, second, at, time, float_above(time), True, fall=(d.sqrt(), wait))
 
 
 def _fall_of_gap(bodies: BallBodies, i: int, k: int, at: float) -> tuple[arb, arb, arb]:
@@ -181,16 +172,15 @@ def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     if wait is None:
         return Meeting(i, j, at, arb(at), float_above(arb(at)), False, resting=True)
     time = arb(at) + wait
+    begin = bodies.began(i, j, at)
+    if begin is not None and not time > begin:
+        if root.is_finite() and _already_apart(wait, root, ux, uy, at, begin):
+            return None
+        touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
+        if time < at:  # they overlap: driven together, they meet at once
+            time = begin
+        return Meeting(i, j, at, time, float_above(time), False, resting=True, proven=touching)
     latest = float_above(time)
-    for disc in (i, j):
-        if at > bodies.last_met[disc]:
-            continue
-        since = bodies.since(disc, max(i, j))
-        if not time > (ZERO if since is None else since):
-            if root.is_finite() and _already_apart(wait, root, ux, uy, at, since):
-                return None
-            certainly = since is not None and bool((time - since).is_zero())
-            return Meeting(i, j, at, time, latest, False, resting=True, proven=certainly)
     return Meeting(i, j, at, time, latest, True, pair=(xi, yi, xj, yj, dx, dy, ux, uy, root, wait))
 
 
@@ -209,12 +199,10 @@ def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
     return closing * reach, gap / closing
 
 
-def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, since: arb | None) -> bool:
+def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, begin: arb) -> bool:
     """Whether the bodies, on their paths extended backwards, had parted again before the paths began."""
-    if since is None:
-        return False
     parted = arb(at) + wait + 2 * root / (ux * ux + uy * uy)
-    return bool(parted < since)
+    return bool(parted < begin)
 
 
 def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:

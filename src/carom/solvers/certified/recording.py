@@ -15,10 +15,10 @@ __all__ = ["Recording", "nearest"]
 
 #: Bits kept of a ball beyond the digits asked for.
 GUARD_BITS = 64
-#: Accuracy from which a ball's radius is lost in what is added to half a unit in the last place, 2^-40 of it.
-SHARP_BITS = 100
-#: Half a unit in the last place of a float64, relative to it, and a little more.
-HALF_UNIT = 2.0**-53 * (1.0 + 2.0**-40)
+#: What rounding to a float64 costs, relative to it, and a little more.
+ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
+#: Accuracy from which a ball's radius is lost in that little.
+NEGLIGIBLE_RADIUS_BITS = 100
 #: Decimal digits that every float64 holds.
 MOST_FLOAT_DIGITS = 15
 LOG2_10 = math.log2(10)
@@ -36,36 +36,40 @@ def nearest(ball: arb) -> tuple[float, float]:
     high = float(ball)
     size = abs(high)
     if not 2.0**-900 < size < math.inf:
-        return _nearest_by_integers(ball)
+        return _nearest_out_of_range(ball)
     rest = ball - high
     low = float(rest)
     value = high + low
-    if ball.rel_accuracy_bits() >= SHARP_BITS:
+    if ball.rel_accuracy_bits() >= NEGLIGIBLE_RADIUS_BITS:
         exact = low == 0.0 and rest.is_zero()
-        return value, 0.0 if exact else size * HALF_UNIT
-    return value, math.nextafter(float(ball.rad()) + size * HALF_UNIT, math.inf)
+        return value, 0.0 if exact else size * ROUNDING
+    return value, math.nextafter(float(ball.rad()) + size * ROUNDING, math.inf)
 
 
-def _nearest_by_integers(ball: arb) -> tuple[float, float]:
-    """Do as `nearest` where float64 has fewer bits, or none: by integers, which Python rounds correctly."""
+def _nearest_out_of_range(ball: arb) -> tuple[float, float]:
+    """Do as `nearest` where float64 has too few bits for the rest, or none at all: scaled by a power of two."""
     mantissa, exponent = ball.mid().man_exp()
-    whole, power = int(mantissa), int(exponent)
-    excess = max(0, whole.bit_length() - 1000)  # beyond float64's range as an integer: 1000 bits are enough
-    value = math.ldexp(float(whole >> excess), power + excess)
-    radius = float(ball.rad())
-    if whole == 0 or (whole.bit_length() <= 53 and power >= -1074):  # a float64 itself
-        return value, 0.0 if ball.is_exact() else math.nextafter(radius, math.inf)
-    return value, math.nextafter(radius + math.ulp(value), math.inf)
+    if mantissa == 0:
+        return 0.0, math.nextafter(float(ball.rad()), math.inf)
+    power = int(exponent) + int(mantissa).bit_length()
+    scaled = nearest(ball * arb((1, -power)))
+    value, radius = (math.ldexp(number, power) for number in scaled)
+    if (math.ldexp(value, -power), math.ldexp(radius, -power)) != scaled:  # each is off by half of the least float
+        radius = math.nextafter(radius, math.inf)
+    return value, radius
 
 
 def _quotient(part: arb, length: arb) -> tuple[float, float]:
     """Return a float64 near the quotient of two balls, within 4 roundings of it, and how far the truth can be."""
     if part.is_zero():
         return 0.0, 0.0
-    if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) < SHARP_BITS:
+    if min(part.rel_accuracy_bits(), length.rel_accuracy_bits()) < NEGLIGIBLE_RADIUS_BITS:
         return nearest(+(part / length))
-    value = float(part) / float(length)  # each is off by less than two halves of a unit, and divided to a half
-    return (value, abs(value) * 6.0 * HALF_UNIT) if abs(value) > 2.0**-900 else nearest(+(part / length))
+    divided, divisor = float(part), float(length)
+    value = divided / divisor  # each is off by less than two halves of a unit, and divided to a half
+    if min(abs(value), abs(divided), divisor) > 2.0**-900:
+        return value, abs(value) * 6.0 * ROUNDING
+    return nearest(+(part / length))
 
 
 class Recording:
@@ -86,9 +90,11 @@ class Recording:
         self.rows: list[tuple[Any, ...]] = []
         self.radii: list[tuple[Any, ...]] = []
         self.decimals: list[tuple[str, ...]] = []
-        self._tolerance = 10.0**-digits
-        self._speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
-        self._length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
+        self._tolerance = arb(10) ** -digits
+        speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
+        length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
+        #: How far velocities and positions may be off.
+        self._tolerances = (self._tolerance * speed, self._tolerance * length)
         self._pending: list[BallImpact] = []
         self._skip = 0
         self._velocity = [((disc.velocity_m_s), (0.0, 0.0)) for disc in scene.discs]
@@ -127,8 +133,8 @@ class Recording:
         """Whether the state of every disc is known to the digits asked for."""
         velocities, places = (*bodies.vx, *bodies.vy), (*bodies.x, *bodies.y)
         return all(
-            float(ball.rad()) <= self._tolerance * scale
-            for balls, scale in ((velocities, self._speed), (places, self._length))
+            ball.rad() <= tolerance
+            for balls, tolerance in zip((velocities, places), self._tolerances, strict=True)
             for ball in balls
         )
 
@@ -144,11 +150,9 @@ class Recording:
             before_second, after_second = self._velocity[second], ((bx, by), (brx, bry))
             widest = max(widest, brx, bry)
         # Float64's own rounding is part of these radii: where it alone decides, the balls' radii are looked at.
-        if widest > self._tolerance * self._speed and any(
-            float(v.rad()) > self._tolerance * self._speed for v in after
-        ):
+        if self._tolerances[0] < widest and not all(v.rad() <= self._tolerances[0] for v in after):
             return False
-        if t_radius > self._tolerance * t and float(time.rad()) > self._tolerance * t:
+        if self._tolerance * t < t_radius and not time.rad() <= self._tolerance * t:
             return False
         before_first, self._velocity[first] = self._velocity[first], ((ax, ay), (arx, ary))
         if second >= 0:

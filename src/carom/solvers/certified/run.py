@@ -141,7 +141,7 @@ def _next_bits(stage: Stage, scene: Scene, budget: Budget, base: int) -> int:
     """Return the precision that the bits lost so far let expect to be enough."""
     done = max(len(stage.events), 1)
     reached = max(stage.bodies.time)
-    expected = done * scene.duration_s / reached if reached > 0 else math.inf
+    expected = done * (scene.duration_s / reached) if reached > 0 else math.inf
     target = min(expected * _MARGIN, math.inf if budget.max_impacts is None else budget.max_impacts)
     lost = max(stage.bits - stage.bodies.worst_accuracy_bits(), 0) / done
     wanted = min(base + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS, stage.bits * _MOST_RISE)

@@ -3,20 +3,28 @@
 The event with the least lower bound is solved in balls, which raises its bound; when the least bound belongs to an
 event that is solved already, all whose bounds do not exceed its time are its rivals, and they are solved, too. It comes
 next if it is certainly before each rival, or if the two commute.
+
+Where a bound is no later than the start of both paths, it says nothing, and the instant to solve from may be far from
+the impact. So the first solution only makes a bound, from which it is solved again when its turn comes.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
+from carom.extension import extension_available
 from carom.solvers.certified.bodies import BallBodies
 from carom.solvers.certified.exact import exactly_simultaneous
-from carom.solvers.certified.lower_bounds import LowerBounds
 from carom.solvers.certified.prediction import Meeting, float_above, float_below, meet_pair, meet_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.solvers.certified.start_bounds import StartBounds
+from carom.trace import wall_index
+
+if TYPE_CHECKING:
+    from carom.solvers.certified import bounds
 
 __all__ = ["Choice", "Selection", "Undecided"]
 
@@ -45,7 +53,7 @@ class Selection:
 
     def __init__(self, bodies: BallBodies, end_s: float) -> None:
         self.bodies = bodies
-        self.bounds = LowerBounds(bodies)
+        self.bounds = _lower_bounds(bodies)
         self.end_s = end_s
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}
@@ -69,47 +77,54 @@ class Selection:
         """
         bounds, meetings = self.bounds, self._meetings
         while True:
-            bound, row, column = bounds.earliest()
+            bound, *pair = bounds.earliest()
+            place = (pair[0], pair[1])
             if bound > self.end_s:
                 return None
-            meeting = meetings.get((row, column))
-            if meeting is None:
-                meeting = self._solve(row, column, bound)
-                if meeting is not None and meeting.decided and bounds.rivals == 1 and meeting.latest <= self.end_s:
+            if place not in meetings:
+                meeting = self._solve(place, bound)
+                if (
+                    meeting is not None
+                    and meeting.decided
+                    and meeting.latest <= self.end_s
+                    and not bounds.several_up_to(meeting.latest)
+                ):
                     return Choice(meeting, False)  # all other bounds are above all that its time may be
                 continue
-            limit, rivals = -math.inf, [(row, column)]
+            limit, rivals = -math.inf, [place]
             while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
-                limit, rivals = reach, bounds.no_later_than(reach)
+                limit, rivals = reach, bounds.up_to(reach)
             unsolved = [place for place in rivals if place not in meetings]
             if unsolved:
                 place = min(unsolved, key=lambda p: bounds.at(*p))
-                self._solve(*place, bounds.at(*place))
+                self._solve(place, bounds.at(*place))
                 continue
             return self._choose([meetings[place] for place in rivals])
 
     def _latest(self, places: list[tuple[int, int]]) -> float:
         """Return the latest that any of these impacts may be, as far as they are solved."""
-        found = [self._meetings[place] for place in places if place in self._meetings]
-        return max(meeting.latest for meeting in found)
+        return max(self._meetings[place].latest for place in places if place in self._meetings)
 
-    def _solve(self, row: int, column: int, at: float) -> Meeting | None:
-        """Solve one impact in balls, and raise its bound."""
+    def _solve(self, place: tuple[int, int], at: float) -> Meeting | None:
+        """Solve one impact in balls from its bound, and raise that; return the impact if there may be one near it."""
         self.solved += 1
-        second = self.bounds.second(column)
-        if second < 0:
-            meeting = meet_wall(self.bodies, row, wall_index(second), at)
-        else:
-            meeting = meet_pair(self.bodies, min(row, second), max(row, second), at)
-        if meeting is None:
-            self.bounds.raise_to(row, column, math.inf, -math.inf)
+        start = self.bodies.path_start(*place)
+        meeting = self._meet(place, at)
+        bound = math.inf if meeting is None else max(at, float_below(meeting.time))
+        self.bounds.raise_to(*place, bound)
+        if meeting is None or at <= start < bound:
             return None
-        self._meetings[row, column] = meeting
-        for disc in (row, second):
-            if disc >= 0:
-                self._of[disc].add((row, column))
-        self.bounds.raise_to(row, column, max(at, float_below(meeting.time)), meeting.latest)
+        self._meetings[place] = meeting
+        for body in place:
+            if body >= 0:
+                self._of[body].add(place)
         return meeting
+
+    def _meet(self, place: tuple[int, int], at: float) -> Meeting | None:
+        disc, body = place
+        if body < 0:
+            return meet_wall(self.bodies, disc, wall_index(body), at)
+        return meet_pair(self.bodies, min(place), max(place), at)
 
     def _choose(self, meetings: list[Meeting]) -> Choice | None:
         if all(meeting.time > self.end_s for meeting in meetings):
@@ -201,6 +216,9 @@ class Selection:
         return Degeneracy(kind, tuple(involved), float_below(time), latest, proven, bits)
 
 
-def wall_index(body: int) -> int:
-    """Return the wall that a body number stands for."""
-    return -1 - body
+def _lower_bounds(bodies: BallBodies) -> bounds.LowerBounds | StartBounds:
+    if not extension_available():
+        return StartBounds(bodies)
+    from carom.solvers.certified import bounds
+
+    return bounds.LowerBounds(bodies)

@@ -4,6 +4,8 @@ from typing import Final, final
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.trace import IMPACT_DTYPE as IMPACT_DTYPE
+
 ENDINGS: Final[tuple[str, ...]]
 
 @final

@@ -162,7 +162,7 @@ ctypedef Ending (*Loop)(State *, double, Index, Index) noexcept nogil
 cdef Loop loop = take_forward
 
 
-cdef class ImpactRows:
+cdef class _ImpactRows:
     """Memory with recorded impacts, for one NumPy array."""
 
     cdef Impact *rows
@@ -292,7 +292,7 @@ cdef class Kernel:
     def take_impacts(self):
         """Return the impacts recorded since the last call, as a read-only array of `IMPACT_DTYPE`."""
         r = &self.s.record
-        rows = ImpactRows()
+        rows = _ImpactRows()
         rows.rows, rows.count = r.rows, r.count
         if r.count < r.room:
             rows.rows = <Impact *>realloc(r.rows, max(1, r.count) * sizeof(Impact))

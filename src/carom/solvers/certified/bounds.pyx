@@ -1,0 +1,369 @@
+"""Rigorous float64 lower bounds of times of impact: they leave few pairs of bodies to the balls.
+
+**The inequality.** Of two discs let d and u be the relative position and velocity that float64 has for the later of
+their reference instants, right to e and f a component, and R the sum of the radii. Then the true ones satisfy
+
+    |D + U t|^2 - R^2  >=  a t^2 - 2 b t + c   for all t >= 0, where
+    a = max(0, u.u - 2 f |u|_1 - 2 f^2),  b = -d.u + e |u|_1 + f |d|_1 + 2 e f,  c = d.d - R^2 - 2 e |d|_1 - 2 e^2.
+
+So they never approach where b <= 0, never touch where b^2 < a c, and do not touch before ``c / (b + sqrt(b^2 - a c))``.
+A disc does not touch a wall before its gap, less the error of that, is covered at its closing speed, plus the error of
+that.
+
+**Roundings.** An operation is off by at most ROUNDOFF = 2^-53 of its result. All is covered by making e, f, and what is
+computed with them worse than they are:
+
+- converting a ball to a float costs 3 ROUNDOFF of it; `Path.error` and `error_v` hold 19 of the greater coordinate and
+  the radius, and of the greater component of the velocity. Of the 16 that remain, the positions at the later instant
+  take 4, the relative velocity 1; a, b, c and a wall's gap and speed take at most 6 of each product in them;
+- e and f are widened by 32 ROUNDOFF of themselves, for what is rounded of them and of their products;
+- ``b^2 - a c`` takes 3 of ``b^2 + |a c|`` and is given 8, quotient and root 4 of 16, the sum with the clock 2 of 4.
+
+**Sizes.** Lengths and speeds are scaled by powers of two, which is exact: to the largest radius and to the greatest
+speed. So a scene of another unit of length or time has the same bounds, scaled, to the bit. What underflows is off by
+2^-1075; TINY in e and f, and with it 2^-1000 in a, b and c, is more, and so is FLOOR in ``b^2 - a c``. Where something
+overflows, is no number, or comes out so small that float64 has fewer bits for it, the bound is the start of both paths,
+which says nothing: balls decide.
+
+Under gravity the states are those in the falling frame, where discs move straight; walls get no bound there.
+"""
+
+from libc.math cimport fabs, frexp, ldexp, sqrt
+from libc.stdlib cimport calloc, free
+
+from carom.physics.double_double cimport greater
+from carom.physics.pair_time cimport NEVER
+
+from carom.solvers.certified.prediction import float_above
+from carom.trace import wall_body, wall_index
+
+cdef extern from *:
+    """
+    #define carom_ROUNDOFF 0x1p-53
+    #define carom_WIDER (1.0 + 0x1p-48)
+    #define carom_TINY 0x1p-500
+    #define carom_FLOOR 0x1p-1060
+    #define carom_NORMAL 0x1p-1020
+    #define carom_FASTEST 0x1p400
+    """
+    const double ROUNDOFF "carom_ROUNDOFF"  # half a unit in the last place of 1
+    const double WIDER "carom_WIDER"  # 1 and 32 ROUNDOFF
+    const double TINY "carom_TINY"  # least error of a coordinate and of a component of a velocity, scaled
+    const double FLOOR "carom_FLOOR"  # above what underflow takes from two products
+    const double NORMAL "carom_NORMAL"  # from here up a float has all its bits, and can be scaled by what follows
+    const double FASTEST "carom_FASTEST"  # scaled speed up to which an underflow of a wait is covered by TINY
+
+cdef enum:
+    NOBODY = -1
+    SHARP_BITS = 54  # accuracy of a ball from which its radius is below half a ROUNDOFF of it
+    LARGEST_SHIFT = 1020  # powers of two up to this are normal, and so are their inverses
+
+cdef struct Path:  # what float64 has of a disc on its present path, scaled
+    double time  # seconds, exact: when the disc is, or on its path backwards would have been, at (x, y)
+    double x
+    double y
+    double vx
+    double vy
+    double error  # bound on the error of x and y, with what roundings make of it
+    double error_v  # the same of vx and vy
+    double radius
+    double rim  # the radius, rounded up
+    Py_ssize_t met  # column that the disc can't meet on this path, or NOBODY
+    bint immovable
+
+cdef struct Wall:  # the half-plane n.p >= level, scaled; n is of length 1 up to rounding only
+    double nx
+    double ny
+    double level  # rounded up, by more than subtracting it is rounded
+    double length  # of n, rounded up
+    double span  # |nx| + |ny|
+
+cdef struct Least:  # the least bound in a row of the table
+    double bound
+    Py_ssize_t column
+
+cdef struct Table:  # a bound for each disc (row) with each disc and, behind these, each wall (columns)
+    Path *paths
+    Wall *walls
+    double *bounds  # row by row; that of two discs stands in the row of the one that changed last, infinity in the other
+    Least *least  # of each row
+    Py_ssize_t discs
+    Py_ssize_t width  # columns
+    double unit  # a second in scaled units of time, a power of two; NaN where that can't be told
+    double second  # its inverse
+    bint falls  # whether there is gravity
+
+
+cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
+    """Return a lower bound of an instant from one of a scaled wait after `start`: that itself where it says nothing."""
+    wait *= 1.0 - 16.0 * ROUNDOFF
+    if not (wait >= NORMAL and wait < NEVER):
+        return start
+    wait *= second
+    if not wait >= NORMAL:
+        return start
+    return greater(start, (start + wait) * (1.0 - 4.0 * ROUNDOFF))
+
+
+cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) noexcept nogil:
+    """Return a lower bound of the time at which two discs meet, seconds."""
+    start = greater(p.time, q.time)
+    wait_p = (start - p.time) * table.unit
+    wait_q = (start - q.time) * table.unit
+    dx = (q.x + q.vx * wait_q) - (p.x + p.vx * wait_p)
+    dy = (q.y + q.vy * wait_q) - (p.y + p.vy * wait_p)
+    ux = q.vx - p.vx
+    uy = q.vy - p.vy
+    e = ((q.error + q.error_v * wait_q) + (p.error + p.error_v * wait_p)) * WIDER
+    f = (q.error_v + p.error_v) * WIDER
+    d1 = fabs(dx) + fabs(dy)
+    u1 = fabs(ux) + fabs(uy)
+    b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
+    if b <= 0.0 and b > -NEVER:
+        return NEVER
+    reach = q.radius + p.radius
+    c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
+    a = greater(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
+    size = b * b + fabs(a * c)
+    if not size < NEVER:
+        return start
+    root = b * b - a * c + (8.0 * ROUNDOFF * size + FLOOR)
+    if root < 0.0:
+        return NEVER
+    return bound_after(start, greater(c, 0.0) / (b + sqrt(root)), table.second)
+
+
+cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *table) noexcept nogil:
+    """Return a lower bound of the time at which a disc meets a wall, seconds."""
+    if table.falls:
+        return p.time
+    toward = p.error_v * WIDER * wall.span - (p.vx * wall.nx + p.vy * wall.ny)
+    if toward <= 0.0 and toward > -NEVER:
+        return NEVER
+    gap = p.x * wall.nx + p.y * wall.ny - wall.level - p.rim * wall.length - p.error * WIDER * wall.span
+    return bound_after(p.time, greater(gap, 0.0) / toward, table.second)
+
+
+cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
+    """Find the least bound of a row, the first of several."""
+    row = &table.bounds[i * table.width]
+    cdef Least least = Least(NEVER, 0)
+    cdef Py_ssize_t k
+    for k in range(table.width):
+        if row[k] < least.bound:
+            least = Least(row[k], k)
+    table.least[i] = least
+
+
+cdef void fill_row(Table *table, Py_ssize_t i) noexcept nogil:
+    """Bound the future of disc `i` with each disc and each wall."""
+    p = &table.paths[i]
+    row = &table.bounds[i * table.width]
+    cdef Py_ssize_t k
+    for k in range(table.discs):
+        q = &table.paths[k]
+        if k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
+            row[k] = NEVER
+        else:
+            row[k] = pair_bound(p, q, table)
+    for k in range(table.discs, table.width):
+        if k == p.met or p.immovable:
+            row[k] = NEVER
+        else:
+            row[k] = wall_bound(p, &table.walls[k - table.discs], table)
+    find_least(table, i)
+
+
+cdef void fill(Table *table) noexcept nogil:
+    """Bound the future of all discs."""
+    cdef Py_ssize_t i, k
+    for i in range(table.discs):
+        fill_row(table, i)
+        for k in range(i):
+            table.bounds[i * table.width + k] = NEVER
+        find_least(table, i)
+
+
+cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
+    """Bound the future of discs `i` and `j`, which have changed, anew; `j` is `i` where it is only one."""
+    cdef Py_ssize_t k
+    for k in range(table.discs):
+        table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = NEVER
+    fill_row(table, i)
+    if j != i:
+        fill_row(table, j)
+        table.bounds[j * table.width + i] = NEVER
+    for k in range(table.discs):
+        if table.least[k].column == i or table.least[k].column == j:
+            find_least(table, k)
+
+
+cdef Py_ssize_t count_up_to(const Table *table, double until) noexcept nogil:
+    """Count the bounds that are not above a time: 2 for more."""
+    cdef Py_ssize_t i, k
+    cdef Py_ssize_t count = 0
+    for i in range(table.discs):
+        if table.least[i].bound > until:
+            continue
+        for k in range(table.width):
+            if not table.bounds[i * table.width + k] > until:
+                count += 1
+                if count == 2:
+                    return 2
+    return count
+
+
+cdef int exponent(numbers):
+    """Return the binary exponent of the largest of some numbers."""
+    cdef int power = 0
+    frexp(max(map(abs, numbers)), &power)
+    return power
+
+
+cdef class LowerBounds:
+    """A lower bound of the time of impact for each pair of discs and each disc and wall, seconds.
+
+    Args:
+        bodies: The discs, whose state is read when they have `changed`.
+
+    A pair is named by its row, a disc, and the other body: a disc, or a wall by its body number.
+    """
+
+    cdef Table table
+    cdef object bodies
+    cdef int length  # lengths are scaled by 2 to the minus this
+    cdef int speed  # so are speeds
+
+    def __init__(self, bodies):
+        table = &self.table
+        scene = bodies.scene
+        self.bodies = bodies
+        table.discs = len(scene.discs)
+        table.width = table.discs + len(scene.walls)
+        table.falls = bodies.falls
+        table.paths = <Path *>calloc(table.discs, sizeof(Path))
+        table.walls = <Wall *>calloc(table.width - table.discs + 1, sizeof(Wall))
+        table.bounds = <double *>calloc(table.discs * table.width, sizeof(double))
+        table.least = <Least *>calloc(table.discs, sizeof(Least))
+        if table.paths == NULL or table.walls == NULL or table.bounds == NULL or table.least == NULL:
+            raise MemoryError(f"no memory for the bounds of {table.discs} x {table.width} pairs")
+        self._scale()
+        for i in range(table.discs):
+            self._load(i)
+        for k in range(table.width - table.discs):
+            self._load_wall(k)
+        with nogil:
+            fill(table)
+
+    def __dealloc__(self):
+        free(self.table.paths)
+        free(self.table.walls)
+        free(self.table.bounds)
+        free(self.table.least)
+
+    def changed(self, *discs):
+        """Take over the state of one disc, or of two that have met, and bound their future anew."""
+        moved = [i for i in discs if self.bodies.movable[i]]
+        for i in moved:
+            self._load(i)
+        cdef Py_ssize_t first = moved[0]
+        cdef Py_ssize_t last = moved[len(moved) - 1]
+        with nogil:
+            renew(&self.table, first, last)
+
+    def earliest(self):
+        """Return the least bound of all, its row, and the other body."""
+        cdef Py_ssize_t i
+        cdef Py_ssize_t best = 0
+        for i in range(1, self.table.discs):
+            if self.table.least[i].bound < self.table.least[best].bound:
+                best = i
+        return self.table.least[best].bound, best, self._body(self.table.least[best].column)
+
+    def at(self, Py_ssize_t disc, Py_ssize_t body):
+        """Return one bound."""
+        return self.table.bounds[disc * self.table.width + self._column(body)]
+
+    def raise_to(self, Py_ssize_t disc, Py_ssize_t body, double bound):
+        """Replace a bound by a better one."""
+        self.table.bounds[disc * self.table.width + self._column(body)] = bound
+        find_least(&self.table, disc)
+
+    def several_up_to(self, double time):
+        """Whether more than one bound is not above a time."""
+        return count_up_to(&self.table, time) > 1
+
+    def up_to(self, double time):
+        """Return rows and other bodies of all bounds that are not above a time, row by row."""
+        table = &self.table
+        cdef Py_ssize_t i, k
+        return [
+            (i, self._body(k))
+            for i in range(table.discs)
+            if not table.least[i].bound > time
+            for k in range(table.width)
+            if not table.bounds[i * table.width + k] > time
+        ]
+
+    cdef Py_ssize_t _column(self, Py_ssize_t body) except -1:
+        return body if body >= 0 else self.table.discs + <Py_ssize_t>wall_index(body)
+
+    cdef _body(self, Py_ssize_t column):
+        return column if column < self.table.discs else wall_body(column - self.table.discs)
+
+    cdef _scale(self):
+        """Choose the units of length and speed, which are powers of two."""
+        scene = self.bodies.scene
+        speeds = [component for disc in scene.discs for component in disc.velocity_m_s]
+        self.length = exponent([disc.radius_m for disc in scene.discs])
+        self.speed = exponent(speeds)
+        if self.table.falls:  # to what a fall by a length comes, beside which a lesser start does not matter
+            gained = (exponent(scene.gravity_m_s2) + self.length) // 2
+            self.speed = max(self.speed, gained) if any(speeds) else gained
+        shift = self.speed - self.length
+        self.table.unit = ldexp(1.0, shift) if abs(shift) <= LARGEST_SHIFT else NEVER - NEVER
+        self.table.second = 1.0 / self.table.unit
+
+    cdef _load(self, Py_ssize_t i):
+        """Take over the state of a disc."""
+        bodies = self.bodies
+        path = &self.table.paths[i]
+        x, y, vx, vy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
+        path.time = bodies.time[i]
+        path.x = ldexp(x, -self.length)
+        path.y = ldexp(y, -self.length)
+        path.vx = ldexp(vx, -self.speed)
+        path.vy = ldexp(vy, -self.speed)
+        path.radius = ldexp(bodies.scene.discs[i].radius_m, -self.length)
+        path.rim = path.radius * (1.0 + 8.0 * ROUNDOFF)
+        path.immovable = not bodies.movable[i]
+        fastest = greater(fabs(path.vx), fabs(path.vy))
+        path.error = 19.0 * ROUNDOFF * (greater(fabs(path.x), fabs(path.y)) + path.rim)
+        path.error += ldexp(spread(x) + spread(y), -self.length) + tiny(self.length)
+        path.error_v = 19.0 * ROUNDOFF * fastest + ldexp(spread(vx) + spread(vy), -self.speed) + tiny(self.speed)
+        if not fastest < FASTEST:
+            path.error = NEVER
+        path.met = NOBODY
+        partner = bodies.partner[i]
+        if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):
+            path.met = self._column(partner)
+
+    cdef _load_wall(self, Py_ssize_t k):
+        """Take over a wall."""
+        wall = &self.table.walls[k]
+        law = self.bodies.wall_law(k, 0.0)  # the level of the wall itself
+        wall.nx, wall.ny = self.bodies.scene.walls[k].normal
+        wall.span = fabs(wall.nx) + fabs(wall.ny)
+        wall.length = float_above(law.length)
+        wall.level = ldexp(float_above(law.level), -self.length)
+        wall.level += 8.0 * ROUNDOFF * fabs(wall.level)
+
+
+cdef double spread(ball):
+    """Return the radius of a ball; 0 where converting the ball to a float covers it."""
+    return 0.0 if ball.rel_accuracy_bits() >= SHARP_BITS else ball.rad()
+
+
+cdef double tiny(int scale) noexcept:
+    """Return TINY, or more where a ball is so small that converting it underflows, and is scaled up by so much."""
+    return TINY + ldexp(1.0, -1070 - scale)

@@ -1,0 +1,65 @@
+"""What serves as lower bounds where the extension is not built: the start of both paths, until balls know better."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from carom.solvers.certified.bodies import BallBodies
+
+__all__ = ["StartBounds"]
+
+
+class StartBounds:
+    """The table of `carom.solvers.certified.bounds.LowerBounds`, in which each new bound says nothing."""
+
+    def __init__(self, bodies: BallBodies) -> None:
+        self._bodies = bodies
+        self._bounds: dict[tuple[int, int], float] = {}
+        self._queue: list[tuple[float, int, int]] = []  # bounds that stood once; those that stand are among them
+        for i in range(len(bodies)):
+            self._fill(i, range(i + 1, len(bodies)))
+
+    def changed(self, *discs: int) -> None:
+        """Forget the bounds of one disc, or of two that have met."""
+        moved = [i for i in discs if self._bodies.movable[i]]
+        self._bounds = {pair: at for pair, at in self._bounds.items() if pair[0] not in moved and pair[1] not in moved}
+        for k, i in enumerate(moved):
+            self._fill(i, (j for j in range(len(self._bodies)) if j != i and j not in moved[:k]))
+
+    def earliest(self) -> tuple[float, int, int]:
+        """Return the least bound of all, its row, and the other body."""
+        while self._queue and self._bounds.get(self._queue[0][1:]) != self._queue[0][0]:
+            heapq.heappop(self._queue)
+        return self._queue[0] if self._queue else (math.inf, 0, 0)
+
+    def at(self, disc: int, body: int) -> float:
+        """Return one bound."""
+        return self._bounds[disc, body]
+
+    def raise_to(self, disc: int, body: int, bound: float) -> None:
+        """Replace a bound by a better one."""
+        self._bounds[disc, body] = bound
+        heapq.heappush(self._queue, (bound, disc, body))
+
+    def several_up_to(self, time: float) -> bool:
+        """Whether more than one bound is not above a time."""
+        return len(self.up_to(time)) > 1
+
+    def up_to(self, time: float) -> list[tuple[int, int]]:
+        """Return rows and other bodies of all bounds that are not above a time, row by row."""
+        pairs = [pair for pair, bound in self._bounds.items() if not bound > time]
+        return sorted(pairs, key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))
+
+    def _fill(self, i: int, others: Iterable[int]) -> None:
+        bodies = self._bodies
+        for j in others:
+            if (bodies.movable[i] or bodies.movable[j]) and not bodies.have_just_met(i, j):
+                self.raise_to(i, j, bodies.path_start(i, j))
+        for wall in range(-len(bodies.scene.walls), 0):
+            if bodies.movable[i] and (bodies.falls or bodies.partner[i] != wall):
+                self.raise_to(i, wall, bodies.path_start(i, wall))

@@ -1,0 +1,169 @@
+"""Lower bounds: held against exact times, and against a table made anew."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING
+
+import pytest
+from flint import arb, ctx
+from tests.forms import needs_extension
+from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact_of_pair, is_after_impact_on_wall
+
+from carom import Disc, Scene
+from carom.bench.gas import gas_scene
+from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.prediction import meet_pair, meet_wall
+from carom.trace import wall_body, wall_index
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.bounds import LowerBounds
+
+bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
+pytestmark = needs_extension
+
+
+def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
+    """Return the bound of each pair of bodies; that of two discs stands in one of two rows."""
+    n, walls = len(bodies), len(bodies.scene.walls)
+    pairs = {(i, j): min(table.at(i, j), table.at(j, i)) for i, j in itertools.combinations(range(n), 2)}
+    return pairs | {(i, wall_body(k)): table.at(i, wall_body(k)) for i in range(n) for k in range(walls)}
+
+
+def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -> list[tuple[int, int, int]]:
+    """Return seed and bodies of each bound that is above the time of impact of true states within the balls."""
+    found = []
+    for seed in seeds:
+        with ctx.workprec(400):
+            bodies, states = attack(kind, seed, length, speed)
+            table = bounds.LowerBounds(bodies)
+        for (i, body), bound in entries(table, bodies).items():
+            if body >= 0:
+                wrong = is_after_impact_of_pair(bound, states[i], states[body])
+            else:
+                movable = bodies.movable[i]
+                wrong = movable and is_after_impact_on_wall(bound, states[i], bodies.scene.walls[wall_index(body)])
+            if wrong:
+                found.append((seed, i, body))
+    return found
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_bound_is_above_the_time_of_impact(kind: str) -> None:
+    """Wherever in their balls the true discs are, by rational arithmetic they do not touch before their bound."""
+    assert too_late(kind, range(12)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
+    """The same of 290,000 bounds, in units of any size."""
+    powers = (-500, -331, 0, 250, 500)
+    for number, (a, b) in enumerate(itertools.product(powers, powers)):
+        begin = 1000 + 20 * number
+        assert too_late(kind, range(begin, begin + 20), 2.0**a, 2.0**b) == []
+
+
+def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
+    """Of bounds put 1e-5 of their wait later, most are found to be above the time of impact."""
+    noticed = hits = 0
+    for seed in range(60):
+        bodies, states = attack("far", seed)
+        for (i, j), bound in entries(bounds.LowerBounds(bodies), bodies).items():
+            if j >= 0 and is_after_impact_of_pair(math.inf, states[i], states[j]):
+                hits += 1
+                noticed += is_after_impact_of_pair(bound * (1 + 1e-5), states[i], states[j])
+    assert hits > 100
+    assert noticed > 0.9 * hits
+
+
+@pytest.mark.parametrize("power", [-500, -300, -256, 0, 256, 300, 500])
+def test_units_change_no_bit_of_a_bound(power: int) -> None:
+    """Lengths and speeds of any unit: each bound is that of the same discs in metres, times the unit of time."""
+    for seed, kind in enumerate(("any", "graze", "old", "heavy")):
+        plain, _ = attack(kind, seed)
+        scaled, _ = attack(kind, seed, length=2.0**power, speed=2.0 ** (power // 2))
+        expected = {pair: math.ldexp(bound, power - power // 2) for pair, bound in entries_of(plain).items()}
+        assert entries_of(scaled) == expected
+
+
+def entries_of(bodies: BallBodies) -> dict[tuple[int, int], float]:
+    return entries(bounds.LowerBounds(bodies), bodies)
+
+
+def two_that_meet_after_a_second() -> BallBodies:
+    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(1.5 - x / 2, 0.0), radius_m=1.0) for x in (0.0, 5.0)]
+    return BallBodies(Scene(name="two", discs=discs, duration_s=9.0))
+
+
+@pytest.mark.parametrize(
+    "ball", [arb("nan"), arb("inf"), arb("-inf"), arb(0, "inf"), arb(2) ** 5000, -(arb(2) ** 5000), arb(1, 1e300)]
+)
+@pytest.mark.parametrize("field", ["x", "y", "vx", "vy"])
+def test_what_is_no_number_has_no_bound(field: str, ball: arb) -> None:
+    """Where a state is no number, or none that float64 or the balls can hold, the bound is the start: balls decide."""
+    bodies = two_that_meet_after_a_second()
+    bodies.time = [0.25, 0.5]
+    getattr(bodies, field)[1] = ball
+    assert entries_of(bodies) == {(0, 1): 0.5}
+
+
+@pytest.mark.parametrize(("length", "speed"), [(2.0**1000, 2.0**-1000), (2.0**-1000, 2.0**1000)])
+def test_a_unit_of_time_beyond_float64_leaves_no_bound(length: float, speed: float) -> None:
+    """Where lengths over speeds over- or underflow, the bound is the start."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(speed, 0.0), radius_m=length),
+        Disc(position_m=(5 * length, 0.0), radius_m=length),
+    ]
+    assert entries_of(BallBodies(Scene(name="two", discs=discs, duration_s=9.0))) == {(0, 1): 0.0}
+
+
+def test_after_impacts_the_table_is_as_if_made_anew() -> None:
+    """Through two hundred impacts, on balls that grow, a table that only follows has the bounds of a new one."""
+    scene = gas_scene(9, 0.4)
+    wide = False
+    with ctx.workprec(110):
+        bodies = BallBodies(scene)
+        table = bounds.LowerBounds(bodies)
+        for _ in range(200):
+            at, row, body = table.earliest()
+            assert at == min(entries(table, bodies).values()) == table.at(row, body)
+            assert table.up_to(at)[0] == (row, body)
+            if body < 0:
+                meeting = meet_wall(bodies, row, wall_index(body), at)
+            else:
+                meeting = meet_pair(bodies, min(row, body), max(row, body), at)
+            if meeting is None or not meeting.decided:
+                table.raise_to(row, body, math.inf)
+                continue
+            meeting.carry_out(bodies)
+            raised = {pair: bound for pair, bound in entries(table, bodies).items() if bound == math.inf}
+            moved = [body for body in (meeting.first, meeting.second) if body >= 0]
+            table.changed(*moved)
+            followed, anew = entries(table, bodies), entries_of(bodies)
+            assert {pair: followed[pair] for pair in anew if pair not in raised or set(pair) & set(moved)} == {
+                pair: bound for pair, bound in anew.items() if pair not in raised or set(pair) & set(moved)
+            }
+            wide = wide or bodies.worst_accuracy_bits() < 50
+    assert wide
+
+
+def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
+    """Pairs keep the bounds of the falling frame, in which they move straight; walls are for the balls, all of them."""
+    straight = gas_scene(9, 0.3, duration_s=10.0)
+    falling = straight.model_copy(update={"gravity_m_s2": (0.5, -9.81)})
+    one, other = (entries_of(BallBodies(scene)) for scene in (straight, falling))
+    assert {pair: bound for pair, bound in other.items() if pair[1] >= 0} == {
+        pair: bound for pair, bound in one.items() if pair[1] >= 0
+    }
+    assert {bound for pair, bound in other.items() if pair[1] < 0} == {0.0}
+
+
+@pytest.mark.parametrize("until", [-math.inf, 0.5, 1.0, math.inf, math.nan])
+def test_rivals_are_those_that_are_not_above_a_time(until: float) -> None:
+    """The bounds up to a time are listed row by row; of a time that is no number none is certainly above."""
+    table = bounds.LowerBounds(BallBodies(gas_scene(9, 0.4)))
+    expected = [(i, body) for i in range(9) for body in (*range(9), -1, -2, -3, -4) if not table.at(i, body) > until]
+    assert table.up_to(until) == expected
+    assert table.several_up_to(until) == (len(expected) > 1)

@@ -1,0 +1,103 @@
+"""Units do not matter: lengths and speeds times powers of two change no digit of a certified run but the exponent."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.forms import plain_form
+
+from carom import Disc, Scene, Wall, certify
+from carom.bench.gas import gas_scene
+from carom.scenes import catalogue
+from carom.solvers.certified import CertifiedTrace
+
+#: Impacts of each run.
+MOST = 25
+
+
+def scaled(scene: Scene, length: int, speed: int) -> Scene:
+    """Return a scene whose lengths and speeds are multiplied by powers of two."""
+
+    def times(vector: tuple[float, float], power: int) -> tuple[float, float]:
+        return math.ldexp(vector[0], power), math.ldexp(vector[1], power)
+
+    return Scene(
+        name=scene.name,
+        discs=[
+            Disc(
+                position_m=times(disc.position_m, length),
+                velocity_m_s=times(disc.velocity_m_s, speed),
+                radius_m=math.ldexp(disc.radius_m, length),
+                mass_kg=disc.mass_kg,
+            )
+            for disc in scene.discs
+        ],
+        walls=[Wall(point_m=times(wall.point_m, length), normal=wall.normal) for wall in scene.walls],
+        restitution=scene.restitution,
+        wall_restitution=scene.wall_restitution,
+        gravity_m_s2=times(scene.gravity_m_s2, 2 * speed - length),
+        duration_s=math.ldexp(scene.duration_s, length - speed),
+    )
+
+
+def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[str, Any]:
+    """Return what a certified run says, as bytes, in units that are so many powers of two smaller."""
+    trace, kind = certified.trace, certified.degeneracy
+    rows = {
+        name: np.ldexp(
+            trace.impacts[name], -(length - speed) if name == "time_s" else 0 if name == "normal" else -speed
+        )
+        for name in trace.impacts.dtype.names or ()
+        if name not in ("first", "second")
+    }
+    return {
+        **{name: column.tobytes() for name, column in rows.items()},
+        "bodies": trace.impacts[["first", "second"]].tolist(),
+        "positions": np.ldexp(trace.final_position_m, -length).tobytes(),
+        "velocities": np.ldexp(trace.final_velocity_m_s, -speed).tobytes(),
+        "ending": (certified.ending, kind and (kind.kind, kind.bodies, kind.proven)),
+        "bits": (certified.precision_bits, certified.replays, certified.commuted),
+    }
+
+
+SCENES = [
+    gas_scene(6, 0.4),
+    gas_scene(4, 0.1).model_copy(update={"restitution": 0.75, "wall_restitution": 0.5, "gravity_m_s2": (0.25, -2.0)}),
+    *(catalogue()[name].scene for name in ("classics/cradle-touching", "classics/galperin-100")),
+]
+POWERS = st.one_of(st.sampled_from([-500, -300, -256, 256, 300, 500]), st.integers(-500, 500))
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+@given(length=POWERS, speed=POWERS)
+@settings(max_examples=15)
+def test_powers_of_two_change_no_digit(scene: Scene, length: int, speed: int) -> None:
+    """From 2^-500 to 2^500, lengths and speeds each: the same digits, order, ending, and precision."""
+    if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 1000:
+        return  # such a gravity is no float64
+    found = certify(scaled(scene, length, speed), max_impacts=MOST)
+    assert numbers(found, length, speed) == numbers(certify(scene, max_impacts=MOST))
+
+
+@pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, -500)])
+def test_powers_of_two_change_no_digit_without_the_extension(length: int, speed: int) -> None:
+    """The same with balls alone."""
+    with plain_form():
+        found = certify(scaled(SCENES[0], length, speed), max_impacts=MOST)
+        assert numbers(found, length, speed) == numbers(certify(SCENES[0], max_impacts=MOST))
+
+
+@pytest.mark.parametrize("power", [-500, 500])
+def test_radii_are_scaled_too(power: int) -> None:
+    """What is proven of a number is scaled with it, as long as it is no subnormal number itself."""
+    plain = certify(SCENES[0], max_impacts=MOST)
+    found = certify(scaled(SCENES[0], power, power), max_impacts=MOST)
+    assert found.radii["time_s"].tobytes() == plain.radii["time_s"].tobytes()
+    assert (
+        np.ldexp(found.radii["velocity_first_after"], -power).tobytes() == plain.radii["velocity_first_after"].tobytes()
+    )

@@ -1,0 +1,72 @@
+"""Balls alone: what a certified run is without the extension."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from tests.forms import needs_extension, plain_form
+
+from carom import Disc, Scene, certify
+from carom.bench.gas import gas_scene
+from carom.scenes import catalogue
+from carom.solvers.certified import CertifiedTrace
+from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.start_bounds import StartBounds
+
+SCENES = [
+    gas_scene(9, 0.4),
+    gas_scene(6, 0.2, duration_s=3.0).model_copy(update={"gravity_m_s2": (0.5, -2.0)}),
+    *(catalogue()[name].scene for name in ("classics/sorting", "classics/galperin-100", "classics/cradle-touching")),
+]
+
+
+def told(certified: CertifiedTrace) -> tuple[object, ...]:
+    """Return the digits of a run, and how it ended."""
+    trace, degeneracy = certified.trace, certified.degeneracy
+    kind = degeneracy and (degeneracy.kind, degeneracy.bodies, degeneracy.proven)
+    return certified.ending, certified.decimals, trace.impacts[["first", "second"]].tolist(), kind, certified.commuted
+
+
+@needs_extension
+@pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+def test_the_digits_are_the_same_without_the_extension(scene: Scene) -> None:
+    """Balls alone certify the same impacts, with the same digits, and stop at the same event."""
+    compiled = certify(scene, max_impacts=40, digits=20)
+    with plain_form():
+        assert told(certify(scene, max_impacts=40, digits=20)) == told(compiled)
+
+
+def test_a_bound_says_nothing_until_it_is_raised() -> None:
+    """Each pair that may meet is bounded by the start of both paths; a raised bound takes its place in the order."""
+    bounds = StartBounds(BallBodies(gas_scene(4, 0.1)))
+    pairs = [(i, j) for i in range(4) for j in range(i + 1, 4)]
+    expected = sorted([*pairs, *((i, -1 - k) for i in range(4) for k in range(4))], key=lambda p: (p[0], p[1] < 0))
+    found = bounds.up_to(0.0)
+    assert sorted(found) == sorted(expected)
+    assert bounds.several_up_to(0.0)
+    for k, place in enumerate(found):
+        bounds.raise_to(*place, 1.0 + k)
+        assert bounds.at(*place) == 1.0 + k
+    assert not bounds.several_up_to(1.0)
+    assert bounds.earliest() == (1.0, *found[0])
+    for place in found:
+        bounds.raise_to(*place, math.inf)
+    assert bounds.earliest()[0] == math.inf
+
+
+def test_what_has_changed_is_bounded_anew() -> None:
+    """After an impact the two that met have bounds with all others, none with each other; other bounds stay."""
+    bodies = BallBodies(
+        Scene(name="row", discs=[Disc(position_m=(3.0 * k, 0.0), radius_m=1.0) for k in range(4)], duration_s=1.0)
+    )
+    bounds = StartBounds(bodies)
+    for place in bounds.up_to(0.0):
+        bounds.raise_to(*place, 5.0)
+    bodies.time[1] = bodies.time[2] = 0.5
+    bodies.partner[1], bodies.partner[2] = 2, 1
+    bounds.changed(1, 2)
+    assert bounds.up_to(0.5) == [(1, 0), (1, 3), (2, 0), (2, 3)]
+    assert bounds.up_to(5.0) == [(0, 3), (1, 0), (1, 3), (2, 0), (2, 3)]
+    with pytest.raises(KeyError):
+        bounds.at(1, 2)
