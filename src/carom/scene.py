@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import tomllib
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-import tomli_w
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -338,6 +335,9 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _parse(path: Path) -> dict[str, Any]:
+    import json
+    import tomllib
+
     if path.suffix not in {".toml", ".json"}:
         raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
     try:
@@ -379,6 +379,8 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix == ".toml":
+        import tomli_w
+
         text = tomli_w.dumps(scene.model_dump(mode="python"))
     elif path.suffix == ".json":
         text = scene.model_dump_json(indent=2) + "\n"

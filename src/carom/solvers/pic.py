@@ -13,7 +13,6 @@ import numpy as np
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain import two_discs as plain_two_discs
-from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.request import ALWAYS, Request
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Trace
@@ -45,7 +44,11 @@ def _run(scene: Scene, request: Request | None) -> Run:
 
         return BallisticRun(scene)
     options = request.options if request else {}
-    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
+    if extension_available():
+        return EventDrivenRun(scene, **options)
+    from carom.solvers.plain.run import AllPairsRun
+
+    return AllPairsRun(scene, **options)
 
 
 def solve_pic(
