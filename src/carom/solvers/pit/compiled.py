@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.solvers.pit.frame_loop import FrameLoop
+from carom.solvers.pit import frame_loop
 from carom.solvers.pit.run import FrameRun
 from carom.solvers.plain.bodies import require_supported
 from carom.trace import IMPACT_DTYPE
@@ -75,7 +75,7 @@ class CompiledRun(FrameRun):
     def __init__(self, scene: Scene, clock: FrameClock, *, skipping: bool = True, patience: float = PATIENCE) -> None:
         require_supported(scene, "compiled PIT")
         super().__init__(clock)
-        self._loop = FrameLoop(scene.arrays, clock.step_s, clock.rate_hz, skipping, patience)
+        self._loop = frame_loop.FrameLoop(scene.arrays, clock.step_s, clock.rate_hz, skipping, patience)
         self.log = CompiledLog(self._loop)
 
     @property

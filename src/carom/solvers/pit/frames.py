@@ -39,7 +39,7 @@ class FrameSampledRun(FrameRun):
     def __init__(self, scene: Scene, clock: FrameClock) -> None:
         super().__init__(clock)
         self.bodies = _bodies(scene)
-        self.log = ImpactLog(scene)
+        self.log = self._log = ImpactLog(scene)
         self._frames = 0
 
     @property
@@ -61,7 +61,7 @@ class FrameSampledRun(FrameRun):
 
     def pass_frames(self, until: int, max_impacts: int | None) -> None:  # noqa: ARG002 - asked for after every frame
         """Move every disc to the next frame, and test for interference there."""
-        bodies, log = self.bodies, self.log
+        bodies, log = self.bodies, self._log
         n, walls = len(bodies), len(bodies.walls)
         if self._frames > 0:
             frame_s = self.clock.time_s(self._frames)

@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from carom.extension import Patience
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from carom.solvers.pit.clock import FrameClock
@@ -82,6 +83,12 @@ class FrameRun(ABC):
         reached_s = time_s if outcome is Outcome.COMPLETED else self._last_frame_s
         self.time_s = max(self.time_s, reached_s)
         return outcome
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        impacts = self.log.array()
+        bodies = np.concatenate([impacts["first"], impacts["second"]])
+        return np.bincount(bodies[bodies >= 0], minlength=len(self.positions()))
 
     def advance_frames(self, frames: int) -> None:
         """Pass so many frames, and go to the instant of the one that follows."""
