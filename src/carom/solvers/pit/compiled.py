@@ -30,7 +30,7 @@ PATIENCE = 2.0
 class CompiledLog:
     """The impacts of a compiled run: `carom.solvers.run.ImpactLog`."""
 
-    def __init__(self, loop: FrameLoop) -> None:
+    def __init__(self, loop: frame_loop.FrameLoop) -> None:
         self._loop = loop
         self._room = np.empty(0, IMPACT_DTYPE)
         self._copied = 0
