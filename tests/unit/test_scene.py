@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError, SceneError
-from carom.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
+from carom.limits import FARTHEST, LARGEST, MOST_STEPS, SMALLEST, SPAN
 from carom.scene import Disc, Need, Scene, Wall
 
 NAN, INF = math.nan, math.inf
@@ -435,3 +435,19 @@ def test_steps_without_end_are_refused_with_the_limit() -> None:
     for dt in (1 / (MOST_STEPS + 1), 1e-300, 5e-324):
         with pytest.raises(InputError, match=re.escape(f"at least 2.33e-10 of the scene's duration (1.0 s), got {dt}")):
             scene().step_count(dt)
+
+
+def test_a_disc_too_far_out_for_its_radius_is_refused() -> None:
+    """Where floats lie more than an eighth of a radius apart, the scene is refused; one float nearer, it is not."""
+    edge = 0.5 * FARTHEST
+    Scene(name="far", discs=[Disc(position_m=(0, -edge), radius_m=0.5)], duration_s=1)
+    with pytest.raises(SceneError, match=r"discs\[0\].position_m\[1\]: must be at most 5.63e\+14 radii from the origin"):
+        Scene(name="far", discs=[Disc(position_m=(0, -math.nextafter(edge, math.inf)), radius_m=0.5)], duration_s=1)
+
+
+def test_a_flight_too_far_for_the_smallest_radius_is_refused() -> None:
+    """A duration in which the fastest disc may get as far as that is refused by name."""
+    disc = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
+    Scene(name="flight", discs=[disc], duration_s=0.5 * FARTHEST)
+    with pytest.raises(SceneError, match="duration_s: must be so short that no disc flies further than 5.63e"):
+        Scene(name="flight", discs=[disc], duration_s=FARTHEST)
