@@ -12,6 +12,7 @@ from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
 from carom import Outcome, solve_pic, solve_pic_framewise
 from carom.disc_arrays import DiscArrays
+from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 
 pytestmark = needs_extension
