@@ -102,5 +102,5 @@ def too_far(start: DiscArrays) -> Iterator[Problem]:
         yield Problem(
             ("discs", disc, "position_m", axis),
             f"must be at most {FARTHEST:.3g} radii from the origin, got {value}: floats there lie "
-            f"{np.spacing(abs(value)):.3g} m apart, and the radius is {float(start.radius_m[disc]):.3g} m; move the scene",
+            f"{np.spacing(abs(value)):.3g} m apart, the radius is {float(start.radius_m[disc]):.3g} m; move the scene",
         )
