@@ -195,7 +195,7 @@ pairs = st.tuples(finite, finite)
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """Draw any valid scene; those whose random bodies overlap, all but stand still, or get too far out, are drawn again."""
+    """Draw any valid scene; those whose bodies overlap, all but stand still, or get too far out, are drawn again."""
     discs = []
     for _ in range(draw(st.integers(1, 3))):
         immovable = draw(st.booleans())
