@@ -1,8 +1,8 @@
-"""Coverage of the compiled code: ``python -m tests.compiled_coverage [pytest arguments]``, or ``make coverage-compiled``.
+"""Coverage of the compiled code: ``make coverage-compiled``, or ``python -m tests.compiled_coverage`` [pytest arguments].
 
-The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd file
-and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several modules
-inline counts once, as reached by whichever.
+The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd
+file and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several
+modules inline counts once, as reached by whichever.
 
 Branches are those of the C code: a comparison in a loop has two, a chain of `and` one pair a link; and in what Python
 calls (`def`) there is one more for each error that Cython looks for.
@@ -19,6 +19,7 @@ import sys
 import tempfile
 from collections import defaultdict
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 BUILD = ROOT / "build/coverage"
@@ -41,7 +42,7 @@ def build() -> Path:
     return library
 
 
-def counted(notes: Path) -> list[dict[str, object]]:
+def counted(notes: Path) -> list[dict[str, Any]]:
     """Return what gcov says of a module, source by source."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(
@@ -49,7 +50,7 @@ def counted(notes: Path) -> list[dict[str, object]]:
         )
         (written,) = Path(folder).glob("*.gcov.json.gz")
         with gzip.open(written, "rt", encoding="utf-8") as file:
-            files: list[dict[str, object]] = json.load(file)["files"]
+            files: list[dict[str, Any]] = json.load(file)["files"]
             return files
 
 
@@ -63,7 +64,7 @@ def collect() -> tuple[Lines, Branches]:
             if not name.endswith((".pyx", ".pxd")):
                 continue
             name = name[name.index("carom/") :]
-            for line in source["lines"]:  # type: ignore[attr-defined] - JSON
+            for line in source["lines"]:
                 lines[name][line["line_number"]] += line["count"]
                 for k, branch in enumerate(line["branches"]):
                     branches[name][line["line_number"], k] += branch["count"]
@@ -83,11 +84,9 @@ def table(lines: Lines, branches: Branches) -> str:
         never = ", ".join(str(number) for number, count in sorted(lines[name].items()) if count == 0)
         reached = share(list(lines[name].values())), share(list(branches[name].values()))
         rows.append(f"{name:48}{reached[0]:>24}{reached[1]:>24}  {never}")
-    every = [
-        [count for counts in part.values() for count in counts.values()]
-        for part in (lines, branches)  # type: ignore[attr-defined] - both are dictionaries of dictionaries
-    ]
-    rows.append(f"{'all':48}{share(every[0]):>24}{share(every[1]):>24}")
+    every_line = [count for counts in lines.values() for count in counts.values()]
+    every_branch = [count for counts in branches.values() for count in counts.values()]
+    rows.append(f"{'all':48}{share(every_line):>24}{share(every_branch):>24}")
     return "\n".join(rows)
 
 
