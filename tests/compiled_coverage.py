@@ -1,4 +1,4 @@
-"""Coverage of the compiled code: ``make coverage-compiled``, or ``python -m tests.compiled_coverage`` [pytest arguments].
+"""Coverage of the compiled code: ``make coverage-compiled``; arguments after ``-m tests.compiled_coverage`` go to pytest.
 
 The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd
 file and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several
