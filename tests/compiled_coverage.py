@@ -1,4 +1,4 @@
-"""Coverage of the compiled code: ``make coverage-compiled``; arguments after ``-m tests.compiled_coverage`` go to pytest.
+"""Coverage of the compiled code: ``make coverage-compiled``; ``python -m tests.compiled_coverage`` hands on arguments.
 
 The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd
 file and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several
