@@ -22,8 +22,8 @@ __all__ = ["are_told_apart", "clock_resolution", "pair_resolution", "size_of", "
 #: A unit in the last place of 1: at least one of any number, in parts of it.
 ULP = 2.0**-52
 
-#: Each coordinate at an impact is at most three roundings off (its way, the sum, the time): here the place of one centre
-#: seen from the other is so off by at most 3/16 of their distance.
+#: Each coordinate at an impact is at most three roundings off (its way, the sum, the time): here the place of a centre
+#: seen from the other is off by at most 3/16 of their distance.
 FARTHEST = 2.0**49
 
 
