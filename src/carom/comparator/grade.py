@@ -20,9 +20,11 @@ def grade(evidence: Evidence) -> Grade:
         return Grade.WRONG
     if evidence.convention is None and _is_wrong(evidence):
         return Grade.WRONG
+    if evidence.nothing_compared:
+        return Grade.UNGRADED
     if not _own_path_holds(evidence):
         return Grade.INACCURATE
-    if evidence.convention is not None or evidence.nothing_compared:
+    if evidence.convention is not None:
         return Grade.UNGRADED
     if _is_exact(evidence):
         return Grade.EXACT

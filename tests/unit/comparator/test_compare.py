@@ -288,7 +288,8 @@ def test_units_do_not_matter(scene: Scene, power: int) -> None:
 def test_a_horizon_before_the_first_impact_decides_nothing(scene: Scene, reference: Trace, horizon: float) -> None:
     """With no impact to compare, whoever finds all and whoever finds none is not graded, and the reason is said."""
     blind = dataclasses.replace(solve_pit(scene, frame_rate_hz=0.5), dt_s=1 / 60)
-    for observed in (reference, solve_pit(scene), blind):
+    silent = dataclasses.replace(reference, impacts=reference.impacts[:0], dt_s=1 / 60)  # and so contradicts itself
+    for observed in (reference, solve_pit(scene), blind, silent):
         score = compare(reference, observed, sampling=solve_pit(scene), horizon=horizon)
         assert score.grade is Grade.UNGRADED
         assert score.verdicts[-1] is Verdict.NOTHING_COMPARED
