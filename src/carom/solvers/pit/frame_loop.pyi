@@ -1,10 +1,14 @@
+from typing import Self
+
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import disjoint_base
 
 from carom.disc_arrays import DiscArrays
 
+@disjoint_base
 class FrameLoop:
-    def __init__(self, start: DiscArrays, step_s: float, rate_hz: float, skips: bool, patience: float) -> None: ...
+    def __new__(cls, start: DiscArrays, step_s: float, rate_hz: float, skips: bool, patience: float) -> Self: ...
     def run(self, until: int, most: int, work: float) -> None: ...
     @property
     def frames(self) -> int: ...
