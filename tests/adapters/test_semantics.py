@@ -16,7 +16,7 @@ from tests.adapters.widths import width
 
 from carom import Disc, Scene, solve_pit
 from carom.adapter import Adapter, AdapterError, Observation, Stamp
-from carom.runner.plan import capabilities_of, unsupported_reason
+from carom.runs.plan import capabilities_of, unsupported_reason
 
 Finish = Callable[..., Observation]
 Drive = Callable[..., list[Observation]]
