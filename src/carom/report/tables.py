@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 from carom.comparator import Score
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
 from carom.report.document import Column as Head

@@ -6,7 +6,7 @@ import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report.grid import Column, Grid
 from carom.report.marks import Mark, mark_of
 from carom.runs import Results, Row

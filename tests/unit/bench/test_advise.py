@@ -11,7 +11,7 @@ from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impact
 from carom.bench.sampling_limit import Window, miss_share, pair_limit
 from carom.errors import InputError
 from carom.runs.local import LocalPool
-from carom.runs.phases import begun_earlier
+from carom.comparator.shift import begun_earlier
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
