@@ -64,6 +64,7 @@ cdef inline void collide_pair(State *s, Index i, Index j, double time, bint want
     a.last = <int>j
     b.last = <int>i
     distance2 = dx * dx + dy * dy
+    s.counts.coincident += distance2 == 0.0
     s.virial -= push * distance2
     s.counts.predictions += <Index>(a.inverse_mass > 0.0) + <Index>(b.inverse_mass > 0.0)
     if unlikely(wanted):  # which keeps it out of the way of a run without a record

@@ -13,6 +13,7 @@ from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
 from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
+from carom.solvers.run import too_far_out
 from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -174,6 +175,9 @@ class Bodies:
 
         The normal is the line of centres as it stands: overlapped, where the impact is found late. The restitution is
         the scene's, if none is given.
+
+        Raises:
+            InputError: The centres are at one place.
         """
         e = self.restitution if restitution is None else restitution
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
@@ -186,6 +190,8 @@ class Bodies:
         self.vx[j] -= push * w_j * dx
         self.vy[j] -= push * w_j * dy
         distance = math.sqrt(dx * dx + dy * dy)
+        if distance == 0.0:
+            raise too_far_out()
         normal = (dx / distance, dy / distance)
         return ImpactRecord(time_s, i, j, normal, before_i, before_j, self._velocity(i), self._velocity(j))
 

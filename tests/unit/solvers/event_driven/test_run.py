@@ -12,6 +12,7 @@ from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
 from carom import Outcome, solve_pic, solve_pic_framewise
 from carom.disc_arrays import DiscArrays
+from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 
 pytestmark = needs_extension
@@ -183,3 +184,15 @@ def test_progress_samples_and_stops() -> None:
     stopped = solve_pic(scene, max_impacts=7)
     assert stopped.outcome is Outcome.MAX_IMPACTS
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
+
+
+def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run() -> None:
+    """Two discs that meet after 1.8e16 m, where floats are 2 m apart, are at one place: an error says so."""
+    start = DiscArrays(
+        position_m=np.array([[0.0, 0.0], [3.0, 0.0]]),
+        velocity_m_s=np.array([[1.0, 0.0], [1.0 - 2.0**-53, 0.0]]),
+        radius_m=np.full(2, 0.5),
+        mass_kg=np.ones(2),
+    )
+    with pytest.raises(InputError, match="do not tell their centres apart"):
+        EventDrivenRun(start).advance_to(math.inf)
