@@ -21,7 +21,7 @@ class Grade(Enum):
     EXACT = "exact: to the rounding of the floats that the method declares"
     CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
     SAMPLED = "sampled: no worse than PIT at the same step"
-    INACCURATE = "inaccurate: finds every impact, with more error than PIT at the same step, or contradicts itself"
+    INACCURATE = "inaccurate: finds every impact, but early, or worse than PIT at the same step, or contradicts itself"
     WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
 

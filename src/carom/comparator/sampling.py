@@ -1,7 +1,7 @@
 """The price of sampling: what looking once a step costs at worst over the phases of that step.
 
-Where in a step an impact falls is luck: PIT may find it at once, or a step late, or not at all. So a method that beats PIT
-is held against PIT at `THRESHOLDS.phases` phases of the same step, the scene shifted along its own motion for each.
+Where in a step an impact falls is luck: PIT may find it at once, or a step late, or not at all. So a method that beats
+PIT is held against PIT at `THRESHOLDS.phases` phases of the same step, the scene shifted along its own motion for each.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ class Price:
 
     Attributes:
         dt_s: The step, seconds.
-        velocity: Largest velocity error up to each believed impact of the reference, over the scene's speed: errors hand
-            themselves on from impact to impact. An impact that is missed is off by all that it changes.
+        velocity: Largest velocity error up to each believed impact of the reference, over the scene's speed: errors
+            hand themselves on from impact to impact. An impact that is missed is off by all that it changes.
         energy: Largest error of the final kinetic energy, over that at the start.
         final_position: Largest distance of a disc from its final place, over the scene's length; 0 where not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.

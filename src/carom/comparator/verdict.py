@@ -15,7 +15,7 @@ from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.sampling import Price
 from carom.comparator.scales import Scales, largest
 from carom.comparator.thresholds import THRESHOLDS, place_rounding
-from carom.trace import Outcome, Trace, wall_index
+from carom.trace import Outcome, Trace, pair_name
 
 __all__ = ["Evidence", "Finding", "Verdict", "findings"]
 
@@ -179,12 +179,12 @@ def _hits(evidence: Evidence) -> Iterator[Finding]:
         first = reference.impacts[alignment.missed[0]]
         reason = (
             f"{len(alignment.missed)} of {evidence.believed}, the first at {first['time_s']:.6g} s "
-            f"between {_bodies(first)}"
+            f"between {pair_name(first)}"
         )
         yield Finding(kind, reason)
     if alignment.spurious:
         first = observed.impacts[alignment.spurious[0]]
-        reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {_bodies(first)}"
+        reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {pair_name(first)}"
         yield Finding(Verdict.SPURIOUS, reason)
     if alignment.undecided:
         first = reference.impacts[alignment.undecided[0]]
@@ -200,8 +200,8 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
     edits = f"{order.edits} or more" if order.edits == MOST_EDITS else str(order.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(order.inverted)} inverted, edit distance {edits}; first that of {_bodies(impacts[a])} before "
-        f"that of {_bodies(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
+        f"{len(order.inverted)} inverted, edit distance {edits}; first that of {pair_name(impacts[a])} before "
+        f"that of {pair_name(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
     )
 
 
@@ -282,8 +282,3 @@ def _seconds(time_s: float, evidence: Evidence) -> str:
 
 def _since(slip: Slip) -> str:
     return f"disc {slip.disc} after {slip.since_s:.6g} s"
-
-
-def _bodies(impact: object) -> str:
-    first, second = int(impact["first"]), int(impact["second"])  # type: ignore[index] # a row of a structured array
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"

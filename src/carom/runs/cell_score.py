@@ -10,13 +10,13 @@ from functools import cache, lru_cache
 from importlib import metadata
 
 from carom.comparator import compare
+from carom.comparator.shift import begun_earlier
 from carom.errors import AdapterError, InputError
 from carom.registry import engines, load_adapter
 from carom.runs.cross_check import reference_trace
 from carom.runs.drive import observe_run
 from carom.runs.execute import refusal
 from carom.runs.messages import Failure
-from carom.comparator.shift import begun_earlier
 from carom.runs.results import Cell, Row, Status
 from carom.scene import Scene
 from carom.trace import Trace

@@ -82,7 +82,7 @@ def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> N
 
 
 def test_a_ladder_of_lateness_never_improves_the_grade() -> None:
-    """Found ever later, the impact is graded exact, close to a hundredth of a step, sampled to PIT's, then inaccurate."""
+    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to PIT's, then inaccurate."""
     pit = late_by(REFERENCE, 0.5 * DT)
     parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.499, 0.51, 0.9, 3.0]
     grades = [scored(late_by(REFERENCE, part * DT), pit).grade for part in parts]
@@ -98,7 +98,7 @@ def test_a_lucky_phase_leaves_no_grade_undefined() -> None:
 
 
 def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
-    """Where PIT sees nothing at any phase, the price is the whole change of velocity, and a run is graded all the same."""
+    """Where PIT sees nothing at any phase, the price is the whole change of velocity, and a run is graded as well."""
     pit = solve_pit(OBLIQUE, frame_rate_hz=0.4)  # one frame before the impact, the next after the end
     assert len(pit.impacts) == 0
     changed = math.sqrt(1 - (OFFSET / RADII) ** 2)  # all that is along the normal, over the speed
@@ -112,7 +112,7 @@ def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
 
 
 def test_an_error_where_sampling_costs_nothing_is_infinitely_worse() -> None:
-    """Head-on, PIT is right at every phase: rounding pays nothing, and any velocity error is nobody's but the run's own."""
+    """Head-on, PIT is right at every phase: rounding pays nothing, and any velocity error is the run's own."""
     reference = solve_pic(ROW)
     right, wrong = scored(delayed(reference, 0.3)), scored(faster(reference, 1e-6))
     assert (right.price_paid, right.grade) == (0.0, Grade.SAMPLED)
@@ -169,10 +169,10 @@ def test_exact_is_exact_to_the_floats_that_are_declared() -> None:
 
 
 def test_narrow_floats_excuse_no_time_that_would_not_be_close() -> None:
-    """In a long run of short steps the rounding of 32 bits is more than a hundredth of a step, and that is not exact."""
+    """In a long run of short steps the rounding of 32 bits is more than a hundredth of a step, and not exact."""
     scene = ROW.model_copy(update={"duration_s": 100.0})
     late = dataclasses.replace(delayed(solve_pic(scene), 0.04), float_bits=32)
-    assert 0.04 * DT < THRESHOLDS.rounding_32 * scene.duration_s
+    assert THRESHOLDS.rounding_32 * scene.duration_s > 0.04 * DT
     assert scored(late).grade is Grade.SAMPLED
 
 

@@ -14,7 +14,7 @@ from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Setup, Violation
 from carom.scenes import catalogue
-from carom.trace import Outcome, Trace, wall_index
+from carom.trace import Outcome, Trace, body_name
 
 __all__ = ["finds_impacts", "times_are_right", "velocities_are_right"]
 
@@ -119,7 +119,7 @@ def _compared(score: Score, pit: Score) -> list[ImpactError]:
 
 
 def _bodies(first: int, second: int) -> str:
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
+    return f"{body_name(first)} and {body_name(second)}"
 
 
 def _listed(trace: Trace, most: int = 4) -> str:
