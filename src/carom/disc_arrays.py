@@ -15,7 +15,6 @@ import numpy as np
 from carom.errors import InputError
 from carom.limits import ORDINARY, require_within
 from carom.overlap import Overlap, overlaps
-from carom.sizes import too_far
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -50,8 +49,7 @@ class DiscArrays:
 
         Raises:
             InputError: A shape does not fit, a value is not finite or not of an ordinary size (`carom.limits`), a
-                disc is too far out for its radius, a radius or mass not positive, an immovable disc moves, or a
-                restitution is outside 0 to 1.
+                radius or mass not positive, an immovable disc moves, or a restitution is outside 0 to 1.
         """
         n = len(self.position_m)
         if n == 0:
@@ -63,8 +61,6 @@ class DiscArrays:
         if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
         self.require_ordinary()
-        for problem in too_far(self):
-            raise InputError(f"position_m[{problem.field[1]}, {problem.field[3]}] {problem.message}")
         if np.any(self.velocity_m_s[np.isinf(self.mass_kg)]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):

@@ -4,8 +4,7 @@
   mass, duration or rate is not smaller than `SMALLEST`.
 - Sizes from ``1 / ORDINARY`` to `ORDINARY` are computed with as they are: the formulas are of fourth degree at most, so
   their terms, and what the rounding of these leaves, stay within the range of floats.
-- No disc begins further out than `FARTHEST` times its radius, or flies further than that times the smallest one:
-  neighbouring floats lie so far apart there that they do not tell the centres of two discs in contact apart.
+- PIC refuses an impact of two discs so far out that floats do not tell their centres apart: `carom.solvers.resolution`.
 - What belongs to one scene spans no more than `SPAN` (`carom.sizes`), so that there are units in which it is ordinary.
 """
 
@@ -20,17 +19,13 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["FARTHEST", "LARGEST", "MOST_STEPS", "ORDINARY", "SMALLEST", "SPAN", "beyond", "require_within"]
+__all__ = ["LARGEST", "MOST_STEPS", "ORDINARY", "SMALLEST", "SPAN", "beyond", "require_within"]
 
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200
 #: A little less than the square of `ORDINARY`: units are powers of two, and take sizes to the middle only roughly.
 SPAN = 2.0**396
-
-#: There a unit in the last place is at most an eighth of the radius. A coordinate at an impact is three roundings off
-#: (its way, the sum, the time), so two centres stay apart: sqrt(2) * 2 * 3 / 8 radii are less than their distance of 2.
-FARTHEST = 2.0**49
 
 #: Steps or frames of a run. Who asks for more has mistaken a unit.
 MOST_STEPS = 2**32

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from carom.errors import Problem
-from carom.limits import FARTHEST, SPAN
+from carom.limits import SPAN
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Vector = tuple[float, float]
 
-__all__ = ["Sizes", "span_problems", "too_far"]
+__all__ = ["Sizes", "span_problems"]
 
 
 class Sizes(NamedTuple):
@@ -63,8 +63,7 @@ class Sizes(NamedTuple):
 
 
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
-    """Yield what spans too much, and the first disc that is too far out."""
-    yield from too_far(start)
+    """Yield what spans too much."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
     least = f"{1.0 / SPAN:.3g}"
     if sizes.length > SPAN * sizes.radius:
@@ -85,22 +84,9 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
             f"must be so long that the fastest disc moves by {least} of the greatest length in the scene, "
             f"{sizes.length:.3g} m, got {sizes.duration}: it moves by {sizes.way:.3g} m; lengthen it",
         )
-    if not sizes.way <= FARTHEST * sizes.radius:
+    if not sizes.way <= SPAN * sizes.radius:
         yield Problem(
             ("duration_s",),
-            f"must be so short that no disc flies further than {FARTHEST:.3g} times the smallest radius, "
+            f"must be so short that no disc flies further than {SPAN:.3g} times the smallest radius, "
             f"got {sizes.duration}: the way is {sizes.way:.3g} m; shorten it",
-        )
-
-
-def too_far(start: DiscArrays) -> Iterator[Problem]:
-    """Yield the first coordinate that is too coarse a number for the radius of its disc."""
-    far = np.abs(start.position_m) > FARTHEST * start.radius_m[:, np.newaxis]
-    if far.any():
-        disc, axis = (int(k) for k in np.argwhere(far)[0])
-        value = float(start.position_m[disc, axis])
-        yield Problem(
-            ("discs", disc, "position_m", axis),
-            f"must be at most {FARTHEST:.3g} radii from the origin, got {value}: floats there lie "
-            f"{np.spacing(abs(value)):.3g} m apart, the radius is {float(start.radius_m[disc]):.3g} m; move the scene",
         )

@@ -236,7 +236,7 @@ def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg:
 
 
 def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adapter) -> None:
-    """Where 32-bit floats round positions by more than a radius, the plan says so before an engine is called."""
-    far = Scene(name="far", discs=[Disc(position_m=(1e8, 0), radius_m=1.0)], duration_s=1)
-    narrow = replace(engine.capabilities, float_bits=32, min_radius_m=0.0)
-    assert "32-bit floats round by more" in unsupported_reason(far, narrow, 1 / 60)
+    """Where positions are rounded by more than a disc is large, the plan says so before the engine is called."""
+    radius = {32: 1.0, 64: 1e-8}[engine.capabilities.float_bits]
+    far = Scene(name="far", discs=[Disc(position_m=(1e8, 0), radius_m=radius)], duration_s=1)
+    assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)

@@ -96,14 +96,3 @@ def test_arrays_are_no_part_of_what_a_scene_is() -> None:
     assert b"DiscArrays" not in sent
     assert pickle.loads(sent) == first  # noqa: S301 - our own bytes
     assert "arrays" not in first.model_dump()
-
-
-def test_a_disc_too_far_out_for_its_radius_is_refused() -> None:
-    """Arrays name the first coordinate that is too coarse for the radius of its disc."""
-    with pytest.raises(InputError, match=r"position_m\[1, 0\] must be at most 5.63e\+14 radii from the origin"):
-        DiscArrays(
-            position_m=np.array([[0.0, 0.0], [1e15, 0.0]]),
-            velocity_m_s=np.zeros((2, 2)),
-            radius_m=np.ones(2),
-            mass_kg=np.ones(2),
-        )

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError, SceneError
-from carom.limits import FARTHEST, LARGEST, MOST_STEPS, SMALLEST, SPAN
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
 from carom.scene import Disc, Need, Scene, Wall
 
 NAN, INF = math.nan, math.inf
@@ -196,15 +196,15 @@ def test_numpy_values_are_as_good_as_plain_ones() -> None:
 def test_sizes_at_the_very_limits_are_accepted() -> None:
     """The limits themselves are within the limits: of a number, and of what one scene spans."""
     scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
-    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], radius_m=SPAN / 2, mass_kg=SPAN)], duration_s=LARGEST)
-    scene(discs=[disc(radius_m=1.0, velocity_m_s=[FARTHEST, 0.0])], duration_s=1.0)
+    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
     scene(discs=[disc(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
 
 
 TOO_WIDE: list[tuple[dict[str, Any], str]] = [
     (
-        {"discs": [disc(radius_m=1e-10), disc(radius_m=1e110, position_m=[1e111, 0.0])]},
-        "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+111 m, got 1e-10; "
+        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
+        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+111 m, got 1e-10; "
         "leave out what is so small, or so far away",
     ),
     (
@@ -219,12 +219,12 @@ TOO_WIDE: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
-        "duration_s: must be so short that no disc flies further than 5.63e+14 times the smallest radius, "
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
         "got 10000000000.0: the way is 1e+121 m; shorten it",
     ),
     (
         {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
-        "duration_s: must be so short that no disc flies further than 5.63e+14 times the smallest radius, "
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
         "got 1e+61: the way is 1e+122 m; shorten it",
     ),
     (
@@ -435,21 +435,3 @@ def test_steps_without_end_are_refused_with_the_limit() -> None:
     for dt in (1 / (MOST_STEPS + 1), 1e-300, 5e-324):
         with pytest.raises(InputError, match=re.escape(f"at least 2.33e-10 of the scene's duration (1.0 s), got {dt}")):
             scene().step_count(dt)
-
-
-def test_a_disc_too_far_out_for_its_radius_is_refused() -> None:
-    """Where floats lie more than an eighth of a radius apart, the scene is refused; one float nearer, it is not."""
-    edge = 0.5 * FARTHEST
-    Scene(name="far", discs=[Disc(position_m=(0, -edge), radius_m=0.5)], duration_s=1)
-    with pytest.raises(
-        SceneError, match=r"discs\[0\].position_m\[1\]: must be at most 5.63e\+14 radii from the origin"
-    ):
-        Scene(name="far", discs=[Disc(position_m=(0, -math.nextafter(edge, math.inf)), radius_m=0.5)], duration_s=1)
-
-
-def test_a_flight_too_far_for_the_smallest_radius_is_refused() -> None:
-    """A duration in which the fastest disc may get as far as that is refused by name."""
-    disc = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
-    Scene(name="flight", discs=[disc], duration_s=0.5 * FARTHEST)
-    with pytest.raises(SceneError, match="duration_s: must be so short that no disc flies further than"):
-        Scene(name="flight", discs=[disc], duration_s=FARTHEST)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import re
 import tempfile
 import tomllib
 import tracemalloc
@@ -25,7 +24,7 @@ from carom.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
 SAMPLE = Scene(
     name="sample",
     description='Quotes ", backslashes \\, lines\nand the letter ü.',
-    duration_s=1.5e-12,
+    duration_s=1.5,
     discs=[
         Disc(position_m=(0.1, 0.2), velocity_m_s=(1e-300, -1e22), radius_m=0.1, mass_kg=0.3),
         Disc(position_m=(5, 0), radius_m=1, mass_kg=math.inf),
@@ -187,15 +186,15 @@ def test_numbers_that_json_does_not_have_are_refused_as_not_finite(tmp_path: Pat
 # Round trip -----------------------------------------------------------------------------------------------------------
 
 # Sizes that one scene may hold side by side, see `carom.limits`; the sample above has others.
-finite = st.floats(-1e5, 1e5)
-positive = st.floats(1e-3, 1e3)
+finite = st.floats(-1e10, 1e10)
+positive = st.floats(1e-10, 1e10)
 coefficient = st.floats(0, 1)
 pairs = st.tuples(finite, finite)
 
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """Draw any valid scene; those whose bodies overlap, all but stand still, or get too far out, are drawn again."""
+    """Draw any valid scene; those whose random bodies overlap, or all but stand still, are drawn again."""
     discs = []
     for _ in range(draw(st.integers(1, 3))):
         immovable = draw(st.booleans())
@@ -223,9 +222,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     try:
         return Scene(**fields)
     except SceneError as error:
-        assume(
-            not re.search("overlap|so long that the fastest|no disc flies further|radii from the origin", str(error))
-        )
+        assume("overlap" not in str(error) and "so long that the fastest" not in str(error))
         raise
 
 

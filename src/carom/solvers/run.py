@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
 from carom.errors import InputError
-from carom.limits import FARTHEST
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
     from carom.trace import Outcome
 
-__all__ = ["ImpactLog", "Progress", "Run", "require_time", "too_far_out"]
+__all__ = ["ImpactLog", "Progress", "Run", "require_time"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
@@ -73,11 +72,3 @@ def require_time(time_s: float) -> None:
     """
     if time_s != time_s:
         raise InputError(f"time_s must be a number of seconds, got {time_s}")
-
-
-def too_far_out() -> InputError:
-    """Return the refusal of an impact of two discs whose centres are at one place, and so have no normal."""
-    return InputError(
-        f"two discs met more than {FARTHEST:.3g} radii from the origin, where floats do not tell their centres apart; "
-        "end the run before that"
-    )

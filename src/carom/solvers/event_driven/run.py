@@ -14,7 +14,8 @@ from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
 from carom.solvers.event_driven.recorded import RecordedImpacts
 from carom.solvers.impact_log import standstill_impacts
-from carom.solvers.run import require_time, too_far_out
+from carom.solvers.resolution import too_far_out
+from carom.solvers.run import require_time
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -137,7 +138,7 @@ class EventDrivenRun:
                 progress(self.impacts, self._kernel.clock["reported"])
         reached_s = time_s if ended == _DONE and time_s < math.inf else self._kernel.clock["reported"]
         self.time_s = max(self.time_s, reached_s)
-        if self._kernel.counts["coincident"]:
+        if self._kernel.counts["too_far"]:
             raise too_far_out()
         return _OUTCOMES[ended]
 

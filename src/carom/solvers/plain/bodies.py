@@ -12,8 +12,14 @@ from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
-from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
-from carom.solvers.run import too_far_out
+from carom.solvers.resolution import (
+    are_told_apart,
+    clock_resolution,
+    pair_resolution,
+    size_of,
+    too_far_out,
+    wall_resolution,
+)
 from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -177,9 +183,11 @@ class Bodies:
         the scene's, if none is given.
 
         Raises:
-            InputError: The centres are at one place.
+            InputError: They are so far out that floats do not tell their centres apart.
         """
         e = self.restitution if restitution is None else restitution
+        if not are_told_apart(self.x[i], self.y[i], self.x[j], self.y[j], self.radius[i] + self.radius[j]):
+            raise too_far_out()
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
         before_i, before_j = self._velocity(i), self._velocity(j)
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
@@ -190,8 +198,6 @@ class Bodies:
         self.vx[j] -= push * w_j * dx
         self.vy[j] -= push * w_j * dy
         distance = math.sqrt(dx * dx + dy * dy)
-        if distance == 0.0:
-            raise too_far_out()
         normal = (dx / distance, dy / distance)
         return ImpactRecord(time_s, i, j, normal, before_i, before_j, self._velocity(i), self._velocity(j))
 

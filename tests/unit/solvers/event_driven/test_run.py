@@ -10,10 +10,11 @@ import pytest
 from tests.forms import needs_extension
 from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
-from carom import Outcome, solve_pic, solve_pic_framewise
+from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.run import AllPairsRun
 
 pytestmark = needs_extension
 
@@ -186,13 +187,13 @@ def test_progress_samples_and_stops() -> None:
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
 
 
-def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run() -> None:
-    """Two discs that meet after 1.8e16 m, where floats are 2 m apart, are at one place: an error says so."""
-    start = DiscArrays(
-        position_m=np.array([[0.0, 0.0], [3.0, 0.0]]),
-        velocity_m_s=np.array([[1.0, 0.0], [1.0 - 2.0**-53, 0.0]]),
-        radius_m=np.full(2, 0.5),
-        mass_kg=np.ones(2),
-    )
+@pytest.mark.parametrize("form", [EventDrivenRun, AllPairsRun])
+def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: type[EventDrivenRun | AllPairsRun]) -> None:
+    """Two discs that meet after 1.8e16 m, where floats are 2 m apart, have no normal: an error says so."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+        Disc(position_m=(3.0, 0.0), velocity_m_s=(1.0 - 2.0**-53, 0.0), radius_m=0.5),
+    ]
+    run = form(Scene(name="far", discs=discs, duration_s=1e17))
     with pytest.raises(InputError, match="do not tell their centres apart"):
-        EventDrivenRun(start).advance_to(math.inf)
+        run.advance_to(1e17)
