@@ -1,9 +1,9 @@
 """What the benchmark of PIC times, in an interpreter of its own: run by `carom.bench.pic`, as text.
 
 Only what versions of Carom have in common stands here. The first line of standard input says what to prepare: "gas",
-discs, packing, and whether impacts are recorded; "solve", discs, and impacts; or "ensemble". Each line after that holds a
-number of impacts, solves or scenes; the answer is the processor time of so many, in seconds, and of an ensemble, which
-has several threads, the time that passes. The last answer, to "bytes", is the memory a disc.
+discs, packing, and whether impacts are recorded; "solve", discs, and impacts; or "ensemble". Each line after that holds
+a number of impacts, solves or scenes; the answer is the processor time of so many, in seconds; of an ensemble, which
+has several threads, it is the time that passes. The last answer, to "bytes", is the memory a disc.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ _PART = 16_384
 
 @dataclass(frozen=True)
 class TwoDiscEnsemble:
-    """Independent scenes of two discs: row k of the two sets of discs is scene k. Of both the restitution is the same."""
+    """Independent scenes of two discs: row k of both sets of discs is scene k. Both have the same restitution."""
 
     first: DiscArrays
     second: DiscArrays
@@ -133,18 +133,20 @@ def _first_impacts(
     if threads is not None and threads < 1:
         raise InputError(f"threads must be 1 or more, got {threads}")
     if extension_available():
-        from carom.solvers.two_discs import fill_first_impacts
+        from carom.solvers import two_discs
+
+        fill_first_impacts = two_discs.fill_first_impacts
     else:
         from carom.solvers.plain.first_impacts import fill_first_impacts
     impacts = np.empty(len(ensemble), IMPACT_DTYPE)
     rows = impacts.view(np.float64).reshape(len(ensemble), -1)
 
     def fill(part: slice) -> None:
-        discs = [
-            [a[part] for a in (d.position_m, d.velocity_m_s, d.radius_m, d.mass_kg)]
-            for d in (ensemble.first, ensemble.second)
-        ]
-        fill_first_impacts(*discs, ensemble.first.restitution, until_s, frames_s, rows[part])
+        first, second = (
+            [array[part] for array in (discs.position_m, discs.velocity_m_s, discs.radius_m, discs.mass_kg)]
+            for discs in (ensemble.first, ensemble.second)
+        )
+        fill_first_impacts(first, second, ensemble.first.restitution, until_s, frames_s, rows[part])
 
     parts = [slice(start, start + _PART) for start in range(0, len(ensemble), _PART)]
     with ThreadPoolExecutor(threads or available_cores()) as pool:  # the compiled loop releases the GIL

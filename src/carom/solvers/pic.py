@@ -126,7 +126,8 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
     """Run a scene of two discs and no wall by its closed form, without queue or cells; None for unusual sizes."""
-    solution = _compiled_solve()(*scene.discs, scene.restitution, end_s)
+    first, second = scene.discs
+    solution = _compiled_solve()(first, second, scene.restitution, end_s)
     if solution is None:
         return None
     impacts = np.frombuffer(solution[0], IMPACT_DTYPE)

@@ -88,8 +88,9 @@ def test_plain_and_compiled_ensembles_agree_to_the_bit(ensemble: TwoDiscEnsemble
 
 
 def repeated(discs: DiscArrays, times: int) -> DiscArrays:
-    arrays = (discs.position_m, discs.velocity_m_s, discs.radius_m, discs.mass_kg)
-    return DiscArrays(*(np.concatenate([array] * times) for array in arrays), restitution=discs.restitution)
+    place, velocity = (np.concatenate([array] * times) for array in (discs.position_m, discs.velocity_m_s))
+    radius, mass = (np.concatenate([array] * times) for array in (discs.radius_m, discs.mass_kg))
+    return DiscArrays(place, velocity, radius, mass, restitution=discs.restitution)
 
 
 def test_pit_misses_the_share_that_was_measured_before() -> None:

@@ -50,11 +50,12 @@ class Bodies:
     def __init__(self, start: Scene | DiscArrays) -> None:
         if not isinstance(start, DiscArrays):
             start = start.arrays
-        self.x, self.y = start.position_m.T.tolist()
-        self.vx, self.vy = start.velocity_m_s.T.tolist()
+        floats: tuple[list[float], ...] = tuple(
+            array.tolist()
+            for array in (*start.position_m.T, *start.velocity_m_s.T, start.radius_m, 1.0 / start.mass_kg)
+        )
+        self.x, self.y, self.vx, self.vy, self.radius, self.inverse_mass = floats
         self.time = [0.0] * len(start)
-        self.radius = start.radius_m.tolist()
-        self.inverse_mass = (1.0 / start.mass_kg).tolist()
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
         self.restitution = start.restitution
