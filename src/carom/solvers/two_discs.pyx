@@ -10,6 +10,9 @@ from libc.math cimport NAN, fabs, sqrt
 from carom.physics.impact_law cimport pair_push
 from carom.physics.pair_time cimport NEVER, pair_time
 from carom.solvers.event_driven.layout cimport Impact
+from carom.solvers.resolution cimport are_told_apart
+
+from carom.solvers.resolution import too_far_out
 
 cdef extern from *:
     """
@@ -83,8 +86,11 @@ cdef inline void write_velocities(const TwoDiscs *s, double *first, double *seco
     second[0], second[1] = s.second.vx, s.second.vy
 
 
-cdef inline void carry_out(TwoDiscs *s, double time, double restitution, Impact *row) noexcept nogil:
-    """Give two discs in contact their velocities after the impact, and record it; no impact at `NEVER`."""
+cdef inline bint carry_out(TwoDiscs *s, double time, double restitution, Impact *row) noexcept nogil:
+    """Give two discs in contact their velocities after the impact, and record it; no impact at `NEVER`.
+
+    Returns whether floats tell their centres apart.
+    """
     a = &s.first
     b = &s.second
     row.time, row.first, row.second = time, 0, 1
@@ -101,6 +107,7 @@ cdef inline void carry_out(TwoDiscs *s, double time, double restitution, Impact 
         distance = sqrt(dx * dx + dy * dy)
         row.normal[0], row.normal[1] = dx / distance, dy / distance
     write_velocities(s, row.first_after, row.second_after)
+    return time == NEVER or are_told_apart(a.x, a.y, b.x, b.y, a.radius + b.radius)
 
 
 cdef Disc disc_of(model) except *:
@@ -114,7 +121,7 @@ def solve(first, second, double restitution, double end):
 
     Returns:
         The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as bytes.
-        None where a number is not of an ordinary size (`carom.limits`).
+        None where that takes more: a number is not of an ordinary size (`carom.limits`), or they meet too far out.
     """
     cdef TwoDiscs s = TwoDiscs(disc_of(first), disc_of(second))
     cdef Impact impact
@@ -126,7 +133,8 @@ def solve(first, second, double restitution, double end):
     if not LEAST <= end <= MOST and end != 0.0:
         return None
     time = instant_of_pic(&s, end)
-    carry_out(&s, time, restitution, &impact)
+    if not carry_out(&s, time, restitution, &impact):
+        return None
     met = time != NEVER
     wait = end - time if met else end
     state.position[0] = s.first.x + s.first.vx * wait
@@ -148,16 +156,21 @@ def fill_first_impacts(first, second, double restitution, double until, frames, 
         until: PIC: impacts after it do not count, seconds.
         frames: PIT: instants of the frames, seconds, contiguous floats. None for PIC.
         rows: What is filled: rows of `carom.trace.IMPACT_DTYPE` seen as floats; the time is infinity where there is none.
+
+    Raises:
+        InputError: Two discs meet so far out that floats do not tell their centres apart.
     """
     cdef const double[:, :] p1 = first[0], v1 = first[1], p2 = second[0], v2 = second[1]
     cdef const double[:] r1 = first[2], m1 = first[3], r2 = second[2], m2 = second[3]
     cdef bint sampled = frames is not None
     cdef const double[::1] instants = frames if sampled else None
-    cdef Py_ssize_t k
+    cdef Py_ssize_t k, too_far = 0
     cdef TwoDiscs s
     with nogil:
         for k in range(rows.shape[0]):
             s.first = Disc(p1[k, 0], p1[k, 1], v1[k, 0], v1[k, 1], r1[k], 1.0 / m1[k])
             s.second = Disc(p2[k, 0], p2[k, 1], v2[k, 0], v2[k, 1], r2[k], 1.0 / m2[k])
             time = instant_of_pit(&s, instants) if sampled else instant_of_pic(&s, until)
-            carry_out(&s, time, restitution, <Impact *>&rows[k, 0])
+            too_far += not carry_out(&s, time, restitution, <Impact *>&rows[k, 0])
+    if too_far > 0:
+        raise too_far_out()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -136,6 +138,14 @@ def test_an_ensemble_that_is_none_is_refused(change: dict[str, Any], words: str)
     }
     with pytest.raises(InputError, match=words):
         TwoDiscEnsemble.of(**{**plain, **change})
+
+
+@pytest.mark.parametrize("form", [nullcontext, plain_form])
+def test_impacts_too_far_out_are_refused(form: Callable[[], AbstractContextManager[object]]) -> None:
+    """Where floats do not tell two centres in contact apart there is no normal: the ensemble is refused, as a scene is."""
+    pairs = TwoDiscEnsemble.of([[1e16, 0.0]], (1.0, 0.0), 1.0, [[1e16 + 8.0, 0.0]], (0.0, 0.0), 1.0)
+    with form(), pytest.raises(InputError, match="tell their centres apart"):
+        pic_ensemble(pairs)
 
 
 def test_a_number_of_threads_below_one_is_refused(ensemble: TwoDiscEnsemble) -> None:
