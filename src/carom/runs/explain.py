@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from carom.comparator.shift import shifted_scenes
 from carom.registry import EngineInfo
 from carom.runs.cross_check import reference_trace
 from carom.runs.execute import MOST_DISCS_DRAWN, refusal
-from carom.runs.phases import phase_values, shifted_scenes
+from carom.runs.phases import phase_values
 from carom.runs.plan import chosen_engines, default_dts, planned_cells, profiles_to_plan
 from carom.runs.results import Cell
 from carom.scene import Scene
