@@ -125,7 +125,7 @@ def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs and no wall by its closed form, without queue or cells; None where that does not serve."""
+    """Run a scene of two discs and no wall by its closed form, without queue or cells; None where it does not serve."""
     first, second = scene.discs
     solution = _compiled_solve()(first, second, scene.restitution, end_s)
     if solution is None:

@@ -142,7 +142,7 @@ def test_an_ensemble_that_is_none_is_refused(change: dict[str, Any], words: str)
 
 @pytest.mark.parametrize("form", [nullcontext, plain_form])
 def test_impacts_too_far_out_are_refused(form: Callable[[], AbstractContextManager[object]]) -> None:
-    """Where floats do not tell two centres in contact apart there is no normal: the ensemble is refused, as a scene is."""
+    """Where floats do not tell two centres in contact apart, the ensemble is refused, as a scene is."""
     pairs = TwoDiscEnsemble.of([[1e16, 0.0]], (1.0, 0.0), 1.0, [[1e16 + 8.0, 0.0]], (0.0, 0.0), 1.0)
     with form(), pytest.raises(InputError, match="tell their centres apart"):
         pic_ensemble(pairs)
