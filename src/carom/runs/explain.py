@@ -89,7 +89,7 @@ def _pic(scene: Scene, trace: Trace) -> str:
     if scene.gravity_m_s2 != (0.0, 0.0):
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
     if len(scene.discs) == 2 and not scene.walls:
-        return f"two discs, so the closed form, without queue, cells or compiler: {found}"
+        return f"two discs, so the closed form, without queue or cells: {found}"
     if trace.counts.get("compiled"):
         return f"many discs, so the compiled kernel with cells{walls}: {found}"
     return f"event-driven in plain Python, as loading the compiler would take longer than the run{walls}: {found}"
