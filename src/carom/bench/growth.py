@@ -218,7 +218,7 @@ def growth(
         if sizes or size <= SIZES[-1] or info.engine == "Carom"
     ]
     if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
-        _run(GrowthTask(WARM, "pic", profile), COMPILE_LIMIT_S)  # its kernel is kept on the disc from then on
+        _run(GrowthTask(WARM, "pic", profile), COMPILE_LIMIT_S)  # its kernel is kept on the disk from then on
     started = time.perf_counter()
     points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
     spent = dict.fromkeys(points, 0.0)

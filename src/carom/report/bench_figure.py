@@ -161,12 +161,7 @@ def _draw(axes: Axes, bench: SceneBench, curve: Curve, kind: Diagram, floor: flo
 
 
 def _bars(
-    axes: Axes,
-    kept: Sequence[tuple[tuple[float, float], Point]],
-    kind: Diagram,
-    floor: float,
-    whole: bool,
-    colour: str,
+    axes: Axes, kept: Sequence[tuple[tuple[float, float], Point]], kind: Diagram, floor: float, whole: bool, colour: str
 ) -> None:
     """Draw the quartiles of run time, and the errors from the luckiest start to the unluckiest."""
     for (x, y), point in kept:

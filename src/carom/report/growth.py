@@ -13,12 +13,12 @@ from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, Growth
 from carom.report import wording
 from carom.report.bench import making, stamp_lines
 from carom.report.bench_figure import PNG_DPI
-from carom.report.bench_write import alone, value_of
+from carom.report.bench_write import value_of
 from carom.report.document import Document, Figure, Figures, Lines, Section, Table
 from carom.report.extra import require_report_extra
 from carom.report.records import strict
 from carom.report.render import html
-from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
+from carom.report.svg import INK, MUTED, SERIES, alone, drawing, new_figure, render
 from carom.report.write import replace_all
 
 if TYPE_CHECKING:

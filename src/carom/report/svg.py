@@ -14,7 +14,7 @@ from carom.report.extra import require_report_extra
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["GRID", "INK", "MUTED", "SERIES", "SURFACE", "WALL", "drawing", "new_figure", "render"]
+__all__ = ["GRID", "INK", "MUTED", "SERIES", "SURFACE", "WALL", "alone", "drawing", "new_figure", "render"]
 
 # A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
 INK = "#1b2330"
@@ -104,3 +104,9 @@ def render(figure: Figure, label: str) -> str:
         r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="LABEL" data-width="{width}">', text
     )
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
+
+
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+    return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

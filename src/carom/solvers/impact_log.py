@@ -2,8 +2,8 @@
 
 An impact is *ambiguous* where it shares a movable disc with an earlier one at what may be the very same instant: one
 that was recorded, and whose time differs by no more than what `carom.solvers.resolution` says of both; unless the two
-normals are exactly orthogonal, for then neither impulse changes what the other impact sees. The result then hangs on an
-order that is a convention: (time, first, second).
+normals are exactly orthogonal, for then neither impulse changes what the other impact sees. The result then depends on
+an order that is a convention: (time, first, second).
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
 of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one

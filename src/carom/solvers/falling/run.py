@@ -164,7 +164,7 @@ class BallisticRun:
         if self._is_at_rest(i, k, approach, last if again else None):
             self._rest(i, k, approach)
             return
-        # Where a disc comes back to the wall that it has left, its time does not hang on a rounded gap.
+        # Where a disc comes back to the wall that it has left, its time does not depend on a rounded gap.
         uncertain = 0.0 if again or not approach > 0.0 else bodies.gap_resolution_m(i, k) / approach
         record = bodies.bounce(i, k, approach)
         self._carried_out(record, uncertain + (0.0 if again else 2 * math.ulp(self._now[0])), (i,))
