@@ -1,7 +1,7 @@
 """What the benchmark of starts measures, in an interpreter of its own: run by `carom.bench.start`, as text.
 
 Only what versions of Carom have in common stands here. The arguments are what to do ("scene": make a scene of discs;
-"load": from a JSON file; "check": make a scene of discs that are valid already, which looks for overlaps; "arrays": make
+"load": from a JSON file; "check": make a scene of valid discs, which looks for overlaps; "arrays": make
 `DiscArrays` and look for overlaps in them), how the discs lie, and how many there are. Printed are the processor time,
 in seconds, by how much the most memory that the process has had grew meanwhile, in MiB, and how it ended.
 """
