@@ -34,7 +34,7 @@ from libc.stdlib cimport calloc, free
 from carom.physics.double_double cimport greater
 from carom.physics.pair_time cimport NEVER
 
-from carom.solvers.certified.prediction import float_above
+from carom.solvers.certified.floats import float_above
 from carom.trace import wall_body, wall_index
 
 cdef extern from *:
@@ -198,21 +198,6 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
             find_least(table, k)
 
 
-cdef Py_ssize_t count_up_to(const Table *table, double until) noexcept nogil:
-    """Count the bounds that are not above a time: 2 for more."""
-    cdef Py_ssize_t i, k
-    cdef Py_ssize_t count = 0
-    for i in range(table.discs):
-        if table.least[i].bound > until:
-            continue
-        for k in range(table.width):
-            if not table.bounds[i * table.width + k] > until:
-                count += 1
-                if count == 2:
-                    return 2
-    return count
-
-
 cdef int exponent(numbers):
     """Return the binary exponent of the largest of some numbers."""
     cdef int power = 0
@@ -280,25 +265,17 @@ cdef class LowerBounds:
                 best = i
         return self.table.least[best].bound, best, self._body(self.table.least[best].column)
 
-    def at(self, Py_ssize_t disc, Py_ssize_t body):
-        """Return one bound."""
-        return self.table.bounds[disc * self.table.width + self._column(body)]
-
     def raise_to(self, Py_ssize_t disc, Py_ssize_t body, double bound):
         """Replace a bound by a better one."""
         self.table.bounds[disc * self.table.width + self._column(body)] = bound
         find_least(&self.table, disc)
 
-    def several_up_to(self, double time):
-        """Whether more than one bound is not above a time."""
-        return count_up_to(&self.table, time) > 1
-
     def up_to(self, double time):
-        """Return rows and other bodies of all bounds that are not above a time, row by row."""
+        """Return all bounds that are not above a time, row by row, each with its row and the other body."""
         table = &self.table
         cdef Py_ssize_t i, k
         return [
-            (i, self._body(k))
+            (table.bounds[i * table.width + k], i, self._body(k))
             for i in range(table.discs)
             if not table.least[i].bound > time
             for k in range(table.width)

@@ -5,13 +5,12 @@ All of the start is exact, so this is decided by rational arithmetic; float64 fi
 
 from __future__ import annotations
 
-from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
-from carom.solvers.certified.exact import pair_terms, pull_along_wall
+from carom.solvers.certified.exact import gap_and_speed_at_wall, pair_terms, pull_along_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
@@ -32,11 +31,11 @@ def contact_at_start(scene: Scene) -> Degeneracy | None:
             if terms.c <= 0 and terms.b < 0:
                 return _degeneracy((i, j), touching=terms.c == 0)
             continue
-        if _lies_on(scene, i, wall_index(j)):
+        gap, speed = gap_and_speed_at_wall(scene, i, wall_index(j))
+        if gap <= 0 and speed < 0:
+            return _degeneracy((j, i), touching=gap == 0)
+        if gap <= 0 and speed == 0 and pull_along_wall(scene, wall_index(j)) < 0:  # it lies there
             return Degeneracy(Degenerate.RESTING_CONTACT, (j, i), 0.0, 0.0, proven=True, bits=0)
-        touching = _approaches_and_touches(scene, i, wall_index(j))
-        if touching is not None:
-            return _degeneracy((j, i), touching=touching)
     return None
 
 
@@ -57,31 +56,6 @@ def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
         [(int(i), int(j)) for i, j in [*pairs, *contacts]],
         key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])),
     )
-
-
-def _approaches_and_touches(scene: Scene, i: int, k: int) -> bool | None:
-    """Return whether a disc touches (True) or overlaps (False) a wall it approaches; None for neither."""
-    disc, wall = scene.discs[i], scene.walls[k]
-    n = [Fraction(value) for value in wall.normal]
-    if sum(Fraction(disc.velocity_m_s[c]) * n[c] for c in (0, 1)) >= 0:
-        return None
-    along = sum((Fraction(disc.position_m[c]) - Fraction(wall.point_m[c])) * n[c] for c in (0, 1))
-    rim = Fraction(disc.radius_m) ** 2 * (n[0] * n[0] + n[1] * n[1])
-    if along > 0 and along * along > rim:
-        return None
-    return along > 0 and along * along == rim
-
-
-def _lies_on(scene: Scene, i: int, k: int) -> bool:
-    """Whether gravity presses a disc to a wall that it touches (or overlaps) and neither approaches nor leaves."""
-    disc, wall = scene.discs[i], scene.walls[k]
-    if pull_along_wall(scene, k) >= 0:
-        return False
-    n = [Fraction(value) for value in wall.normal]
-    if sum(Fraction(disc.velocity_m_s[c]) * n[c] for c in (0, 1)) != 0:
-        return False
-    along = sum((Fraction(disc.position_m[c]) - Fraction(wall.point_m[c])) * n[c] for c in (0, 1))
-    return along <= 0 or along * along <= Fraction(disc.radius_m) ** 2 * (n[0] * n[0] + n[1] * n[1])
 
 
 def _degeneracy(bodies: tuple[int, int], *, touching: bool) -> Degeneracy:

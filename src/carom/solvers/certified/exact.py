@@ -10,9 +10,16 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from carom.scene import Scene
-from carom.trace import wall_body
+from carom.trace import wall_index
 
-__all__ = ["exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pair_terms", "pull_along_wall"]
+__all__ = [
+    "exactly_grazing",
+    "exactly_grazing_wall",
+    "exactly_simultaneous",
+    "gap_and_speed_at_wall",
+    "pair_terms",
+    "pull_along_wall",
+]
 
 
 class PairTerms(NamedTuple):
@@ -42,8 +49,13 @@ def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
 
 def pull_along_wall(scene: Scene, k: int) -> int:
     """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
-    return (pull > 0) - (pull < 0)
+    return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
+
+
+def gap_and_speed_at_wall(scene: Scene, i: int, k: int) -> tuple[int, int]:
+    """Return the signs of a disc's gap to a wall at the start, and of its speed along the wall's normal."""
+    offset, rim2, toward = _wall_terms(scene, i, k)
+    return _sign(offset * abs(offset) - rim2), -_sign(toward)
 
 
 def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
@@ -51,31 +63,10 @@ def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
 
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
-    disc, wall = scene.discs[i], scene.walls[k]
-    speed, pull = _along(disc.velocity_m_s, wall.normal), _along(scene.gravity_m_s2, wall.normal)
-    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
-    left = 2 * pull * offset - speed * speed
-    right = 2 * pull * Fraction(disc.radius_m)
-    if (left > 0) - (left < 0) != (right > 0) - (right < 0):
-        return False
-    return left * left == right * right * _along(wall.normal, wall.normal)
-
-
-def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
-    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
-
-
-def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    if second >= 0:
-        terms = pair_terms(scene, first, second)
-        return -terms.b, terms.d, terms.a
-    disc, wall = scene.discs[first], scene.walls[wall_body(second)]
-    n = [Fraction(value) for value in wall.normal]
-    offset = [Fraction(disc.position_m[k]) - Fraction(wall.point_m[k]) for k in (0, 1)]
-    toward = -sum((Fraction(disc.velocity_m_s[k]) * n[k] for k in (0, 1)), Fraction(0))
-    radius = Fraction(disc.radius_m)
-    length2 = n[0] * n[0] + n[1] * n[1]
-    return offset[0] * n[0] + offset[1] * n[1], radius * radius * length2, toward
+    offset, rim2, toward = _wall_terms(scene, i, k)
+    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
+    left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
+    return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
 def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, int]) -> bool:
@@ -88,7 +79,30 @@ def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, i
     p2, q2, a2 = _root_form(scene, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
-    sign = (k > 0) - (k < 0) if c > 0 else 0
-    if (double_product > 0) - (double_product < 0) != sign or double_product**2 != 4 * k * k * c:
+    if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # the left side, a root, is not negative
+
+
+def _sign(number: Fraction) -> int:
+    return (number > 0) - (number < 0)
+
+
+def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
+    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
+
+
+def _wall_terms(scene: Scene, i: int, k: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return P, Q and A of a disc and a wall."""
+    disc, wall = scene.discs[i], scene.walls[k]
+    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
+    rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
+    return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
+
+
+def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return P, Q and A of any two bodies."""
+    if second < 0:
+        return _wall_terms(scene, first, wall_index(second))
+    terms = pair_terms(scene, first, second)
+    return -terms.b, terms.d, terms.a

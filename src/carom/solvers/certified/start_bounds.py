@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from carom.solvers.certified.bodies import BallBodies
+    from carom.solvers.certified.ball_bodies import BallBodies
 
 __all__ = ["StartBounds"]
 
@@ -37,23 +37,15 @@ class StartBounds:
             heapq.heappop(self._queue)
         return self._queue[0] if self._queue else (math.inf, 0, 0)
 
-    def at(self, disc: int, body: int) -> float:
-        """Return one bound."""
-        return self._bounds[disc, body]
-
     def raise_to(self, disc: int, body: int, bound: float) -> None:
         """Replace a bound by a better one."""
         self._bounds[disc, body] = bound
         heapq.heappush(self._queue, (bound, disc, body))
 
-    def several_up_to(self, time: float) -> bool:
-        """Whether more than one bound is not above a time."""
-        return len(self.up_to(time)) > 1
-
-    def up_to(self, time: float) -> list[tuple[int, int]]:
-        """Return rows and other bodies of all bounds that are not above a time, row by row."""
-        pairs = [pair for pair, bound in self._bounds.items() if not bound > time]
-        return sorted(pairs, key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))
+    def up_to(self, time: float) -> list[tuple[float, int, int]]:
+        """Return all bounds that are not above a time, row by row, each with its row and the other body."""
+        found = [(bound, *pair) for pair, bound in self._bounds.items() if not bound > time]
+        return sorted(found, key=lambda entry: (entry[1], entry[2] < 0, abs(entry[2])))
 
     def _fill(self, i: int, others: Iterable[int]) -> None:
         bodies = self._bodies

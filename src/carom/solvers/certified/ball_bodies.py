@@ -1,4 +1,4 @@
-"""The state of all discs in ball arithmetic, and what an impact does to it.
+"""The state of all discs in ball arithmetic.
 
 A ball (arb) is a midpoint and a radius; every operation yields a ball that holds the true result. The float64 numbers
 of the scene are the exact input. Each disc is kept at an exact reference instant, a float64 just before its last
@@ -8,9 +8,6 @@ itself costs no rounding. Between the reference and the impact the present path 
 Under uniform gravity all movable discs are seen from a frame that falls with them from rest at time 0, which adds
 ``g t^2 / 2`` to a position and ``g t`` to a velocity: paths there are straight, impacts of two movable discs those
 without gravity, and it is the walls that move.
-
-Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
-one line parallel to an axis.
 """
 
 from __future__ import annotations
@@ -21,9 +18,9 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from carom.scene import Scene
-from carom.trace import wall_body
+from carom.trace import wall_index
 
-__all__ = ["BallBodies", "BallImpact", "PairLaw", "WallLaw", "share_of_first"]
+__all__ = ["ZERO", "BallBodies", "PairLaw", "WallLaw"]
 
 ZERO = arb(0)
 
@@ -55,23 +52,7 @@ class WallLaw(NamedTuple):
     shift_y: arb
 
 
-class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after.
-
-    Velocities `before` are given under gravity only; without it they are those after the impact before.
-    """
-
-    first: int
-    second: int
-    time: arb
-    nx: arb
-    ny: arb
-    length: arb
-    after: tuple[arb, arb, arb, arb]
-    before: tuple[arb, arb, arb, arb] | None = None
-
-
-def share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
+def _share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
     """Return ``(1 + e) (1/m1) / (1/m1 + 1/m2)``, the first's share; None is an infinite mass."""
     if mass_first is None:
         return ZERO
@@ -177,8 +158,8 @@ class BallBodies:
 
     def orthogonal(self, wall: int, other: int) -> bool:
         """Whether two walls, by body number, are exactly orthogonal."""
-        ax, ay = self.scene.walls[wall_body(wall)].normal
-        bx, by = self.scene.walls[wall_body(other)].normal
+        ax, ay = self.scene.walls[wall_index(wall)].normal
+        bx, by = self.scene.walls[wall_index(other)].normal
         products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
         return bool((products[0] + products[1]).is_zero())
 
@@ -210,7 +191,7 @@ class BallBodies:
         if law is None:
             masses = [None if math.isinf(mass) else arb(mass) for mass, _ in key]
             e = arb(self.scene.restitution)
-            share_i, share_j = share_of_first(masses[0], masses[1], e), share_of_first(masses[1], masses[0], e)
+            share_i, share_j = _share_of_first(masses[0], masses[1], e), _share_of_first(masses[1], masses[0], e)
             reach = arb(key[0][1]) + arb(key[1][1])
             reach2 = reach * reach
             law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
@@ -239,52 +220,16 @@ class BallBodies:
             self._wall_laws[k, radius] = law
         return law
 
-    def settle_wall(self, i: int, k: int, at: float, time: arb, latest: float) -> BallImpact:
-        """Carry out the impact of disc `i` on wall `k`, with `at` its new reference."""
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        before = (*self.velocity(i, time), ZERO, ZERO) if self.falls else None
-        x, y = self.moved(i, at)
-        vx, vy = self.vx[i], self.vy[i]
-        if law.m_xy.is_zero():  # an exact 1 must not cost a rounding
-            if not law.nx.is_zero():
-                self.x[i], self.y[i] = law.m_xx * x + law.shift_x, y
-                self.vx[i] = law.m_xx * vx
-            else:
-                self.x[i], self.y[i] = x, law.m_yy * y + law.shift_y
-                self.vy[i] = law.m_yy * vy
-        else:
-            self.x[i] = law.m_xx * x + law.m_xy * y + law.shift_x
-            self.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
-            self.vx[i] = law.m_xx * vx + law.m_xy * vy
-            self.vy[i] = law.m_xy * vx + law.m_yy * vy
-        return self._on_wall(i, k, at, time, latest, before)
+    def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+        """Write down that disc `i` has met another body.
 
-    def settle_falling(self, i: int, k: int, at: float, time: arb, latest: float, root: arb, wait: arb) -> BallImpact:
-        """Carry out the impact on a wall that gravity pulls to or from; the disc comes at the speed `root` / |n|."""
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        before = (*self.velocity(i, time), ZERO, ZERO)
-        push = (arb(self.scene.wall_restitution) + 1) * root / (law.length * law.length)
-        px, py = push * law.nx, push * law.ny
-        x, y = self.moved(i, at)
-        self.x[i], self.y[i] = x - px * wait, y - py * wait
-        self.vx[i], self.vy[i] = self.vx[i] + px, self.vy[i] + py
-        return self._on_wall(i, k, at, time, latest, before)
-
-    def _on_wall(
-        self, i: int, k: int, at: float, time: arb, latest: float, before: tuple[arb, arb, arb, arb] | None
-    ) -> BallImpact:
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        self._note(i, wall_body(k), at, time, latest)
-        after = (*self.velocity(i, time), ZERO, ZERO)
-        return BallImpact(i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, after, before)
-
-    def note_pair(self, i: int, j: int, at: float, time: arb, latest: float) -> None:
-        """Write down that discs `i` and `j` have met, with `at` their new reference."""
-        for disc, other in ((i, j), (j, i)):
-            if self.movable[disc]:
-                self._note(disc, other, at, time, latest)
-
-    def _note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+        Args:
+            i: Disc, which the impact moves.
+            other: Disc or wall.
+            at: Its new reference instant, which its state is already of.
+            time: When they met.
+            latest: Float64 no less than anything in `time`.
+        """
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

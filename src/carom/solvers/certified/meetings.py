@@ -11,29 +11,52 @@ Under gravity the gap to a wall is ``w + s t + a t^2 / 2``. Its derivative where
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.bodies import ZERO, BallBodies, BallImpact, PairLaw
+from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.exact import exactly_grazing, exactly_grazing_wall, pull_along_wall
+from carom.solvers.certified.floats import float_above
+from carom.trace import wall_body, wall_index
 
-__all__ = ["Meeting", "float_above", "float_below", "meet_pair", "meet_wall"]
-
-
-def float_below(ball: arb) -> float:
-    """Return a float64 no greater than anything in a ball of numbers from 0."""
-    lower = ball.lower()
-    value = float(lower)  # python-flint 0.9 rounds to the nearest, which may be above
-    return value if value <= lower else math.nextafter(value, 0.0)
+__all__ = ["Meeting", "PairApproach", "WallApproach", "meet"]
 
 
-def float_above(ball: arb) -> float:
-    """Return a float64 no less than anything in a ball of numbers from 0."""
-    upper = ball.upper()
-    value = float(upper)
-    return value if value >= upper else math.nextafter(value, math.inf)
+class PairApproach(NamedTuple):
+    """Two discs at `Meeting.at`, and what is left of their way.
+
+    Attributes:
+        xi: Centre of the first, metres; `yi` likewise.
+        xj: Centre of the second; `yj` likewise.
+        dx: Position of the second relative to the first; `dy` likewise.
+        ux: Velocity of the second relative to the first; `uy` likewise.
+        root: Root of D: the speed at which they close at contact, times the sum of their radii.
+        wait: Seconds to the impact.
+    """
+
+    xi: arb
+    yi: arb
+    xj: arb
+    yj: arb
+    dx: arb
+    dy: arb
+    ux: arb
+    uy: arb
+    root: arb
+    wait: arb
+
+
+class WallApproach(NamedTuple):
+    """A disc at `Meeting.at` that falls on a wall.
+
+    Attributes:
+        root: Root of D: the speed at which it comes, times the length of the wall's normal.
+        wait: Seconds to the impact.
+    """
+
+    root: arb
+    wait: arb
 
 
 class Meeting(NamedTuple):
@@ -48,9 +71,8 @@ class Meeting(NamedTuple):
         decided: Whether the impact is certain.
         resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
         proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
-        fall: Root of D and time from `at` of an impact on a wall that gravity has a part along; else None.
-        pair: What a pair's impact needs besides: positions of both at `at`, relative position and velocity, the root of
-            D and the time from `at`; None for a wall.
+        pair: What is known of two discs; None for a wall.
+        fall: What is known of a disc and a wall that gravity has a part along; else None.
     """
 
     first: int
@@ -61,22 +83,25 @@ class Meeting(NamedTuple):
     decided: bool
     resting: bool = False
     proven: bool = False
-    pair: tuple[arb, ...] | None = None
-    fall: tuple[arb, arb] | None = None
-
-    def carry_out(self, bodies: BallBodies) -> BallImpact:
-        """Give both bodies the state after this impact, and return it."""
-        if self.fall is not None:
-            return bodies.settle_falling(self.first, -1 - self.second, self.at, self.time, self.latest, *self.fall)
-        if self.second < 0:
-            return bodies.settle_wall(self.first, -1 - self.second, self.at, self.time, self.latest)
-        return _collide(bodies, self)
+    pair: PairApproach | None = None
+    fall: WallApproach | None = None
 
 
-def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on wall `k`, known not to be before `at`; None where it certainly never comes."""
-    if bodies.falls and pull_along_wall(bodies.scene, k):
-        return _fall_on_wall(bodies, i, k, at)
+def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
+    """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
+    if body >= 0:
+        return _meet_pair(bodies, min(disc, body), max(disc, body), at)
+    if bodies.falls and pull_along_wall(bodies.scene, wall_index(body)):
+        return _fall_on_wall(bodies, disc, wall_index(body), at)
+    return _meet_wall(bodies, disc, wall_index(body), at)
+
+
+def _undecided(first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False) -> Meeting:
+    return Meeting(first, second, at, time, float_above(time), False, resting, proven)
+
+
+def _meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on wall `k` along a straight path."""
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     vx, vy = bodies.vx[i], bodies.vy[i]
     speed = vx * law.nx + vy * law.ny
@@ -84,12 +109,11 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
         return None
     x, y = bodies.moved(i, at)
     gap = x * law.nx + y * law.ny - law.level
-    second = -1 - k
+    second = wall_body(k)
     if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
         toward = ZERO - speed.lower()
-        resting = not gap > 0
         time = arb(at) + (gap / toward).lower().max(ZERO)
-        return Meeting(i, second, at, time, float_above(time), False, resting)
+        return _undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
     if time < at:  # before this path, which is known to be free of impacts until then
         return None
@@ -100,7 +124,7 @@ def meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
 
 def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     """Return the impact of disc `i` on wall `k` along a parabola."""
-    second = -1 - k
+    second = wall_body(k)
     gap, speed, pull = _fall_of_gap(bodies, i, k, at)
     d = speed * speed - 2 * pull * gap
     away = pull_along_wall(bodies.scene, k) > 0
@@ -112,16 +136,14 @@ def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | No
         time = arb(at) + (ZERO - speed - least.union(most)) / pull
         if time < begin:
             return None
-        time = _earliest(time, at)
-        return Meeting(i, second, at, time, float_above(time), False, resting=not away)
+        return _undecided(i, second, at, _earliest(time, at), resting=not away)
     wait = _wait(gap, speed, pull, d)
     time = arb(at) + wait
     if time < begin or time < at:  # before this path, which is known to be free of impacts until `at`
         return None
     if not time > begin:
-        time = _earliest(time, at)
-        return Meeting(i, second, at, time, float_above(time), False, resting=True)
-    return Meeting(i, second, at, time, float_above(time), True, fall=(d.sqrt(), wait))
+        return _undecided(i, second, at, _earliest(time, at), resting=True)
+    return Meeting(i, second, at, time, float_above(time), True, fall=WallApproach(d.sqrt(), wait))
 
 
 def _fall_of_gap(bodies: BallBodies, i: int, k: int, at: float) -> tuple[arb, arb, arb]:
@@ -143,8 +165,8 @@ def _earliest(time: arb, at: float) -> arb:
     return time.lower().max(arb(at)) if time.is_finite() else arb(at)
 
 
-def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
-    """Return the impact of discs `i` < `j`, known not to be before `at`; None where it certainly never comes."""
+def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
+    """Return the impact of discs `i` < `j`."""
     law = bodies.pair_law(i, j)
     xi, yi = bodies.moved(i, at)
     xj, yj = bodies.moved(j, at)
@@ -163,25 +185,23 @@ def meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
             if b >= 0 or d < 0 or d.is_zero() or (bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j)):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
-            time = arb(at) + earliest.lower().max(ZERO)
-            return Meeting(i, j, at, time, float_above(time), False, resting=not b < 0)
+            return _undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
         root = d.sqrt()
         wait = c / (root - b)
     if root is None:
         return None
     if wait is None:
-        return Meeting(i, j, at, arb(at), float_above(arb(at)), False, resting=True)
+        return _undecided(i, j, at, arb(at), resting=True)
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
         if root.is_finite() and _already_apart(wait, root, ux, uy, at, begin):
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
-        if time < at:  # they overlap: driven together, they meet at once
-            time = begin
-        return Meeting(i, j, at, time, float_above(time), False, resting=True, proven=touching)
-    latest = float_above(time)
-    return Meeting(i, j, at, time, latest, True, pair=(xi, yi, xj, yj, dx, dy, ux, uy, root, wait))
+        # Where they overlap already, and are driven together, they meet at once.
+        return _undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
+    pair = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
+    return Meeting(i, j, at, time, float_above(time), decided=True, pair=pair)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
@@ -203,49 +223,3 @@ def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, begin: arb
     """Whether the bodies, on their paths extended backwards, had parted again before the paths began."""
     parted = arb(at) + wait + 2 * root / (ux * ux + uy * uy)
     return bool(parted < begin)
-
-
-def _collide(bodies: BallBodies, meeting: Meeting) -> BallImpact:
-    """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
-    i, j = meeting.first, meeting.second
-    assert meeting.pair is not None  # noqa: S101 - a decided meeting of two discs holds it
-    xi, yi, xj, yj, dx, dy, ux, uy, root, wait = meeting.pair
-    law = bodies.pair_law(i, j)
-    time = meeting.time
-    before = (*bodies.velocity(i, time), *bodies.velocity(j, time)) if bodies.falls else None
-    vxi, vyi, vxj, vyj = bodies.vx[i], bodies.vy[i], bodies.vx[j], bodies.vy[j]
-    if dy.is_zero() and uy.is_zero():
-        nx, ny = (law.reach if dx > 0 else ZERO - law.reach), ZERO
-        vxi, vxj, xi, xj = _exchange(law, vxi, vxj, xi, xj, nx)
-    elif dx.is_zero() and ux.is_zero():
-        nx, ny = ZERO, (law.reach if dy > 0 else ZERO - law.reach)
-        vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
-    else:
-        nx, ny = dx + ux * wait, dy + uy * wait
-        if bodies.movable[i]:
-            push = law.push_i * root
-            px, py = push * nx, push * ny
-            vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * wait, yi + py * wait
-        if bodies.movable[j]:
-            push = law.push_j * root
-            px, py = push * nx, push * ny
-            vxj, vyj, xj, yj = vxj + px, vyj + py, xj - px * wait, yj - py * wait
-    for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
-        if bodies.movable[disc]:
-            bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
-    bodies.note_pair(i, j, meeting.at, meeting.time, meeting.latest)
-    after = (*bodies.velocity(i, time), *bodies.velocity(j, time)) if bodies.falls else (vxi, vyi, vxj, vyj)
-    return BallImpact(i, j, time, nx, ny, law.reach, after, before)
-
-
-def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
-    """Return velocities and positions after an impact along one axis, each a mean of what was before.
-
-    In ``x + share (gap)`` the error of x would count twice; as a mean of both positions it hardly grows.
-    """
-    return (
-        law.keep_i * vi + law.share_i * vj,
-        law.keep_j * vj + law.share_j * vi,
-        law.keep_i * xi + law.share_i * (xj - contact),
-        law.keep_j * xj + law.share_j * (xi + contact),
-    )
