@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -32,14 +34,8 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
         "outcome": trace.outcome.name,
         "degeneracy": None
         if degeneracy is None
-        else {
-            "kind": degeneracy.kind.name,
-            "bodies": list(degeneracy.bodies),
-            "earliest_s": degeneracy.earliest_s,
-            "latest_s": None if degeneracy.latest_s == float("inf") else degeneracy.latest_s,
-            "proven": degeneracy.proven,
-            "bits": degeneracy.bits,
-        },
+        else dataclasses.asdict(degeneracy)
+        | {"kind": degeneracy.kind.name, "latest_s": None if math.isinf(degeneracy.latest_s) else degeneracy.latest_s},
         "end_time_s": trace.end_time_s,
         "fields": list(IMPACT_DTYPE.names or ()),
         "impacts": _plain(trace.impacts),
@@ -78,15 +74,9 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
     )
     degeneracy = None
     if trouble is not None:
-        latest = float("inf") if trouble["latest_s"] is None else trouble["latest_s"]
-        degeneracy = Degeneracy(
-            Degenerate[trouble["kind"]],
-            tuple(trouble["bodies"]),
-            trouble["earliest_s"],
-            latest,
-            trouble["proven"],
-            trouble["bits"],
-        )
+        latest = math.inf if trouble["latest_s"] is None else trouble["latest_s"]
+        changed = {"kind": Degenerate[trouble["kind"]], "bodies": tuple(trouble["bodies"]), "latest_s": latest}
+        degeneracy = Degeneracy(**(trouble | changed))
     return CertifiedTrace(
         trace=trace,
         radii=_array(document["radii"]),

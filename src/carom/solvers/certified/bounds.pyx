@@ -155,14 +155,14 @@ cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
     table.least[i] = least
 
 
-cdef void fill_row(Table *table, Py_ssize_t i) noexcept nogil:
-    """Bound the future of disc `i` with each disc and each wall."""
+cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
+    """Bound the future of disc `i` with each disc from `begin` on and each wall."""
     p = &table.paths[i]
     row = &table.bounds[i * table.width]
     cdef Py_ssize_t k
     for k in range(table.discs):
         q = &table.paths[k]
-        if k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
+        if k < begin or k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
             row[k] = NEVER
         else:
             row[k] = pair_bound(p, q, table)
@@ -174,24 +174,14 @@ cdef void fill_row(Table *table, Py_ssize_t i) noexcept nogil:
     find_least(table, i)
 
 
-cdef void fill(Table *table) noexcept nogil:
-    """Bound the future of all discs."""
-    cdef Py_ssize_t i, k
-    for i in range(table.discs):
-        fill_row(table, i)
-        for k in range(i):
-            table.bounds[i * table.width + k] = NEVER
-        find_least(table, i)
-
-
 cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
     """Bound the future of discs `i` and `j`, which have changed, anew; `j` is `i` where it is only one."""
     cdef Py_ssize_t k
     for k in range(table.discs):
         table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = NEVER
-    fill_row(table, i)
+    fill_row(table, i, 0)
     if j != i:
-        fill_row(table, j)
+        fill_row(table, j, 0)
         table.bounds[j * table.width + i] = NEVER
     for k in range(table.discs):
         if table.least[k].column == i or table.least[k].column == j:
@@ -221,6 +211,7 @@ cdef class LowerBounds:
 
     def __init__(self, bodies):
         table = &self.table
+        cdef Py_ssize_t row
         scene = bodies.scene
         self.bodies = bodies
         table.discs = len(scene.discs)
@@ -238,7 +229,8 @@ cdef class LowerBounds:
         for k in range(table.width - table.discs):
             self._load_wall(k)
         with nogil:
-            fill(table)
+            for row in range(table.discs):
+                fill_row(table, row, row)
 
     def __dealloc__(self):
         free(self.table.paths)
@@ -247,12 +239,11 @@ cdef class LowerBounds:
         free(self.table.least)
 
     def changed(self, *discs):
-        """Take over the state of one disc, or of two that have met, and bound their future anew."""
-        moved = [i for i in discs if self.bodies.movable[i]]
-        for i in moved:
+        """Take over the state of one movable disc, or of two that have met, and bound their future anew."""
+        for i in discs:
             self._load(i)
-        cdef Py_ssize_t first = moved[0]
-        cdef Py_ssize_t last = moved[len(moved) - 1]
+        cdef Py_ssize_t first = discs[0]
+        cdef Py_ssize_t last = discs[len(discs) - 1]
         with nogil:
             renew(&self.table, first, last)
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
-from carom.solvers.certified.exact import gap_and_speed_at_wall, pair_terms, pull_along_wall
+from carom.solvers.certified.exact import gap_and_speed_at_wall, gap_and_speed_of_pair, pull_along_wall
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
@@ -27,15 +27,16 @@ def contact_at_start(scene: Scene) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach; None where none do."""
     for i, j in _near_bodies(scene):
         if j >= 0:
-            terms = pair_terms(scene, i, j)
-            if terms.c <= 0 and terms.b < 0:
-                return _degeneracy((i, j), touching=terms.c == 0)
-            continue
-        gap, speed = gap_and_speed_at_wall(scene, i, wall_index(j))
+            (gap, speed), pull = gap_and_speed_of_pair(scene, i, j), 0
+        else:
+            (gap, speed), pull = gap_and_speed_at_wall(scene, i, wall_index(j)), pull_along_wall(scene, wall_index(j))
         if gap <= 0 and speed < 0:
-            return _degeneracy((j, i), touching=gap == 0)
-        if gap <= 0 and speed == 0 and pull_along_wall(scene, wall_index(j)) < 0:  # it lies there
-            return Degeneracy(Degenerate.RESTING_CONTACT, (j, i), 0.0, 0.0, proven=True, bits=0)
+            kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
+        elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
+            kind = Degenerate.RESTING_CONTACT
+        else:
+            continue
+        return Degeneracy(kind, (min(i, j), max(i, j)), 0.0, 0.0, proven=True, bits=0)
     return None
 
 
@@ -56,8 +57,3 @@ def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
         [(int(i), int(j)) for i, j in [*pairs, *contacts]],
         key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])),
     )
-
-
-def _degeneracy(bodies: tuple[int, int], *, touching: bool) -> Degeneracy:
-    kind = Degenerate.TOUCHING_START if touching else Degenerate.OVERLAPPING_START
-    return Degeneracy(kind, bodies, 0.0, 0.0, proven=True, bits=0)

@@ -17,12 +17,12 @@ __all__ = [
     "exactly_grazing_wall",
     "exactly_simultaneous",
     "gap_and_speed_at_wall",
-    "pair_terms",
+    "gap_and_speed_of_pair",
     "pull_along_wall",
 ]
 
 
-class PairTerms(NamedTuple):
+class _PairTerms(NamedTuple):
     """Coefficients of ``a t^2 + 2 b t + c`` for two discs at the start, and D = b^2 - a c."""
 
     a: Fraction
@@ -31,25 +31,31 @@ class PairTerms(NamedTuple):
     d: Fraction
 
 
-def pair_terms(scene: Scene, i: int, j: int) -> PairTerms:
+def _pair_terms(scene: Scene, i: int, j: int) -> _PairTerms:
     """Return the exact coefficients of two discs at the start."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
     ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
     reach = Fraction(p.radius_m) + Fraction(q.radius_m)
     a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
-    return PairTerms(a, b, c, b * b - a * c)
+    return _PairTerms(a, b, c, b * b - a * c)
 
 
 def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
     """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
-    terms = pair_terms(scene, i, j)
+    terms = _pair_terms(scene, i, j)
     return terms.d == 0 or terms.a == 0
 
 
 def pull_along_wall(scene: Scene, k: int) -> int:
     """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
     return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
+
+
+def gap_and_speed_of_pair(scene: Scene, i: int, j: int) -> tuple[int, int]:
+    """Return the signs of two discs' gap at the start, and of the speed at which it grows."""
+    terms = _pair_terms(scene, i, j)
+    return _sign(terms.c), _sign(terms.b)
 
 
 def gap_and_speed_at_wall(scene: Scene, i: int, k: int) -> tuple[int, int]:
@@ -104,5 +110,5 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
     """Return P, Q and A of any two bodies."""
     if second < 0:
         return _wall_terms(scene, first, wall_index(second))
-    terms = pair_terms(scene, first, second)
+    terms = _pair_terms(scene, first, second)
     return -terms.b, terms.d, terms.a

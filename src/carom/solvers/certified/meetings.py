@@ -125,7 +125,11 @@ def _meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
 def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     """Return the impact of disc `i` on wall `k` along a parabola."""
     second = wall_body(k)
-    gap, speed, pull = _fall_of_gap(bodies, i, k, at)
+    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    x, y = bodies.place(i, at)
+    vx, vy = bodies.velocity(i, arb(at))
+    gx, gy = bodies.gravity
+    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
     d = speed * speed - 2 * pull * gap
     away = pull_along_wall(bodies.scene, k) > 0
     if d < 0 or d.is_zero() or (bodies.untouched(i) and exactly_grazing_wall(bodies.scene, i, k)):
@@ -137,27 +141,14 @@ def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | No
         if time < begin:
             return None
         return _undecided(i, second, at, _earliest(time, at), resting=not away)
-    wait = _wait(gap, speed, pull, d)
+    root = d.sqrt()
+    wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # the form that subtracts nothing
     time = arb(at) + wait
     if time < begin or time < at:  # before this path, which is known to be free of impacts until `at`
         return None
     if not time > begin:
         return _undecided(i, second, at, _earliest(time, at), resting=True)
-    return Meeting(i, second, at, time, float_above(time), True, fall=WallApproach(d.sqrt(), wait))
-
-
-def _fall_of_gap(bodies: BallBodies, i: int, k: int, at: float) -> tuple[arb, arb, arb]:
-    """Return gap, speed and acceleration along a wall's normal at an exact instant, times the normal's length."""
-    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
-    x, y = bodies.place(i, at)
-    vx, vy = bodies.velocity(i, arb(at))
-    gx, gy = bodies.gravity
-    return x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
-
-
-def _wait(gap: arb, speed: arb, pull: arb, d: arb) -> arb:
-    """Return the time until the gap closes; of two forms of it, the one that subtracts nothing."""
-    return 2 * gap / (d.sqrt() - speed) if speed < 0 else (ZERO - speed - d.sqrt()) / pull
+    return Meeting(i, second, at, time, float_above(time), True, fall=WallApproach(root, wait))
 
 
 def _earliest(time: arb, at: float) -> arb:

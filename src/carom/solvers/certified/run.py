@@ -49,14 +49,12 @@ _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 _COLLAPSE = 20
 #: The working precision is lowered where a tenth of it has come to mean nothing.
 _LOWER_AT = 0.9
-
-
-class Event(NamedTuple):
-    """An impact as it is needed to carry it out again: its bodies, and a lower bound of its time."""
-
-    first: int
-    second: int
-    at: float
+#: Ends after which a run can be taken further.
+_GOES_ON = {
+    None: Outcome.COMPLETED,
+    Ending.COMPLETED: Outcome.COMPLETED,
+    Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,
+}
 
 
 class Goal(NamedTuple):
@@ -86,6 +84,7 @@ class CertifiedRun:
         ending: How the last call ended; None before the first.
         degeneracy: The event that no precision tried has decided, where one was left.
         replays: How often the run was begun again at a higher precision.
+        precision_bits: Bits that the last attempt was begun with.
     """
 
     def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
@@ -98,7 +97,8 @@ class CertifiedRun:
         self._elapsed_s = 0.0
         self._digits_bits = math.ceil(digits * BITS_A_DIGIT) + 16
         self._most_bits, self._tie_bits = max_precision_bits, tie_bits
-        self._attempt = Attempt(scene, min(self._digits_bits + _FIRST_BITS, max_precision_bits))
+        self.precision_bits = min(self._digits_bits + _FIRST_BITS, max_precision_bits)
+        self._attempt = Attempt(scene, self.precision_bits)
 
     @property
     def counts(self) -> dict[str, int]:
@@ -108,21 +108,15 @@ class CertifiedRun:
     @property
     def notes(self) -> tuple[str, ...]:
         """How the run ended, and whether balls alone have decided all."""
-        what = str(self.degeneracy) if self.degeneracy is not None else self.ending.value if self.ending else ""
-        return (*([what] if what else []), *extension_notes())
+        what = self.degeneracy or (self.ending and self.ending.value)
+        return (*([str(what)] if what else []), *extension_notes())
 
     @property
     def outcome(self) -> Outcome:
         """How the run ended, in a trace's words."""
         if self.degeneracy is not None and self.degeneracy.kind is Degenerate.COLLAPSE:
             return Outcome.STANDSTILL
-        plain = {None: Outcome.COMPLETED, Ending.COMPLETED: Outcome.COMPLETED, Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS}
-        return plain.get(self.ending, Outcome.STOPPED)
-
-    @property
-    def precision_bits(self) -> int:
-        """Bits that the attempt was begun with which got furthest."""
-        return self._attempt.bits
+        return _GOES_ON.get(self.ending, Outcome.STOPPED)
 
     def advance_to(
         self,
@@ -139,7 +133,7 @@ class CertifiedRun:
             progress: Called now and then with impacts and seconds.
             time_budget_s: Seconds of clock time; None for no limit.
         """
-        if self.ending not in (None, Ending.COMPLETED, Ending.MAX_IMPACTS):
+        if self.ending not in _GOES_ON:
             return self.outcome
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
@@ -152,7 +146,8 @@ class CertifiedRun:
             if attempt.has_replayed:  # what it was begun again from has nothing more to say
                 self._attempt = attempt
             if stop.ending is None:
-                attempt = Attempt(self.scene, self._next_bits(attempt, stop, goal), self._attempt)
+                self.precision_bits = self._next_bits(attempt, stop, goal)
+                attempt = Attempt(self.scene, self.precision_bits, self._attempt)
                 self.log.begin_again()
                 self.replays += 1
         self.log.convert()
@@ -181,7 +176,6 @@ class CertifiedRun:
         with ctx.workprec(attempt.precision):
             places = [bodies.place(i, self.time_s) for i in range(len(bodies))]
             speeds = [bodies.velocity(i, arb(self.time_s)) for i in range(len(bodies))]
-            bits_lost = attempt.bits - bodies.worst_accuracy_bits()
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
         trace = Trace(
@@ -207,7 +201,7 @@ class CertifiedRun:
             degeneracy=self.degeneracy if self.ending is Ending.DEGENERATE else None,
             commuted=tuple(pair for pair in self._attempt.commuted if pair[1] < impacts),
             precision_bits=attempt.bits,
-            bits_lost=float(bits_lost),
+            bits_lost=float(attempt.bits_lost()),
             replays=self.replays,
             elapsed_s=self._elapsed_s,
         )
@@ -230,7 +224,7 @@ class CertifiedRun:
         reached_s = max(attempt.bodies.time)
         expected = done * (goal.time_s / reached_s) if reached_s > 0 else math.inf
         target = min(expected * _MARGIN, goal.impacts)
-        lost = max(attempt.bits - attempt.bodies.worst_accuracy_bits(), 0) / done
+        lost = attempt.bits_lost() / done
         wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
         wanted = min(wanted, attempt.bits * _MOST_RISE)
         if stop.degeneracy is not None:  # as much as it takes to look at this event closely
@@ -245,7 +239,7 @@ class Attempt:
         bits: Precision that it began with.
         precision: Working precision.
         bodies: Their state after the last of its impacts.
-        events: Its impacts, as they can be carried out again.
+        events: Its impacts as they can be carried out again: the bodies, and a lower bound of the time.
         commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
     """
 
@@ -253,15 +247,20 @@ class Attempt:
         self.bits = self.precision = bits
         with ctx.workprec(bits):
             self.bodies = BallBodies(scene)
-        self.events: list[Event] = []
+        self.events: list[tuple[int, int, float]] = []
         self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
-        self._known: Sequence[Event] = earlier.events if earlier else ()
+        self._known: Sequence[tuple[int, int, float]] = earlier.events if earlier else ()
         self._selection: Selection | None = None
 
     @property
     def has_replayed(self) -> bool:
         """Whether all that was certified before has been carried out again."""
         return len(self.events) >= len(self._known)
+
+    def bits_lost(self) -> int:
+        """Return the bits of accuracy lost in the worst disc."""
+        with ctx.workprec(self.precision):
+            return self.bits - self.bodies.worst_accuracy_bits()
 
     def replay(self, count: int) -> None:
         """Carry out the first `count` impacts that were certified before, and record nothing."""
@@ -279,7 +278,8 @@ class Attempt:
         """Go on as far as this precision and the goal let it."""
         with ctx.workprec(self.precision):
             try:
-                return self._replay(log, goal) or self._select(log, goal)
+                stop = self._replay(log, goal)
+                return self._select(log, goal) if stop is None else stop
             except OutOfTime:
                 return Stop(Ending.TIME_BUDGET)
             except KeyboardInterrupt:
@@ -322,9 +322,9 @@ class Attempt:
         return Stop(ending if log.convert() and log.state_is_good(self.bodies) else None)
 
     def _carry_out(self, meeting: Meeting, log: Recording, goal: Goal) -> Stop | None:
-        """Carry out and record an impact; now and then convert, report, lower the precision, and see whether to stop."""
+        """Carry out and record an impact; now and then convert, lower the precision, and see whether to stop."""
         impact = carry_out(self.bodies, meeting)
-        self.events.append(Event(meeting.first, meeting.second, meeting.at))
+        self.events.append(meeting[:3])
         log.add(impact)
         if len(self.events) % _CHUNK:
             return None

@@ -71,13 +71,11 @@ class Selection:
 
     def changed(self, meeting: Meeting) -> None:
         """Take over the state after an impact that was carried out."""
-        discs = [body for body in (meeting.first, meeting.second) if body >= 0]
-        for i in discs:
-            if self.bodies.movable[i]:
-                for key in self._of[i]:
-                    self._meetings.pop(key, None)
-                self._of[i].clear()
-        self.bounds.changed(*discs)
+        for i in self._moved_by(meeting):
+            for key in self._of[i]:
+                self._meetings.pop(key, None)
+            self._of[i].clear()
+        self.bounds.changed(*sorted(self._moved_by(meeting)))
 
     def next_impact(self) -> Choice | None:
         """Return the impact that certainly comes next; None where certainly none comes before the end.
@@ -93,9 +91,10 @@ class Selection:
                 return None
             if (disc, body) not in meetings:
                 meeting = self._solve(bound, disc, body)
-                if meeting is not None and meeting.decided and meeting.latest <= self.end_s:
-                    if len(bounds.up_to(meeting.latest)) == 1:  # all others are above all that its time may be
-                        return Choice(meeting, False)
+                if meeting is None or not (meeting.decided and meeting.latest <= self.end_s):
+                    continue
+                if len(bounds.up_to(meeting.latest)) == 1:  # all others are above all that its time may be
+                    return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
             while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
@@ -154,14 +153,15 @@ class Selection:
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
         """Whether two impacts whose times overlap give the same in either order."""
-        bodies = self.bodies
-        mine = {body for body in (one.first, one.second) if body >= 0 and bodies.movable[body]}
-        theirs = {body for body in (other.first, other.second) if body >= 0 and bodies.movable[body]}
+        mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             both_walls = one.second < 0 and other.second < 0
-            return both_walls and bodies.orthogonal(one.second, other.second)
+            return both_walls and self.bodies.orthogonal(one.second, other.second)
         window = one.time.union(other.time)
         return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
+
+    def _moved_by(self, meeting: Meeting) -> set[int]:
+        return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
         """Whether two discs are so far apart that, whatever these impacts do to them, they can't meet in the window.
@@ -188,10 +188,7 @@ class Selection:
     def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
             return self._unresolved(other)
-        movable = [
-            {body for body in (m.first, m.second) if body >= 0 and self.bodies.movable[body]} for m in (one, other)
-        ]
-        shared = bool(movable[0] & movable[1])
+        shared = bool(self._moved_by(one) & self._moved_by(other))
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))
 

@@ -25,11 +25,10 @@ class StartBounds:
             self._fill(i, range(i + 1, len(bodies)))
 
     def changed(self, *discs: int) -> None:
-        """Forget the bounds of one disc, or of two that have met."""
-        moved = [i for i in discs if self._bodies.movable[i]]
-        self._bounds = {pair: at for pair, at in self._bounds.items() if pair[0] not in moved and pair[1] not in moved}
-        for k, i in enumerate(moved):
-            self._fill(i, (j for j in range(len(self._bodies)) if j != i and j not in moved[:k]))
+        """Forget the bounds of one movable disc, or of two that have met."""
+        self._bounds = {pair: at for pair, at in self._bounds.items() if pair[0] not in discs and pair[1] not in discs}
+        for k, i in enumerate(discs):
+            self._fill(i, (j for j in range(len(self._bodies)) if j != i and j not in discs[:k]))
 
     def earliest(self) -> tuple[float, int, int]:
         """Return the least bound of all, its row, and the other body."""
