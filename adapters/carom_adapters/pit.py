@@ -16,7 +16,8 @@ from carom.adapter import (
     Scene,
     Setting,
 )
-from carom.solvers.pit.frames import pit_run
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -29,15 +30,12 @@ class PitWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         self.settings = settings
-        self._run = pit_run(scene)
-        self._dt_s = float(settings["dt_s"])
-        self._steps = 0
+        self._run = pit_run(scene, FrameClock(step_s=float(settings["dt_s"])))
         self._seen = 0
 
     def advance(self, steps: int) -> None:
         """Test and move, frame by frame; frames at which nothing can touch are not looked at."""
-        self._run.advance_frames([step * self._dt_s for step in range(self._steps + 1, self._steps + steps + 1)])
-        self._steps += steps
+        self._run.advance_frames(steps)
 
     @property
     def counts(self) -> Mapping[str, int]:
@@ -46,10 +44,13 @@ class PitWorld:
 
     def observe(self) -> Observation:
         """Return the state at the present frame and the impacts found since the last look."""
-        new = self._run.log.records[self._seen :]
-        self._seen = len(self._run.log.records)
+        new = self._run.log.array()[self._seen :].tolist() if len(self._run.log) > self._seen else []
+        self._seen = len(self._run.log)
         # PIT knows the velocities around each of several impacts of one frame; they travel with the contact.
-        contacts = tuple(Contact(r.first, r.second, r.time_s, r.normal, None, r[4:]) for r in new)
+        contacts = tuple(
+            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)))
+            for time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h) in new
+        )
         return Observation(self._run.positions(), self._run.velocities(), contacts)
 
     def close(self) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.event_driven.run import EventDrivenRun
     from carom.solvers.pic import solve_pic
-    from carom.solvers.pit.frames import solve_pit
+    from carom.solvers.pit.solve import solve_pit
     from carom.solvers.plain.framewise import solve_pic_framewise
     from carom.trace import Outcome, Trace
 
@@ -80,7 +80,7 @@ _HOME = {
     "save_scene": "carom.scene",
     "solve_pic": "carom.solvers.pic",
     "solve_pic_framewise": "carom.solvers.plain.framewise",
-    "solve_pit": "carom.solvers.pit.frames",
+    "solve_pit": "carom.solvers.pit.solve",
     "time_of_impact": "carom.physics.time_of_impact",
 }
 

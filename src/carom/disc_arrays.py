@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.limits import ORDINARY, require_within
 from carom.overlap import Overlap, overlaps
 
 if TYPE_CHECKING:
@@ -46,8 +48,8 @@ class DiscArrays:
         """Check shapes and values.
 
         Raises:
-            InputError: A shape does not fit, a value is not finite, a radius or mass not positive, an immovable disc
-                moves, or a restitution is outside 0 to 1.
+            InputError: A shape does not fit, a value is not finite or not of an ordinary size (`carom.limits`), a
+                radius or mass not positive, an immovable disc moves, or a restitution is outside 0 to 1.
         """
         n = len(self.position_m)
         if n == 0:
@@ -56,14 +58,28 @@ class DiscArrays:
             array = getattr(self, name)
             if array.shape != shape:
                 raise InputError(f"{name} must have the shape {shape}, got {array.shape}")
-            if name != "mass_kg" and not np.all(np.isfinite(array)):
-                raise InputError(f"{name} must be finite everywhere")
         if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
+        self.require_ordinary()
         if np.any(self.velocity_m_s[np.isinf(self.mass_kg)]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
             raise InputError("restitution and wall_restitution must lie in 0 to 1")
+
+    def require_ordinary(self) -> None:
+        """Refuse sizes beyond those that are computed with as they are; speeds, and coordinates, may be smaller.
+
+        Raises:
+            InputError: The message names the attribute, the value, and the limits.
+        """
+        for name, array, least in (
+            ("position_m", self.position_m, 0.0),
+            ("velocity_m_s", self.velocity_m_s, 0.0),
+            ("radius_m", self.radius_m, 1.0 / ORDINARY),
+            ("mass_kg", self.mass_kg[~np.isinf(self.mass_kg)], 1.0 / ORDINARY),
+            ("walls", np.array([wall[:2] for wall in self.walls]), 0.0),
+        ):
+            require_within(name, array, least, ORDINARY)
 
     @classmethod
     def of_valid(cls, **fields: Any) -> DiscArrays:
@@ -87,6 +103,16 @@ class DiscArrays:
     def movable(self) -> NDArray[np.bool_]:
         """Whether an impact moves each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)
+
+    @cached_property
+    def is_ordinary(self) -> bool:
+        """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
+        points = np.array([wall[:2] for wall in self.walls])
+        sizes = [np.abs(array) for array in (self.position_m, self.velocity_m_s, self.radius_m, self.mass_kg, points)]
+        return all(
+            np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
+            for size in sizes
+        )
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
         """Return the first overlaps of bodies, named as in `carom.overlap.overlaps`, and whether there are more."""

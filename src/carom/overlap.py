@@ -83,14 +83,14 @@ def overlaps(
     size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
     found: list[Overlap] = []
     more = False
-    for kind in (
-        _of_discs(position_m, radius_m, movable, size, disc_name),
-        _of_walls(position_m, radius_m, movable, size, walls, wall_name),
-    ):
-        with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float everything is simply far away
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float everything is simply far away
+        for kind in (
+            _of_discs(position_m, radius_m, movable, size, disc_name),
+            _of_walls(position_m, radius_m, movable, size, walls, wall_name),
+        ):
             named = list(islice(kind, NAMED + 1))
-        found += named[:NAMED]
-        more = more or len(named) > NAMED
+            found += named[:NAMED]
+            more = more or len(named) > NAMED
     return found, more
 
 
@@ -100,6 +100,8 @@ def _of_discs(
     # What rounding forgives a pair is at least half of what it forgives a pair of the one, and of the other, together.
     reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
     for first, second in near_pairs(position, reach, movable):
+        if not len(first):  # most scenes are small, and all of what follows takes longer than the search
+            continue
         offset = position[second] - position[first]
         gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])
         wrong = np.flatnonzero(gap < -input_rounding(np.maximum(size[first], size[second])))

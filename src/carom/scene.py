@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
-import tomllib
 from enum import StrEnum
-from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-import tomli_w
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -25,15 +21,18 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError, Problem, SceneError
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.sizes import span_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Generator, Iterable, Iterator
 
     from pydantic_core import ErrorDetails
 
-__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema"]
+__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
 
 #: A million discs written as JSON take about 100 MiB; a file above this size is not a scene.
 MAX_FILE_BYTES = 256 * 2**20
@@ -47,6 +46,12 @@ def _plain(value: object) -> object:
 
 def _mass_from_text(value: object) -> object:
     return math.inf if value == "inf" else _plain(value)
+
+
+def _mass_of_size(mass: float) -> float:
+    if LARGEST < mass < math.inf:
+        raise ValueError(beyond(SMALLEST, LARGEST))
+    return mass
 
 
 def _non_zero(vector: tuple[float, float]) -> tuple[float, float]:
@@ -75,19 +80,21 @@ def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
     return discs
 
 
-_Number = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
-_Vector = Annotated[tuple[_Number, _Number], BeforeValidator(_plain)]
 # The bounds stand before the validator: behind it they are enforced, but missing from the JSON Schema.
-_Positive = Annotated[float, Strict(), Field(gt=0, allow_inf_nan=False), BeforeValidator(_plain)]
+_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
+_Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+_Vector = Annotated[tuple[_Number, _Number], BeforeValidator(_plain)]
+_Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 _Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 # JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
 _Mass = Annotated[
     float,
     Strict(),
-    Field(gt=0, allow_inf_nan=True),
+    Field(ge=SMALLEST, allow_inf_nan=True),
     BeforeValidator(_mass_from_text),
+    AfterValidator(_mass_of_size),
     PlainSerializer(lambda mass: "inf" if math.isinf(mass) else mass, when_used="json"),
-    WithJsonSchema({"anyOf": [{"type": "number", "exclusiveMinimum": 0}, {"const": "inf"}]}),
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
 ]
 
 
@@ -128,25 +135,21 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
             case "extra_forbidden":
                 yield Problem(location, "is not a field of a scene; see `carom scenes --schema`")
             case "too_long" | "too_short":
-                yield Problem(location, f"must hold two numbers, got {_shown(item['input'])}")
+                yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
             case "tuple_type":
-                yield Problem(location, f"must be a list, got {_shown(item['input'])}")
+                yield Problem(location, f"must be a list, got {shown(item['input'])}")
+            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:
+                yield Problem(location, f"must be greater than 0, got {shown(item['input'])}")
+            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST:
+                yield Problem(location, f"{beyond(SMALLEST, LARGEST)}, got {shown(item['input'])}")
+            case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
+                yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
             case _:
                 message = item["msg"]
                 for prefix in ("Value error, ", "Input should ", "String should "):
                     message = message.removeprefix(prefix)
                 message = message if message.startswith("must") else f"must {message}"
-                yield Problem(location, f"{message}, got {_shown(item['input'])}")
-
-
-def _shown(value: object) -> str:
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of more digits than Python is willing to print
-        return "an integer of too many digits"
-    except RecursionError:
-        return "a value nested too deeply to show"
-    return text if len(text) <= 60 else f"{text[:57]}..."
+                yield Problem(location, f"{message}, got {shown(item['input'])}")
 
 
 class Disc(_Model):
@@ -189,7 +192,7 @@ class Wall(_Model):
     """
 
     point_m: _Vector
-    normal: Annotated[_Vector, AfterValidator(_unit)]
+    normal: Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterValidator(_unit)]
 
 
 class Scene(_Model):
@@ -222,12 +225,14 @@ class Scene(_Model):
         """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
 
         Raises:
-            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain.
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
+                than `carom.limits` allows.
         """
         start = self.arrays
+        problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
         found, more = start.overlaps("discs[{}]", "walls[{}]")
-        if found:
-            problems = [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
+        problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
+        if problems:
             raise SceneError(problems, more=more)
 
     @cached_property
@@ -244,7 +249,10 @@ class Scene(_Model):
             wall_restitution=self.wall_restitution,
         )
 
-    # A copy may have other discs, and a process that a scene is sent to makes its own arrays.
+    # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
+
+    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
+        return ((name, value) for name, value in super().__iter__() if name != "arrays")
 
     def __copy__(self) -> Self:
         copied = super().__copy__()
@@ -273,22 +281,37 @@ class Scene(_Model):
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 
     def step_count(self, dt_s: float) -> int:
-        """Number of steps of length `dt_s` that cover the duration; the last one may reach beyond it.
-
-        The quotient is taken exactly. When `duration_s` and `dt_s` are both the nearest float to what was meant (2 and
-        1/240, say) the exact quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53
-        for each of the two), which must not cost a step.
+        """Number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
 
         Raises:
-            InputError: `dt_s` is not a finite number above 0.
+            InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.limits.MOST_STEPS` steps.
         """
-        if not 0 < dt_s < math.inf:
-            raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
-        exact = Fraction(self.duration_s) / Fraction(dt_s)
-        nearest = round(exact)
-        if nearest > 0 and abs(exact - nearest) <= exact * Fraction(2, 2**53):
-            return nearest
-        return math.ceil(exact)
+        return steps_to_cover(self.duration_s, dt_s)
+
+
+def steps_to_cover(duration_s: float, dt_s: float) -> int:
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
+
+    The quotient is taken exactly. When both are the nearest float to what was meant (2 and 1/240, say) the exact
+    quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53 for each of the two), which
+    must not cost a step.
+
+    Raises:
+        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.limits.MOST_STEPS` steps.
+    """
+    if not 0 < dt_s < math.inf:
+        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
+    (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
+    whole, part = a * d, b * c  # the quotient is whole / part
+    if whole > MOST_STEPS * part:
+        raise InputError(
+            f"a step must be at least {1 / MOST_STEPS:.3g} of the scene's duration ({duration_s} s), "
+            f"got {dt_s}: lengthen it, or shorten the scene"
+        )
+    nearest = (2 * whole + part) // (2 * part)
+    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
+        return nearest
+    return -(-whole // part)
 
 
 def scene_schema() -> dict[str, Any]:
@@ -312,6 +335,9 @@ def load_scene(path: str | Path) -> Scene:
 
 
 def _parse(path: Path) -> dict[str, Any]:
+    import json
+    import tomllib
+
     if path.suffix not in {".toml", ".json"}:
         raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
     try:
@@ -334,7 +360,7 @@ def _parse(path: Path) -> dict[str, Any]:
     except ValueError as error:
         raise SceneError([Problem((), f"is not {kind}: {_shown_error(error)}")]) from None
     if not isinstance(content, dict):
-        message = f"must hold an object with the fields of a scene, got {_shown(content)}"
+        message = f"must hold an object with the fields of a scene, got {shown(content)}"
         raise SceneError([Problem((), message)])
     return content
 
@@ -353,6 +379,8 @@ def save_scene(scene: Scene, path: str | Path) -> None:
     """
     path = Path(path)
     if path.suffix == ".toml":
+        import tomli_w
+
         text = tomli_w.dumps(scene.model_dump(mode="python"))
     elif path.suffix == ".json":
         text = scene.model_dump_json(indent=2) + "\n"

@@ -36,18 +36,12 @@ def _unchecked(
     restitution: float = 1.0,
 ) -> Scene:
     """Return a scene of two discs that no validation has seen, as a scene made by other means may be."""
-    first = Disc.model_construct(position_m=position_m, velocity_m_s=velocity_m_s, radius_m=radius_m, mass_kg=mass_kg)
+    first = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
     second = Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5)
-    return Scene.model_construct(
-        name="unchecked",
-        description="",
-        discs=(first, second),
-        walls=(),
-        restitution=restitution,
-        wall_restitution=1.0,
-        gravity_m_s2=(0.0, 0.0),
-        duration_s=1.0,
-        frame_rate_hz=60.0,
+    changed = {"position_m": position_m, "velocity_m_s": velocity_m_s, "radius_m": radius_m, "mass_kg": mass_kg}
+    sound = Scene(name="unchecked", discs=(first, second), duration_s=1.0)
+    return sound.model_copy(
+        update={"discs": (first.model_copy(update=changed), second), "restitution": restitution}  # copies are not validated
     )
 
 

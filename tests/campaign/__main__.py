@@ -20,9 +20,12 @@ from tests.checker import RULES
 
 __all__ = ["main"]
 
+#: Exit code of a program that Ctrl-C has ended.
+INTERRUPTED = 130
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Return 1 where a rule was broken, else 0."""
+    """Return 1 where a rule was broken, 130 after Ctrl-C, else 0."""
     parser = argparse.ArgumentParser("python -m tests.campaign", description=__doc__)
     parser.add_argument("--impacts", type=float, default=1e6, help="how many in all, those of --state included (1e6)")
     parser.add_argument("--jobs", type=int, default=1, help="processes, one core each (1)")
@@ -30,22 +33,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--most-discs", type=int, default=MOST_DISCS, help=f"discs of a gas at most ({MOST_DISCS})")
     parser.add_argument("--gas", type=int, help="check only the gas of this number, and print all that is found")
     options = parser.parse_args(arguments)
-    tally = Tally()
+    tally, ended = Tally(), True
     if options.gas is not None:
         gas = draw(options.gas, most_discs=options.most_discs)
         for finding in tally.add(gas, checked(gas)):
             print(finding.text)
     else:
         tally = tally if options.state is None else Tally.load(options.state)
-        try:
-            run_campaign(tally, options.state, int(options.impacts), options.jobs, options.most_discs)
-        except KeyboardInterrupt:
-            print("ended at once", file=sys.stderr)
+        ended = run_campaign(tally, options.state, int(options.impacts), options.jobs, options.most_discs)
     print(tally.table())
     print(f"{tally.broken:,} broken rules. Gaps and overlaps are in units of what rounding explains. Rules:")
     for rule, text in RULES.items():
         print(f"- {rule}: {text}")
-    return 1 if tally.broken else 0
+    return 1 if tally.broken else 0 if ended else INTERRUPTED
 
 
 if __name__ == "__main__":

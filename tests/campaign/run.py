@@ -51,44 +51,47 @@ def _deaf() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
-def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> None:
+def run_campaign(tally: Tally, state: Path | None, impacts: int, jobs: int, most_discs: int) -> bool:
+    """Check gas after gas, from the tally's next one on, until it holds so many impacts; return whether it does.
+
+    Ctrl-C ends it with the gases under way, the end of a process at once.
+    """
     under_way: dict[Future[tuple[Gas, Report, float]], int] = {}
-    seconds, before, ending = 0.0, tally.impacts, False
+    seconds, before, go_on = 0.0, tally.impacts, True
+
+    def end(*_: object) -> None:
+        nonlocal go_on
+        go_on = False
+
+    heard = signal.signal(signal.SIGINT, end)
     with ProcessPoolExecutor(jobs, get_context("spawn"), _deaf) as pool:
         while True:
-            try:
-                while not ending and tally.impacts < impacts and len(under_way) < jobs:
-                    under_way[pool.submit(_work, tally.begun, most_discs)] = tally.begun
-                    tally.begun += 1
-                if not under_way:
-                    return
-                done, _ = wait(under_way, return_when=FIRST_COMPLETED)
-            except KeyboardInterrupt:
-                if ending:
-                    raise
-                ending = True
-                print("ends with the gases under way; Ctrl-C again: at once", file=sys.stderr, flush=True)
-                continue
+            while go_on and tally.impacts < impacts and len(under_way) < jobs:
+                under_way[pool.submit(_work, tally.begun, most_discs)] = tally.begun
+                tally.begun += 1
+            if not under_way:
+                signal.signal(signal.SIGINT, heard)
+                return go_on
+            done, _ = wait(under_way, return_when=FIRST_COMPLETED)
             for future in done:
                 number = under_way.pop(future)
                 try:
                     gas, report, spent = future.result()
                 except BrokenProcessPool:
-                    numbers = [number, *under_way.values()]
-                    tally.find([Finding(n, "crash: the process ended in this gas or one beside it") for n in numbers])
-                    return
+                    go_on = False
+                    _tell(tally.find([Finding(number, "crash: the process ended in this gas, or in one beside it")]))
                 except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding
                     _tell(tally.find([Finding(number, f"raised {type(error).__name__}: {error}")]))
-                    continue
-                seconds += spent
-                _tell(tally.add(gas, report))
-                rate = seconds / max(1, tally.impacts - before) * 1e6
-                print(
-                    f"{tally.impacts:13,} impacts, {rate:.2f} us of processor time each; gas {number}: "
-                    f"{len(gas.start):,} discs, packing {gas.packing:.2f}, {gas.kind}",
-                    file=sys.stderr,
-                    flush=True,
-                )
+                else:
+                    seconds += spent
+                    _tell(tally.add(gas, report))
+                    rate = seconds / max(1, tally.impacts - before) * 1e6
+                    print(
+                        f"{tally.impacts:13,} impacts, {rate:.2f} us of processor time each; gas {number}: "
+                        f"{len(gas.start):,} discs, packing {gas.packing:.2f}, {gas.kind}",
+                        file=sys.stderr,
+                        flush=True,
+                    )
             if state is not None:
                 tally.save(state)
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,9 +14,6 @@ from tests.campaign import __main__ as command
 from tests.campaign.gases import Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import Report, Violation
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def test_counts_add_up_over_calls(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -40,6 +40,27 @@ def test_a_broken_rule_is_told_with_the_way_to_see_it_again(
     (finding,) = tally.add(draw(2, most_discs=64), report)
     assert "python -m tests.campaign --gas 2" in str(finding)
     assert tally.counts[Kind.IMMOVABLE].phantoms == 1
+
+
+@pytest.mark.usefixtures("heard_interrupts")
+def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
+    """Ctrl-C ends with the gas under way: the table and the file hold all that has been checked."""
+    state = tmp_path / "campaign.json"
+    options = ["--impacts", "1e12", "--most-discs", "64", "--state", str(state)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "tests.campaign", *options],
+        cwd=Path(__file__).parents[2],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stderr is not None
+        assert process.stdout is not None
+        assert "gas 0: 64 discs" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        table = process.stdout.read()
+        assert process.wait() == command.INTERRUPTED
+    assert f"| {Tally.load(state).impacts:,} |" in table
 
 
 @pytest.mark.parametrize("kind", list(Kind))

@@ -124,7 +124,7 @@ def test_listing_imports_no_engine() -> None:
     """`carom.engines()` leaves every engine out of `sys.modules`."""
     program = (
         "import sys, carom; carom.engines(); "
-        "rest = ('pymunk', 'pybullet', 'mujoco', 'Box2D', 'numba', 'llvmlite', 'matplotlib');"
+        "rest = ('pymunk', 'pybullet', 'mujoco', 'Box2D', 'matplotlib');"
         "print([m for m in rest if m in sys.modules])"
     )
     assert python(program).strip() == "[]"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+import re
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
@@ -14,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError, SceneError
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
 from carom.scene import Disc, Need, Scene, Wall
 
 NAN, INF = math.nan, math.inf
@@ -54,6 +56,12 @@ BAD_DISC_FIELDS = [
     ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
     ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
     ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
+    ("mass_kg", 1e-310, "mass_kg: must lie between 1.49e-154 and 6.7e+153 (measure in other units), got 1e-310"),
+    ("mass_kg", 1e200, "mass_kg: must lie between 1.49e-154 and 6.7e+153 (measure in other units), got 1e+200"),
+    ("radius_m", 1e-160, "radius_m: must lie between 1.49e-154 and 6.7e+153 (measure in other units), got 1e-160"),
+    ("radius_m", 1e160, "radius_m: must be at most 6.7e+153 in magnitude (measure in other units), got 1e+160"),
+    ("position_m", [0, -1e160], "position_m[1]: must be at most 6.7e+153 in magnitude (measure in other units), got "),
+    ("velocity_m_s", [1e300, 0], "velocity_m_s[0]: must be at most 6.7e+153 in magnitude (measure in other units), "),
     ("mass_kg", True, "mass_kg: must be a valid number, got True"),
     ("mass_kg", "heavy", "mass_kg: must be a valid number, got 'heavy'"),
     ("position_m", [NAN, 0.0], "position_m[0]: must be a finite number, got nan"),
@@ -74,8 +82,8 @@ BAD_DISC_FIELDS = [
 def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
     """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
     discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
-    assert message(lambda: scene(discs=discs)) == f"discs[2].{says}"
-    assert message(lambda: Disc(**discs[2])) == says
+    assert message(lambda: scene(discs=discs)).startswith(f"discs[2].{says}")
+    assert message(lambda: Disc(**discs[2])).startswith(says)
 
 
 BAD_SCENE_FIELDS = [
@@ -98,6 +106,8 @@ BAD_SCENE_FIELDS = [
     ("wall_restitution", "1", "wall_restitution: must be a valid number, got '1'"),
     ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
     ("duration_s", INF, "duration_s: must be a finite number, got inf"),
+    ("duration_s", 1e-200, "duration_s: must lie between 1.49e-154 and 6.7e+153 (measure in other units), got 1e-200"),
+    ("gravity_m_s2", [0.0, -1e200], "gravity_m_s2[1]: must be at most 6.7e+153 in magnitude (measure in other units)"),
     ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
     ("frame_rate_hz", NAN, "frame_rate_hz: must be a finite number, got nan"),
     ("gravity_m_s2", [0.0, INF], "gravity_m_s2[1]: must be a finite number, got inf"),
@@ -162,7 +172,7 @@ def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
     """Infinity and the string "inf" both mean immovable; a finite mass does not."""
     assert Disc(**disc(mass_kg=mass)).immovable
     assert Disc(**disc(mass_kg=mass)).mass_kg == INF
-    assert not Disc(**disc(mass_kg=1e308)).immovable
+    assert not Disc(**disc(mass_kg=LARGEST)).immovable
 
 
 def test_numpy_values_are_as_good_as_plain_ones() -> None:
@@ -178,6 +188,57 @@ def test_numpy_values_are_as_good_as_plain_ones() -> None:
         walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}],
     )
     assert from_numpy == plain
+
+
+# Sizes that span too much ---------------------------------------------------------------------------------------------
+
+
+def test_sizes_at_the_very_limits_are_accepted() -> None:
+    """The limits themselves are within the limits: of a number, and of what one scene spans."""
+    scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
+    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
+
+
+TOO_WIDE: list[tuple[dict[str, Any], str]] = [
+    (
+        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
+        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+111 m, got 1e-10; "
+        "leave out what is so small, or so far away",
+    ),
+    (
+        {"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]},
+        "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e+121 m, got 1.0; "
+        "leave out what is so small, or so far away",
+    ),
+    (
+        {"discs": [disc(mass_kg=1e61), disc(mass_kg=1e-60, position_m=[9.0, 0.0])]},
+        "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e+61 kg, got 1e-60; "
+        "make the heavy discs immovable (mass_kg = inf)",
+    ),
+    (
+        {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
+        "got 10000000000.0: the way is 1e+121 m; shorten it",
+    ),
+    (
+        {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
+        "duration_s: must be so short that no disc flies further than 1.61e+119 times the smallest radius, "
+        "got 1e+61: the way is 1e+122 m; shorten it",
+    ),
+    (
+        {"discs": [disc(velocity_m_s=[0.0, 1e-130])]},
+        "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
+        "1 m, got 1.0: it moves by 1e-130 m; lengthen it",
+    ),
+]
+
+
+@pytest.mark.parametrize(("fields", "says"), TOO_WIDE)
+def test_sizes_that_span_too_much_are_refused_with_the_limit(fields: dict[str, Any], says: str) -> None:
+    """What no choice of units brings near 1 is refused by field and value, with the limit and what to do."""
+    assert message(lambda: scene(**fields)) == says
 
 
 # Overlapping starts ---------------------------------------------------------------------------------------------------
@@ -260,8 +321,8 @@ def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
 
 
 def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
-    """Discs near the largest float are compared without a warning."""
-    scene(discs=[disc(position_m=[x, 0.0], radius_m=1e308) for x in (-1.7e308, 1.7e308)])
+    """Discs as far out and as large as can be are compared without a warning."""
+    scene(discs=[disc(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
 
 
 # Walls ----------------------------------------------------------------------------------------------------------------
@@ -306,6 +367,12 @@ def test_equal_scenes_compare_and_hash_equal() -> None:
     assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
 
 
+def test_a_scene_taken_apart_makes_an_equal_one() -> None:
+    """The fields of a scene, and nothing else, are what iterating it gives: they make the scene again."""
+    made = scene(walls=[{"point_m": [0, -1], "normal": [0, 1]}])
+    assert Scene(**dict(made)) == made
+
+
 def test_scenes_survive_pickling() -> None:
     """A scene sent to a worker process arrives equal, infinite mass, walls and all."""
     made = scene(
@@ -345,7 +412,7 @@ def test_step_count_of_whole_frames_is_exact(frames: int, rate: int) -> None:
     assert scene(duration_s=frames / rate).step_count(1 / rate) == frames
 
 
-@given(st.floats(1e-6, 1e6), st.floats(1e-6, 1e6))
+@given(st.floats(1e-4, 1e4), st.floats(1e-4, 1e4))
 def test_the_steps_cover_the_duration_and_one_fewer_would_not(duration: float, dt: float) -> None:
     """The steps reach the end of the scene, to the rounding of the two inputs, and none of them is needless."""
     steps = scene(duration_s=duration).step_count(dt)
@@ -360,3 +427,11 @@ def test_a_step_that_is_no_positive_number_is_refused_by_value(dt: float) -> Non
     """A step of zero, less, infinity or NaN counts no steps; the message names it."""
     with pytest.raises(InputError, match=f"above 0, got {dt}"):
         scene().step_count(dt)
+
+
+def test_steps_without_end_are_refused_with_the_limit() -> None:
+    """2^32 steps are allowed, and one more is taken for a slip."""
+    assert scene().step_count(1 / MOST_STEPS) == MOST_STEPS
+    for dt in (1 / (MOST_STEPS + 1), 1e-300, 5e-324):
+        with pytest.raises(InputError, match=re.escape(f"at least 2.33e-10 of the scene's duration (1.0 s), got {dt}")):
+            scene().step_count(dt)

@@ -185,15 +185,16 @@ def test_numbers_that_json_does_not_have_are_refused_as_not_finite(tmp_path: Pat
 
 # Round trip -----------------------------------------------------------------------------------------------------------
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
-positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+# Sizes that one scene may hold side by side, see `carom.limits`; the sample above has others.
+finite = st.floats(-1e10, 1e10)
+positive = st.floats(1e-10, 1e10)
 coefficient = st.floats(0, 1)
 pairs = st.tuples(finite, finite)
 
 
 @st.composite
 def scenes(draw: st.DrawFn) -> Scene:
-    """Draw any valid scene; those whose random bodies overlap are drawn again."""
+    """Draw any valid scene; those whose random bodies overlap, or all but stand still, are drawn again."""
     discs = []
     for _ in range(draw(st.integers(1, 3))):
         immovable = draw(st.booleans())
@@ -221,7 +222,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     try:
         return Scene(**fields)
     except SceneError as error:
-        assume("overlap" not in str(error))
+        assume("overlap" not in str(error) and "so long that the fastest" not in str(error))
         raise
 
 

@@ -25,7 +25,7 @@ def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind) 
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", range(20))
 def test_two_million_more_impacts_are_right(number: int) -> None:
-    """Over two million impacts of gases of up to 10,000 discs each rule of the checker holds."""
+    """Over some two million impacts of gases of up to 10,000 discs each rule of the checker holds."""
     assert_right(draw(1000 + number), 100_000)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.forms import needs_extension
 
 from carom import Disc, Outcome, Scene, run, solve_pic, solve_pic_framewise
 from carom.physics.pair_time import pair_time
 from carom.stress.own import Check, checks, collapsing, galperin, galperin_error, mixed_gas
 
-pytest.importorskip("numba")
+#: Millions of impacts, which plain Python takes hours for.
+pytestmark = needs_extension
 
 IMPACTS = 100_000
 

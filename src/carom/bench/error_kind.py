@@ -55,4 +55,5 @@ def error_of(measures: Measures, kind: ErrorKind) -> float:
         case ErrorKind.POSITION:
             return measures.final_position_error
         case ErrorKind.IMPACT:
-            return math.nan if math.isnan(time) else max(time, measures.velocity_error)
+            both = (time, measures.velocity_error)
+            return math.nan if any(map(math.isnan, both)) else max(both)

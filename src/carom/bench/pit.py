@@ -1,99 +1,75 @@
-"""PIT with and without skipping, on the hard-disc gas and on two discs: ``python -m carom.bench.pit [discs ...]``."""
+"""PIT with skipping and without, and beside another environment's: ``python -m carom.bench.pit [discs ...]``.
+
+A gas at packing .3, 60 frames a second; processor time, medians of alternating runs.
+"""
 
 from __future__ import annotations
 
-import statistics
-import time
+from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from carom import Disc, Scene
 from carom.bench.arguments import count, parser, run
-from carom.bench.gas import gas_scene
-from carom.solvers.pit.frames import FrameSampledRun, ManyDiscsRun, SkippingRun, solve_pit
-from carom.trace import impact_array
+from carom.bench.baseline import Interpreter, alternating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from carom.solvers.pit.frames import PitRun
-
 __all__ = ["main"]
 
-_RATE_HZ = 60.0
-_PACKING = 0.3
+#: Answers the number of frames by the seconds that they took; written for this Carom and for older ones.
+_GAS = """
+import sys, time
+from carom.bench.gas import gas_scene
+scene = gas_scene(int({discs!r}), 0.3)
+try:
+    from carom.solvers.pit.clock import FrameClock
+    from carom.solvers.pit.solve import pit_run
+    run = pit_run(scene, FrameClock(rate_hz=60.0), skipping={skipping!r})
+    advance = run.advance_frames
+except ImportError:
+    from carom.solvers.pit import pit_run
+    run, frame = pit_run(scene, skipping={skipping!r}), 0
+    def advance(frames):
+        global frame
+        run.advance_frames([k / 60.0 for k in range(frame + 1, frame + frames + 1)])
+        frame += frames
+for line in sys.stdin:
+    begin = time.process_time()
+    advance(int(line))
+    print(time.process_time() - begin, flush=True)
+"""
+
+#: Frames a round: enough to take some hundredths of a second.
+_DISC_FRAMES = 300_000
 
 
-def _seconds(run: PitRun, first: int, frames: int) -> float:
-    begin = time.perf_counter()
-    run.advance_frames([k / _RATE_HZ for k in range(first, first + frames)])
-    return time.perf_counter() - begin
+def compare(discs: int, baseline: str, rounds: int) -> str:
+    """Return a line: milliseconds a frame, plain over skipping, and the baseline's best form over skipping."""
+    frames = max(2, _DISC_FRAMES // discs)
+    forms = [(True, None), (False, None)] + ([(True, baseline)] if baseline else [])
+    with ExitStack() as stack:
+        processes = [
+            stack.enter_context(Interpreter(_GAS.format(discs=discs, skipping=skipping), python))
+            for skipping, python in forms
+        ]
+        skipping_s, plain_s, *before = alternating(processes, str(frames), rounds)
+    line = f"{discs:8d} {frames:7d} {1e3 * skipping_s / frames:10.4g} {plain_s / skipping_s:16.3g}"
+    return line + "".join(f" {before_s / skipping_s:20.3g}" for before_s in before)
 
 
-def compare_gas(discs: int, plain_frames: int, rounds: int = 3) -> str:
-    """Return a line of the table: both runs in turn, frame for frame, and whether they end in the same bits."""
-    scene = gas_scene(discs, _PACKING)
-    plain, fast = FrameSampledRun(scene), ManyDiscsRun(scene)
-    ratios, plain_s, fast_s = [], [], []
-    for k in range(rounds):
-        plain_s.append(_seconds(plain, 1 + k * plain_frames, plain_frames))
-        fast_s.append(_seconds(fast, 1 + k * plain_frames, plain_frames))
-        ratios.append(plain_s[-1] / fast_s[-1])
-    same = impact_array(plain.log.records).tobytes() == impact_array(fast.log.records).tobytes()
-    same = same and plain.positions().tobytes() == fast.positions().tobytes()
-    frames = rounds * plain_frames
-    return (
-        f"{discs:7d} {frames:7d} {len(fast.log.records):8d} {plain.pair_tests:12d} {fast.pair_tests:11d}"
-        f"{plain.pair_tests / fast.pair_tests:9.0f}x {1e3 * statistics.median(plain_s) / plain_frames:9.3g}"
-        f"{1e3 * statistics.median(fast_s) / plain_frames:9.3g}{statistics.median(ratios):9.0f}x {same!s:>6}"
-    )
-
-
-def compare_two_discs() -> str:
-    """Return a line on two discs that meet once in a hundred seconds."""
-    scene = Scene(
-        name="two discs",
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(60.5, 0.2), radius_m=0.5),
-        ],
-        duration_s=100.0,
-    )
-    ratios = []
-    for _ in range(5):
-        begin = time.perf_counter()
-        plain = solve_pit(scene, skipping=False)
-        middle = time.perf_counter()
-        fast = solve_pit(scene)
-        ratios.append((middle - begin) / (time.perf_counter() - middle))
-    same = plain.impacts.tobytes() == fast.impacts.tobytes()
-    counts = fast.counts
-    return (
-        f"two discs, one impact: {counts['frames_looked_at']} of {counts['frames']} frames looked at, "
-        f"{statistics.median(ratios):.0f}x faster, same bits: {same}"
-    )
-
-
-def compare_few(discs: int) -> str:
-    """Return a line on the size from which on arrays pay: plain floats and arrays on one gas."""
-    scene = gas_scene(discs, _PACKING)
-    few, many = SkippingRun(scene), ManyDiscsRun(scene)
-    return f"{discs:7d} discs: plain floats take {_seconds(few, 1, 300) / _seconds(many, 1, 300):.2g} of arrays' time"
-
-
-def main(sizes: Sequence[int]) -> None:
-    """Print the tables."""
-    print(compare_two_discs())
-    print(
-        f"{'discs':>7} {'frames':>7} {'impacts':>8} {'tests, plain':>12} {'skipping':>11} {'fewer':>9} {'ms/frame':>9}"
-        f"{'skipping':>9} {'faster':>9} {'same':>6}"
-    )
+def main(sizes: Sequence[int], baseline: str, rounds: int) -> None:
+    """Print the table."""
+    heads = f"{'discs':>8} {'frames':>7} {'ms a frame':>10} {'plain, times it':>16}"
+    print(heads + (f" {'baseline, times it':>20}" if baseline else ""))
     for discs in sizes:
-        print(compare_gas(discs, max(1, 20_000 // discs // 4)), flush=True)
-    for discs in (8, 16, 32, 64):
-        print(compare_few(discs), flush=True)
+        print(compare(discs, baseline, rounds), flush=True)
 
 
 if __name__ == "__main__":
     command = parser("carom.bench.pit", __doc__)
-    command.add_argument("sizes", nargs="*", type=count, default=(100, 1000), metavar="discs", help="sizes of the gas")
+    command.add_argument(
+        "sizes", nargs="*", type=count, default=(1000, 100_000), metavar="discs", help="sizes of the gas"
+    )
+    command.add_argument("--baseline", default="", metavar="PYTHON", help="the interpreter of another environment")
+    command.add_argument("--rounds", type=count, default=9, help="alternating runs, of which medians are taken")
     run(command, main)

@@ -54,8 +54,8 @@ class Point:
 
     @property
     def sound(self) -> bool:
-        """Whether every impact was found and none invented, at every start: only then an error says it all."""
-        return not self.reason and not self.missed and not self.spurious and not math.isnan(self.error)
+        """Whether every impact was found, none invented, and the error is a number: only then it says it all."""
+        return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
     def config(self) -> Config:

@@ -35,6 +35,7 @@ CLASSES = (
     "near contact",
     "near and grazing",
     "far and grazing",
+    "far and grazing along an axis",
     "as they come",
 )
 

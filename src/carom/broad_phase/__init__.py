@@ -76,9 +76,11 @@ def near_walls(
     Yields:
         Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
     """
+    if not len(walls):
+        return
     x, y, nx, ny = walls.T[:, :, None]
-    block = max(1, _DISTANCES // max(1, len(walls)))
-    for begin in range(0, len(reach_m) if len(walls) else 0, block):
+    block = max(1, _DISTANCES // len(walls))
+    for begin in range(0, len(reach_m), block):
         some = slice(begin, begin + block)
         distance = (position_m[some, 0] - x) * nx + (position_m[some, 1] - y) * ny
         disc, wall = np.nonzero(((distance <= reach_m[some]) & movable[some]).T)

@@ -50,7 +50,8 @@ def align(reference: Trace, observed: Trace) -> Alignment:
     """Align the impacts of two traces of one scene."""
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _windows(reference, slack)
-    observed_by_pair = _by_pair(observed.impacts)
+    timed = np.isfinite(observed.impacts["time_s"])  # what comes at no time is no impact of the reference
+    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in _by_pair(observed.impacts).items()}
     matched: list[tuple[int, int]] = []
     for pair, expected in _by_pair(reference.impacts).items():
         found = observed_by_pair.get(pair, [])

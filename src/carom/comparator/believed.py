@@ -73,10 +73,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     last = times > scene.duration_s * (1.0 - BELIEVED)
     apart = (same < 0) & ~last
     two = other.impacts[np.maximum(same, 0)]
-    speed = max(float(np.max(np.abs(one[name]), initial=0.0)) for name in one.dtype.names or () if "velocity" in name)
-    differs = np.abs(times - two["time_s"]) > BELIEVED * scene.duration_s
+    velocities = [np.abs(one[name]) for name in one.dtype.names or () if "velocity" in name]
+    speed = float(np.max(np.concatenate(velocities), initial=0.0))
+    # Asked so that NaN differs from everything.
+    differs = ~(np.abs(times - two["time_s"]) <= BELIEVED * scene.duration_s)
     for name in ("velocity_first_after", "velocity_second_after"):
-        differs |= np.max(np.abs(one[name] - two[name]), axis=1) > BELIEVED * speed
+        differs |= ~(np.max(np.abs(one[name] - two[name]), axis=1) <= BELIEVED * speed)
     apart |= (same >= 0) & differs
     if not apart.any():
         return None

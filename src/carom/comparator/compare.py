@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from carom.comparator.believed import reach_of
+from carom.comparator.consistency import consistency_of
 from carom.comparator.convention import match_outcome
+from carom.comparator.finite import not_finite
+from carom.comparator.grade import equals_pit, grade
 from carom.comparator.local import local_errors
-from carom.comparator.measure import Measured, measure, scales_of
+from carom.comparator.measure import Measured, measure
 from carom.comparator.order import order_of
-from carom.comparator.score import Scales, Score
-from carom.comparator.verdict import THRESHOLDS, Evidence, findings, grade
+from carom.comparator.scales import Scales, scales_of
+from carom.comparator.score import Score
+from carom.comparator.verdict import Evidence, findings
 from carom.errors import InputError
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["compare"]
 
@@ -25,20 +31,34 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         observed: What is scored.
         sampling: PIT at the same step, where it is to be told what sampling alone costs.
         horizon: Up to where the reference may be believed: a number of impacts (an int) or a time in seconds (a float).
-            What lies beyond is scored locally only. None for the whole run.
+            What lies beyond is held against the trace's own states only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, or the horizon is negative.
+        InputError: The traces are of different scenes, the horizon is negative, or the reference has a number that is
+            NaN or infinite.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
-    scales = scales_of(scene, reference)
+    if broken := not_finite(reference):
+        raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
+    if sampling is not None and not_finite(sampling):
+        sampling = None
+    # What is no number makes more of its kind on every way; they are looked for by name, and not by warnings.
+    with np.errstate(all="ignore"):
+        return _score(reference, observed, sampling, horizon)
+
+
+def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
+    scales = scales_of(reference.scene, reference)
     believed, until_s = reach = reach_of(reference, horizon)
     measured = measure(reference, observed, scales, reach)
     sampled = None if sampling is None else measure(reference, sampling, scales, reach)
     against_pit = None if sampling is None else _against_pit(sampling, observed, scales, until_s)
+    # Where a disc comes to rest the reference ends, and with it free flight.
+    rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
+    broken = not_finite(observed)
     evidence = Evidence(
         reference=reference,
         observed=observed,
@@ -46,8 +66,12 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         sampling=sampled,
         scales=scales,
         believed=believed,
+        until_s=until_s,
         order=order_of(reference, observed, measured.alignment, believed, until_s),
+        local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
+        consistency=None if broken else consistency_of(observed, scales, rest_s),
+        broken=broken,
     )
     return Score(
         expected=believed,
@@ -70,25 +94,16 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         total=measured.largest,
         sampling=None if sampled is None else sampled.largest,
         solver=None if against_pit is None else against_pit.largest,
-        equals_pit=against_pit is not None and _is_rounding(against_pit, observed, scales),
+        equals_pit=against_pit is not None and equals_pit(evidence, against_pit),
         edits=evidence.order.edits,
         beyond_horizon=len(reference.impacts) - believed,
         horizon_s=until_s if math.isfinite(until_s) else None,
-        local=local_errors(observed, scales),
+        local=evidence.local,
         convention=evidence.convention,
+        consistency=evidence.consistency,
     )
 
 
 def _against_pit(sampling: Trace, observed: Trace, scales: Scales, until_s: float) -> Measured:
     """Measure a trace against PIT at the same step, up to the same horizon."""
     return measure(sampling, observed, scales, reach_of(sampling, until_s))
-
-
-def _is_rounding(measured: Measured, observed: Trace, scales: Scales) -> bool:
-    """Whether two traces have the same impacts, and agree in all else to rounding."""
-    alignment, rounding = measured.alignment, THRESHOLDS.rounding_of(observed.float_bits)
-    if alignment.missed or alignment.spurious or alignment.undecided:
-        return False
-    return all(
-        abs(error.time_s) <= rounding * scales.time_s and error.velocity <= rounding for error in measured.errors
-    )

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
-from carom.comparator.score import Scales
+from carom.comparator.scales import Scales
 from carom.scene import Scene
 from carom.trace import Trace, wall_body, wall_index
 
@@ -158,7 +158,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     nearest, distance = _nearest(observed, group, outcomes, scales)
     # Sampling turns normals; so PIT at the same step says how near is near enough.
     allowed = 0.0 if sampling is None else _nearest(sampling, group, outcomes, scales)[1]
-    return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= max(allowed, 0.0) + 1e3 * SAME)
+    return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
 
 def _nearest(trace: Trace, group: Group, outcomes: Sequence[Outcome], scales: Scales) -> tuple[int, float]:

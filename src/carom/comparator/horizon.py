@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from carom.comparator.scales import largest
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.certified import CertifiedTrace, certify
@@ -103,7 +104,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DE
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
         after = [truth[name] for name in ("velocity_first_after", "velocity_second_after") if len(truth)]
-        speed = max([speed, *(float(np.hypot(*velocity.T).max()) for velocity in after)])
+        speed = largest([speed, *(float(np.hypot(*velocity.T).max()) for velocity in after)])
     end = common if order_differs is None else min(order_differs, common)
     error = np.zeros(end)
     for name, scale in (

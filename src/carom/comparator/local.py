@@ -18,7 +18,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.score import Scales
+from carom.comparator.finite import finite_impacts
+from carom.comparator.scales import Scales
 from carom.physics.impact_law import resolve_impact
 from carom.physics.time_of_impact import time_of_impact
 from carom.trace import STATE_DTYPE, Trace
@@ -70,12 +71,14 @@ class LocalErrors:
     def median(self, name: str) -> float:
         """Return the median of the magnitudes of one of the errors, by name; NaN where there are none."""
         values = np.abs(getattr(self, name))
-        return float(np.median(values[np.isfinite(values)])) if np.isfinite(values).any() else math.nan
+        known = values[~np.isnan(values)]
+        return float(np.median(known)) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
         """Return the largest magnitude of one of the errors, by name; NaN where there are none."""
         values = np.abs(getattr(self, name))
-        return float(np.max(values[np.isfinite(values)])) if np.isfinite(values).any() else math.nan
+        known = values[~np.isnan(values)]
+        return float(np.max(known)) if len(known) else math.nan
 
 
 def own_states(trace: Trace) -> NDArray[np.void]:
@@ -89,7 +92,7 @@ def own_states(trace: Trace) -> NDArray[np.void]:
     states = np.zeros(len(impacts), STATE_DTYPE)
     for k, impact in enumerate(impacts):
         time, bodies = impact["time_s"], [body for body in (impact["first"], impact["second"]) if body >= 0]
-        start = max(since[body] for body in bodies)
+        start = np.max(since[bodies])
         states["time_s"][k] = start
         for name, body in zip(("first", "second"), bodies, strict=False):
             states[f"position_{name}"][k] = position[body] + velocity[body] * (start - since[body])
@@ -111,7 +114,8 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     start = state["time_s"]
     p1, p2 = state["position_first"], state["position_second"].copy()
     v1, v2 = impacts["velocity_first_before"], impacts["velocity_second_before"]
-    known = np.isfinite(start)
+    # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
+    known = np.isfinite(p1).all(axis=1) & np.isfinite(p2).all(axis=1) & np.isfinite(start) & finite_impacts(trace)
     m1, m2 = mass[first], np.where(wall, math.inf, mass[np.maximum(second, 0)])
     restitution = np.where(wall, scene.wall_restitution, scene.restitution)
     wait = np.full(count, math.nan)

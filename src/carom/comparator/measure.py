@@ -9,40 +9,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import Alignment, align
-from carom.comparator.score import Errors, ImpactError, Scales
-from carom.scene import Need, Scene
+from carom.comparator.finite import finite_impacts
+from carom.comparator.scales import Scales, largest
+from carom.comparator.score import Errors, ImpactError
+from carom.comparator.thresholds import THRESHOLDS
+from carom.scene import Need
 from carom.trace import Trace, kinetic_energy
 
-__all__ = ["Measured", "measure", "scales_of", "up_to"]
+__all__ = ["Measured", "ends_together", "measure", "up_to"]
 
 #: A body slower than this part of the scene's speed rests, as far as rounding can tell, and has no direction.
 AT_REST = 1e-12
-
-
-def scales_of(scene: Scene, reference: Trace) -> Scales:
-    """Return the scene's own length, speed and time. A scene in which nothing moves has speed 1 m/s."""
-    start = np.array([disc.velocity_m_s for disc in scene.discs])
-    after = (reference.impacts["velocity_first_after"], reference.impacts["velocity_second_after"])
-    speed = float(np.max(np.hypot(*np.concatenate([start, *after]).T)))
-    return Scales(
-        length_m=max(disc.radius_m for disc in scene.discs),
-        speed_m_s=speed or 1.0,
-        time_s=scene.duration_s,
-        energy_j=kinetic_energy(scene, start),
-    )
 
 
 @dataclass(frozen=True)
 class Measured:
     """All that is measured of one trace against a reference; what it means is for the verdict to say.
 
+    What is NaN was not measured; an error of a number that is itself NaN or infinite is infinite.
+
     Attributes:
         alignment: Which impact is which.
         errors: One entry a matched impact.
         energy_error: Final kinetic energy less the reference's, over that at the start; where nothing moved, 0.
         momentum_error: Length of the error of the final momentum of the movable discs, over their mass and the speed.
-        final_position_error: Largest distance of a disc from its final place, over the scene's length.
-        final_velocity_error: Largest error of a final velocity, over the scene's speed.
+        final_position_error: Largest distance of a disc from its final place, over the scene's length; not measured
+            beyond a horizon, nor where the two runs end at different times.
+        final_velocity_error: Largest error of a final velocity, over the scene's speed; as the place.
     """
 
     alignment: Alignment
@@ -57,15 +50,11 @@ class Measured:
         """The largest of each kind of error."""
         return Errors(
             time_s=self.worst_time_s,
-            reported_time_s=max((error.reported_time_s for error in self.errors), key=abs, default=math.nan),
+            reported_time_s=largest(error.reported_time_s for error in self.errors),
             velocity=self.worst_velocity,
-            along_normal=max((error.along_normal for error in self.errors), default=math.nan),
-            across_normal=max((error.across_normal for error in self.errors), default=math.nan),
-            restitution=max(
-                (e.restitution_error for e in self.errors if math.isfinite(e.restitution_error)),
-                key=abs,
-                default=math.nan,
-            ),
+            along_normal=largest(error.along_normal for error in self.errors),
+            across_normal=largest(error.across_normal for error in self.errors),
+            restitution=largest(e.restitution_error for e in self.errors if not math.isnan(e.restitution_error)),
             direction_rad=self.worst_direction_rad,
             energy=self.energy_error,
         )
@@ -73,17 +62,17 @@ class Measured:
     @property
     def worst_time_s(self) -> float:
         """Largest time error by magnitude, with its sign; NaN without a match."""
-        return max((error.time_s for error in self.errors), key=abs, default=math.nan)
+        return largest(error.time_s for error in self.errors)
 
     @property
     def worst_velocity(self) -> float:
         """Largest velocity error over the scene's speed; NaN without a match."""
-        return max((error.velocity for error in self.errors), default=math.nan)
+        return largest(error.velocity for error in self.errors)
 
     @property
     def worst_direction_rad(self) -> float:
         """Largest direction error; NaN without a match."""
-        return max((error.direction_rad for error in self.errors), default=math.nan)
+        return largest(error.direction_rad for error in self.errors)
 
 
 def up_to(alignment: Alignment, observed: Trace, believed: int, until_s: float) -> Alignment:
@@ -114,21 +103,40 @@ def measure(reference: Trace, observed: Trace, scales: Scales, horizon: tuple[in
         horizon: How many of the reference's impacts may be believed, and until when; None for all.
     """
     alignment = align(reference, observed)
-    if horizon is not None and math.isfinite(horizon[1]):
+    momentum = position = velocity = math.nan
+    whole = horizon is None or not math.isfinite(horizon[1])
+    if horizon is not None and not whole:
         alignment = up_to(alignment, observed, *horizon)
-        errors = _impact_errors(reference, observed, alignment, scales)
-        # The reference's end is not to be believed; but that elastic impacts conserve energy is.
-        energy = _energy_error(reference, observed, scales) if Need.RESTITUTION not in reference.scene.needs else 0.0
-        return Measured(alignment, errors, energy, math.nan, math.nan, math.nan)
+    together = whole and ends_together(reference, observed)
+    if together:
+        momentum = _momentum_error(reference, observed, scales)
+        position = _largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m
+        velocity = _largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s) / scales.speed_m_s
+    # Where the reference's end is no answer, it is an answer still that elastic impacts alone conserve energy.
+    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY}
     return Measured(
         alignment=alignment,
         errors=_impact_errors(reference, observed, alignment, scales),
-        energy_error=_energy_error(reference, observed, scales),
-        momentum_error=_momentum_error(reference, observed, scales),
-        final_position_error=_largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m,
-        final_velocity_error=_largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s)
-        / scales.speed_m_s,
+        energy_error=_energy_error(reference, observed, scales) if together or conserved else 0.0,
+        momentum_error=momentum,
+        final_position_error=position,
+        final_velocity_error=velocity,
     )
+
+
+def ends_together(reference: Trace, observed: Trace) -> bool:
+    """Whether two runs end at one time, to its rounding, so that their final states can be compared."""
+    apart = abs(observed.end_time_s - reference.end_time_s)
+    return not apart > THRESHOLDS.rounding * reference.scene.duration_s
+
+
+def _measured(error: float) -> float:
+    """Return the error, infinite where it is NaN: what is no number has no smaller error than any number."""
+    return math.inf if math.isnan(error) else error
+
+
+def _largest_row(difference: NDArray[np.float64]) -> float:
+    return _measured(float(np.max(np.hypot(*difference.T))))
 
 
 def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
@@ -136,15 +144,11 @@ def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
         return 0.0
     scene = reference.scene
     found = kinetic_energy(scene, observed.final_velocity_m_s)
-    return (found - kinetic_energy(scene, reference.final_velocity_m_s)) / scales.energy_j
-
-
-def _largest_row(difference: NDArray[np.float64]) -> float:
-    return float(np.max(np.hypot(*difference.T)))
+    return _measured((found - kinetic_energy(scene, reference.final_velocity_m_s)) / scales.energy_j)
 
 
 def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> tuple[ImpactError, ...]:
-    effective = observed.effective_time_s
+    effective, sound = observed.effective_time_s, finite_impacts(observed)
     errors = []
     for r, o in alignment.matched:
         expected, found = reference.impacts[r], observed.impacts[o]
@@ -155,16 +159,19 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         along = difference @ normal
         across = difference @ np.array([-normal[1], normal[0]])
         reference_time = float(expected["time_s"])
+        if not sound[o]:
+            errors.append(ImpactError(r, o, *[math.inf] * 9))
+            continue
         errors.append(
             ImpactError(
                 reference=r,
                 observed=o,
                 reported_time_s=float(found["time_s"]) - reference_time,
                 effective_time_s=math.nan if effective is None else float(effective[o]) - reference_time,
-                along_normal=float(np.max(np.abs(along))) / scales.speed_m_s,
-                across_normal=float(np.max(np.abs(across))) / scales.speed_m_s,
-                velocity=float(np.max(np.hypot(*difference.T))) / scales.speed_m_s,
-                direction_rad=max(
+                along_normal=_measured(float(np.max(np.abs(along))) / scales.speed_m_s),
+                across_normal=_measured(float(np.max(np.abs(across))) / scales.speed_m_s),
+                velocity=_largest_row(difference) / scales.speed_m_s,
+                direction_rad=largest(
                     _angle(found[name], expected[name], AT_REST * scales.speed_m_s)
                     for name in ("velocity_first_after", "velocity_second_after")
                 ),
@@ -194,4 +201,4 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     if not mass.any():
         return 0.0
     difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
-    return float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s)
+    return _measured(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))

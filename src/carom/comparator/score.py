@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from carom.comparator.convention import ConventionMatch
-    from carom.comparator.local import LocalErrors
+from carom.comparator.consistency import Consistency
+from carom.comparator.convention import ConventionMatch
+from carom.comparator.local import LocalErrors
+from carom.comparator.scales import Scales
 
 __all__ = ["Errors", "Finding", "Grade", "ImpactError", "Scales", "Score", "Verdict"]
 
@@ -31,6 +31,15 @@ class Verdict(Enum):
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "too close to the end of the run to be decided"
     UNCOMPARED = "there is no PIT at this step to hold it against"
+    MISPLACED = "discs end in the wrong place"
+    WRONG_END = "discs end with the wrong velocity"
+    DRIFTS = "discs move otherwise than their velocities say"
+    TURNS = "velocities change where no impact is reported"
+    WRONG_STAMP = "impacts are stamped outside the step that reports them"
+    WRONG_NORMAL = "the normals reported are not those of the impacts"
+    MOMENTUM = "momentum is gained or lost at an impact"
+    NOT_FINITE = "a number is NaN or infinite"
+    NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
     CONFORMS = "agrees with the reference to rounding"
 
 
@@ -40,25 +49,8 @@ class Grade(Enum):
     EXACT = "exact: to rounding"
     SAMPLED = "sampled: no worse than PIT at the same step"
     INACCURATE = "inaccurate: finds every impact, with more error than sampling explains"
-    WRONG = "wrong: misses or invents an impact, or takes impacts in the wrong order"
+    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
-
-
-@dataclass(frozen=True)
-class Scales:
-    """The scene's own length, speed and time, by which errors are divided so that units do not matter.
-
-    Attributes:
-        length_m: Radius of the largest disc.
-        speed_m_s: Greatest speed of any disc in the reference.
-        time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start.
-    """
-
-    length_m: float
-    speed_m_s: float
-    time_s: float
-    energy_j: float
 
 
 @dataclass(frozen=True)
@@ -163,6 +155,8 @@ class Score:
         horizon_s: The horizon, seconds; None where the whole run is compared.
         local: Each impact against the analytic answer from the trace's own state before it.
         convention: Which of the admissible outcomes the trace took, where the scene has no unique answer.
+        consistency: How far the trace is from what its own impacts and states lead to; None where one of its numbers is
+            NaN or infinite.
     """
 
     expected: int
@@ -191,6 +185,7 @@ class Score:
     horizon_s: float | None
     local: LocalErrors
     convention: ConventionMatch | None
+    consistency: Consistency | None
 
     @property
     def sampling_share(self) -> float:

@@ -1,4 +1,4 @@
-"""From numbers to verdicts and a grade. Every threshold stands here, in one place."""
+"""From numbers to verdicts, each with the numbers that it was derived from as its reason."""
 
 from __future__ import annotations
 
@@ -6,39 +6,17 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from carom.comparator.consistency import Consistency, Slip
 from carom.comparator.convention import ConventionMatch
+from carom.comparator.local import LocalErrors
 from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
-from carom.comparator.score import Finding, Grade, ImpactError, Scales, Verdict
+from carom.comparator.scales import Scales, largest
+from carom.comparator.score import Finding, Verdict
+from carom.comparator.thresholds import THRESHOLDS, place_rounding
 from carom.trace import Outcome, Trace, wall_index
 
-__all__ = ["THRESHOLDS", "Evidence", "Thresholds", "findings", "grade"]
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """Where an error begins to count.
-
-    Attributes:
-        rounding: Times over the scene's duration, velocities over its speed. The known answers are reproduced to this.
-        rounding_32: The same for what a method that computes in 32-bit floats may differ from PIT by: a hundred of its
-            units in the last place. To be exact, or to conform, it must keep to `rounding` like everybody else.
-        direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
-        energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
-            rounding; a millionth is neither.
-    """
-
-    rounding: float = 1e-12
-    rounding_32: float = 1e-5
-    direction_rad: float = math.radians(1.0)
-    energy: float = 1e-6
-
-    def rounding_of(self, float_bits: int) -> float:
-        """Return what counts as rounding where a method of this width of floats is held against PIT."""
-        return self.rounding if float_bits >= 64 else self.rounding_32
-
-
-THRESHOLDS = Thresholds()
+__all__ = ["THRESHOLDS", "Evidence", "findings"]
 
 
 @dataclass(frozen=True)
@@ -52,8 +30,13 @@ class Evidence:
         sampling: What was measured of PIT at the same step; None where that was not run.
         scales: The scene's own scales.
         believed: How many of the reference's impacts are within the horizon.
+        until_s: The horizon, seconds; infinite where the whole run is compared.
         order: The order of the impacts.
+        local: Each impact against the analytic answer from the run's own state before it.
         convention: Which admissible outcome it took, where the scene has no unique answer.
+        consistency: How far it is from what its own impacts and states lead to; None where it has a number that is
+            NaN or infinite.
+        broken: Which number that is, empty where there is none.
     """
 
     reference: Trace
@@ -62,20 +45,55 @@ class Evidence:
     sampling: Measured | None
     scales: Scales
     believed: int
+    until_s: float
     order: Order
+    local: LocalErrors
     convention: ConventionMatch | None
+    consistency: Consistency | None
+    broken: str
+
+    @property
+    def nothing_compared(self) -> bool:
+        """Whether there is a horizon, and no impact of the reference before it."""
+        return math.isfinite(self.until_s) and not self.believed
+
+    @property
+    def ends_compared(self) -> bool:
+        """Whether the final state is one that the reference's decides on: one answer, and no impact left open."""
+        return self.convention is None and not self.measured.alignment.undecided
+
+    @property
+    def cut_short(self) -> bool:
+        """Whether the run ended before the scene did, whatever it calls that."""
+        duration_s = self.scales.time_s
+        completed = self.observed.outcome is Outcome.COMPLETED
+        return not completed or self.observed.end_time_s < duration_s * (1.0 - THRESHOLDS.rounding)
+
+    def place_rounding(self, float_bits: int = 64) -> float:
+        """What rounding makes of a position in all steps of the run, over the scene's length."""
+        return place_rounding(self.scales, self.observed, float_bits)
 
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    found = [*_convention(evidence), *_hits(evidence), *_order(evidence), *_timing(evidence), *_motion(evidence)]
+    rules = (_soundness, _convention, _hits, _order, _timing, _motion, _end, _own_path, _reports)
+    found = [finding for rule in rules for finding in rule(evidence)]
     if errors and found and evidence.sampling is None:
         reason = "whether sampling explains the errors is not known"
         found.append(Finding(Verdict.UNCOMPARED, reason))
+    if evidence.nothing_compared:
+        times = evidence.reference.impacts["time_s"]
+        first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
+        found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.until_s:.6g} s; {first}"))
     if not found:
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found"))
     return tuple(found)
+
+
+def _soundness(evidence: Evidence) -> Iterator[Finding]:
+    if evidence.broken:
+        yield Finding(Verdict.NOT_FINITE, evidence.broken)
 
 
 def _convention(evidence: Evidence) -> Iterator[Finding]:
@@ -100,7 +118,7 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
 
 def _hits(evidence: Evidence) -> Iterator[Finding]:
     reference, observed, alignment = evidence.reference, evidence.observed, evidence.measured.alignment
-    if observed.outcome is not Outcome.COMPLETED:
+    if evidence.cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
         yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
     if alignment.missed:
@@ -137,18 +155,16 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
 def _timing(evidence: Evidence) -> Iterator[Finding]:
     # Two impacts that have changed places are each at the other's time: that is said already.
     errors = [e for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
-    dt_s = evidence.observed.dt_s
-    late = max([0.0, *(error.time_s for error in errors)])
-    early = min([0.0, *(error.time_s for error in errors)])
+    late = largest((error.time_s for error in errors if error.time_s > 0.0), default=0.0)
+    early = largest((-error.time_s for error in errors if error.time_s < 0.0), default=0.0)
     for verdict, worst in ((Verdict.LATE, late), (Verdict.EARLY, early)):
-        if abs(worst) > THRESHOLDS.rounding * evidence.scales.time_s:
-            steps = f", {abs(worst) / dt_s:.3g} dt" if dt_s else ""
-            yield Finding(verdict, f"by up to {abs(worst):.3g} s{steps}")
+        if worst > THRESHOLDS.rounding * evidence.scales.time_s:
+            yield Finding(verdict, f"by up to {_seconds(worst, evidence)}")
 
 
 def _motion(evidence: Evidence) -> Iterator[Finding]:
     errors = evidence.measured.errors
-    turned = max((error.direction_rad for error in errors), default=0.0)
+    turned = largest((error.direction_rad for error in errors), default=0.0)
     worst = max(errors, key=lambda error: error.velocity, default=None)
     if worst is not None and worst.velocity > THRESHOLDS.rounding:
         reason = f"by up to {worst.velocity:.3g} of the scene's speed"
@@ -163,54 +179,58 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start")
 
 
+def _end(evidence: Evidence) -> Iterator[Finding]:
+    """Where the run ended, against the reference; beyond a horizon it was not measured."""
+    if not evidence.ends_compared:
+        return
+    place, velocity = evidence.measured.final_position_error, evidence.measured.final_velocity_error
+    if place > evidence.place_rounding():
+        yield Finding(Verdict.MISPLACED, f"by up to {place:.3g} of the largest radius")
+    if velocity > THRESHOLDS.rounding:
+        yield Finding(Verdict.WRONG_END, f"by up to {velocity:.3g} of the scene's speed")
+
+
+def _own_path(evidence: Evidence) -> Iterator[Finding]:
+    """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
+    own, bits = evidence.consistency, evidence.observed.float_bits
+    if own is None:
+        return
+    if own.position.size > evidence.place_rounding(bits):
+        reason = f"by up to {own.position.size:.3g} of the largest radius, {_since(own.position)}"
+        if own.excess.size > evidence.place_rounding(bits):
+            reason += f"; {own.excess.size:.3g} more than bodies close in a step"
+        yield Finding(Verdict.DRIFTS, reason)
+    if own.velocity.size > THRESHOLDS.rounding_of(bits):
+        reason = f"by up to {own.velocity.size:.3g} of the scene's speed, {_since(own.velocity)}"
+        yield Finding(Verdict.TURNS, reason)
+    if own.momentum > THRESHOLDS.rounding_of(bits):
+        reason = f"by up to {own.momentum:.3g} of the scene's speed, for the centre of mass of the two discs"
+        yield Finding(Verdict.MOMENTUM, reason)
+
+
+def _reports(evidence: Evidence) -> Iterator[Finding]:
+    """What the run reports of its impacts and its own states contradict."""
+    own, rounding = evidence.consistency, THRESHOLDS.rounding_of(evidence.observed.float_bits)
+    if own is None:
+        return
+    if own.stamp_s > rounding * evidence.scales.time_s:
+        yield Finding(Verdict.WRONG_STAMP, f"by up to {_seconds(own.stamp_s, evidence)}")
+    if own.across > rounding:
+        off = f"by up to {math.degrees(own.normal_rad):.3g} degrees from what the velocities change by"
+        yield Finding(Verdict.WRONG_NORMAL, off)
+    if own.normal_length > rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {own.normal_length:.3g} off 1")
+
+
+def _seconds(time_s: float, evidence: Evidence) -> str:
+    dt_s = evidence.observed.dt_s
+    return f"{time_s:.3g} s" + (f", {time_s / dt_s:.3g} dt" if dt_s else "")
+
+
+def _since(slip: Slip) -> str:
+    return f"disc {slip.disc} after {slip.since_s:.6g} s"
+
+
 def _bodies(impact: object) -> str:
     first, second = int(impact["first"]), int(impact["second"])  # type: ignore[index] # a row of a structured array
     return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
-
-
-def grade(evidence: Evidence) -> Grade:
-    """Grade a comparison."""
-    reference, observed, measured = evidence.reference, evidence.observed, evidence.measured
-    alignment, errors, sampling, scales = measured.alignment, measured.errors, evidence.sampling, evidence.scales
-    if evidence.convention is not None:
-        return Grade.UNGRADED
-    if (
-        alignment.missed
-        or alignment.spurious
-        or evidence.order.inverted
-        or observed.outcome is not _asked_of(reference)
-    ):
-        return Grade.WRONG
-    if alignment.undecided:
-        return Grade.UNGRADED
-    rounding, rounding_s = THRESHOLDS.rounding, THRESHOLDS.rounding * scales.time_s
-    time_s, velocity = _worst(errors)
-    if time_s <= rounding_s and velocity <= rounding and abs(measured.energy_error) <= rounding:
-        return Grade.EXACT
-    if sampling is None:
-        return Grade.UNGRADED
-    # Held against PIT where both have an error: an impact that PIT misses can't be found worse than by PIT.
-    common = {error.reference for error in sampling.errors}
-    time_s, velocity = _worst(tuple(error for error in errors if error.reference in common))
-    pit_time_s, pit_velocity = _worst(sampling.errors)
-    rounding = THRESHOLDS.rounding_of(observed.float_bits)
-    rounding_s = rounding * scales.time_s
-    no_worse = (
-        # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
-        time_s <= max(pit_time_s, observed.dt_s) + rounding_s
-        and velocity <= pit_velocity + rounding
-        and abs(measured.energy_error) <= max(abs(sampling.energy_error) + rounding, THRESHOLDS.energy)
-    )
-    return Grade.SAMPLED if no_worse else Grade.INACCURATE
-
-
-def _asked_of(reference: Trace) -> Outcome:
-    """Return how a run must end: a reference is whole up to where a disc comes to rest, and nobody else must end."""
-    return Outcome.COMPLETED if reference.outcome is Outcome.AT_REST else reference.outcome
-
-
-def _worst(errors: tuple[ImpactError, ...]) -> tuple[float, float]:
-    return (
-        max((abs(error.time_s) for error in errors), default=0.0),
-        max((error.velocity for error in errors), default=0.0),
-    )

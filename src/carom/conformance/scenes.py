@@ -108,7 +108,7 @@ def approach(speed_m_s: float = 3.0, gap_m: float = 1.01, x_m: float = 0.0, radi
 def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_kg: float = 1.0) -> Scene:
     """One disc that meets nothing, for a few steps."""
     disc = Disc(position_m=(x_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m, mass_kg=mass_kg)
-    name = f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}-{mass_kg:g}"
+    name = f"conformance-alone-{speed_m_s:g}-{x_m:g}-{radius_m:g}" + (f"-{mass_kg:g}" if mass_kg != 1.0 else "")
     return Scene(name=name, discs=[disc], duration_s=4 * DT_S)
 
 

@@ -14,6 +14,9 @@ cdef struct DoubleDouble:  # the exact sum of two floats
     double high
     double low
 
+cdef enum:
+    MOST_TERMS = 768  # of an exact sum: those of the discriminant of two discs
+
 cdef struct TripleDouble:  # a sum carried in three parts
     double high
     double middle
@@ -106,3 +109,50 @@ cdef inline DoubleDouble rounded(TripleDouble total) noexcept nogil:
     """Return a sum as a pair whose high part is its nearest float."""
     top = two_sum(total.high, total.middle)
     return two_sum(top.high, top.low + total.low)
+
+
+cdef inline int write_products(
+    double *terms, const double *p, int p_count, const double *q, int q_count, double sign
+) noexcept nogil:
+    """Write terms whose exact sum is that of `p` times that of `q` times the sign, 1 or -1; return how many."""
+    cdef int i, j, count = 0
+    for i in range(p_count):
+        for j in range(q_count):
+            product = two_prod(sign * p[i], q[j])
+            terms[count] = product.high
+            terms[count + 1] = product.low
+            count += 2
+    return count
+
+
+cdef inline int write_pair_products(double *terms, DoubleDouble p, DoubleDouble q, double sign) noexcept nogil:
+    """Write terms whose exact sum is the product of two pairs times the sign, 1 or -1; return how many: 8."""
+    cdef double[2] a
+    cdef double[2] b
+    a[0], a[1] = p.high, p.low
+    b[0], b[1] = q.high, q.low
+    return write_products(terms, a, 2, b, 2, sign)
+
+
+cdef inline DoubleDouble exact_sum(const double *terms, int count) noexcept nogil:
+    """Return a sum as a pair of its sign, right to 2^-100 of itself, however much of the terms cancels."""
+    cdef double[MOST_TERMS] parts  # which do not overlap, the smallest first: their sum is that of all terms so far
+    cdef int i, k, kept, size = 0
+    cdef DoubleDouble total, sum
+    for i in range(count):
+        total = DoubleDouble(terms[i], 0.0)
+        kept = 0
+        for k in range(size):
+            total = two_sum(total.high, parts[k])
+            if total.low != 0.0:
+                parts[kept] = total.low
+                kept += 1
+        if total.high != 0.0:
+            parts[kept] = total.high
+            kept += 1
+        size = kept
+    sum = DoubleDouble(0.0, 0.0)
+    for k in range(size - 1, -1, -1):  # the first of them fill `high`, the others add less and less to `low`
+        total = two_sum(sum.high, parts[k])
+        sum = DoubleDouble(total.high, sum.low + total.low)
+    return two_sum(sum.high, sum.low)

@@ -1,25 +1,27 @@
-"""Error-free transformations and sums of products in twice the working precision.
+"""Error-free transformations and sums of products in twice the working precision, on plain floats.
 
-Each function is a sequence of single additions and multiplications, without branches, so that one source serves Python
-floats, NumPy arrays and compiled code, and gives all three the same bits: every step is one correctly rounded operation
-of IEEE 754, and none may be fused or reordered. A pair ``(high, low)`` stands for the exact sum of its two parts.
+Every step is one correctly rounded operation of IEEE 754, and none may be fused or reordered; so `double_double.pxd`,
+which does the same for the compiled extension, gives the same bits. A pair ``(high, low)`` stands for the exact sum of
+its two parts.
 
-The transformations are exact as long as nothing over- or underflows; callers scale by powers of two first.
+All are exact as long as nothing over- or underflows; callers scale by powers of two first.
 
 Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
 D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
-Comput. 26 (2005) (sums carried in three parts: algorithm SumK with K = 3).
+Comput. 26 (2005) (sums carried in three parts: algorithm SumK with K = 3); J. R. Shewchuk, "Adaptive precision
+floating-point arithmetic", Discrete Comput. Geom. 18 (1997) (exact sums: grow-expansion with zero elimination).
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterable, Sequence
 
-#: A float or an array of floats: the arithmetic is the same.
-Real = Any
+Pair = tuple[float, float]
 
 __all__ = [
-    "Real",
+    "Pair",
+    "exact_products",
+    "exact_sum",
     "pair_product",
     "split",
     "sum_of_products",
@@ -32,28 +34,28 @@ __all__ = [
 _SPLITTER = 134217729.0
 
 
-def split(a: Real) -> tuple[Real, Real]:
+def split(a: float) -> Pair:
     """Return ``(high, low)`` of at most 26 bits each, with ``a = high + low`` exactly."""
     scaled = _SPLITTER * a
     high = scaled - (scaled - a)
     return high, a - high
 
 
-def two_sum(a: Real, b: Real) -> tuple[Real, Real]:
+def two_sum(a: float, b: float) -> Pair:
     """Return ``(s, e)``: the rounded sum, and its rounding error, ``a + b = s + e`` exactly."""
     s = a + b
     part = s - a
     return s, (a - (s - part)) + (b - part)
 
 
-def two_diff(a: Real, b: Real) -> tuple[Real, Real]:
+def two_diff(a: float, b: float) -> Pair:
     """Return ``(s, e)``: the rounded difference, and its rounding error, ``a - b = s + e`` exactly."""
     s = a - b
     part = s - a
     return s, (a - (s - part)) - (b + part)
 
 
-def two_prod(a: Real, b: Real) -> tuple[Real, Real]:
+def two_prod(a: float, b: float) -> Pair:
     """Return ``(p, e)``: the rounded product, and its rounding error, ``a * b = p + e`` exactly."""
     p = a * b
     a_high, a_low = split(a)
@@ -61,15 +63,14 @@ def two_prod(a: Real, b: Real) -> tuple[Real, Real]:
     return p, ((a_high * b_high - p) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
-def sum_of_products(factors: tuple[tuple[Real, Real], ...]) -> tuple[Real, Real]:
+def sum_of_products(factors: Iterable[Pair]) -> Pair:
     """Return the sum of products as a pair whose high part is its nearest float.
 
     Products are exact, and their sum is carried in three parts: its error is about 2^-150 of the largest product.
     """
-    high = middle = low = 0.0 * factors[0][0]
+    high = middle = low = 0.0
     for a, b in factors:
-        product, error = two_prod(a, b)
-        for term in (product, error):
+        for term in two_prod(a, b):
             high, rest = two_sum(high, term)
             middle, rest = two_sum(middle, rest)
             low = low + rest
@@ -77,7 +78,29 @@ def sum_of_products(factors: tuple[tuple[Real, Real], ...]) -> tuple[Real, Real]
     return two_sum(high, middle + low)
 
 
-def pair_product(a_high: Real, a_low: Real, b_high: Real, b_low: Real) -> tuple[Real, Real]:
+def exact_products(p: Sequence[float], q: Sequence[float], sign: float = 1.0) -> list[float]:
+    """Return terms whose exact sum is that of `p` times that of `q` times the sign, 1 or -1."""
+    return [term for a in p for b in q for term in two_prod(sign * a, b)]
+
+
+def exact_sum(terms: Iterable[float]) -> Pair:
+    """Return a sum as a pair of its sign, right to 2^-100 of itself, however much of the terms cancels."""
+    parts: list[float] = []  # which do not overlap, the smallest first: their sum is that of all terms so far
+    for term in terms:
+        total, kept = term, []
+        for part in parts:
+            total, rest = two_sum(total, part)
+            if rest != 0.0:
+                kept.append(rest)
+        parts = [*kept, total] if total != 0.0 else kept
+    high = low = 0.0
+    for part in reversed(parts):  # the first of them fill `high`, the others add less and less to `low`
+        high, rest = two_sum(high, part)
+        low = low + rest
+    return two_sum(high, low)
+
+
+def pair_product(a: Pair, b: Pair) -> Pair:
     """Return the product of two pairs as a pair, to a relative error below 2^-100."""
-    product, error = two_prod(a_high, b_high)
-    return two_sum(product, error + (a_high * b_low + a_low * b_high))
+    product, error = two_prod(a[0], b[0])
+    return two_sum(product, error + (a[0] * b[1] + a[1] * b[0]))

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import math
 
-from carom.physics.double_double import pair_product, two_sum
+from carom.physics.double_double import Pair, pair_product, two_sum
 from carom.physics.pair_time import discriminant_from_gap, exact_root
-from carom.physics.wall_time import Pair, quotient, wall_gap, wall_speed
+from carom.physics.wall_time import quotient
 
-__all__ = ["descent_time", "fall_time", "return_time"]
+__all__ = ["descent_time", "return_time"]
 
 
 def descent_time(gap: Pair, speed: Pair, pull: Pair) -> float:
@@ -44,54 +44,23 @@ def descent_time(gap: Pair, speed: Pair, pull: Pair) -> float:
         if w == 0.0:
             return return_time(speed, pull)
     elif a == 0.0:
-        return float(quotient(gap, speed)) if s < 0.0 else math.inf
+        return quotient(gap, speed) if s < 0.0 else math.inf
     elif a > 0.0 and not s < 0.0:
         return math.inf
     twice = (2.0 * gap[0], 2.0 * gap[1])
     d = discriminant_from_gap(speed, twice, pull)
     if not d[0] > 0.0:
         # Pushed back before it gets there; or, in the wall by a rounding, pulled down before it has come out.
-        return math.inf if a > 0.0 else float(quotient(speed, pull))
+        return math.inf if a > 0.0 else quotient(speed, pull)
     root = math.sqrt(d[0])
     if w > 0.0 and not s > 0.0:
-        return float(exact_root(speed, twice, d, root))
-    square, square_rest = pair_product(root, 0.0, root, 0.0)
+        return exact_root(speed, twice, d, root)
+    square, square_rest = pair_product((root, 0.0), (root, 0.0))
     high, low = two_sum(s, root)
     rest = (((d[0] - square) - square_rest) + d[1]) / (2.0 * root)
-    return float(quotient((high, low + (speed[1] + rest)), pull))
+    return quotient((high, low + (speed[1] + rest)), pull)
 
 
 def return_time(speed: Pair, pull: Pair) -> float:
     """Return the seconds that a body which leaves a wall at `speed` > 0 takes to come back, by `pull` < 0."""
-    return float(quotient((2.0 * speed[0], 2.0 * speed[1]), pull))
-
-
-def fall_time(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    radius: float,
-    qx: float,
-    qy: float,
-    nx: float,
-    ny: float,
-    gx: float,
-    gy: float,
-) -> float:
-    """Return the seconds until a falling disc touches a wall; see `descent_time`.
-
-    Args:
-        x: Centre of the disc, x, metres; `y` likewise.
-        y: See `x`.
-        vx: Velocity of the disc, x, metres a second; `vy` likewise.
-        vy: See `vx`.
-        radius: Radius, metres.
-        qx: Any point on the wall's surface, x, metres; `qy` likewise.
-        qy: See `qx`.
-        nx: Unit normal into the free side, x; `ny` likewise.
-        ny: See `nx`.
-        gx: Gravity, x, metres a second squared; `gy` likewise.
-        gy: See `gx`.
-    """
-    return descent_time(wall_gap(x, y, radius, qx, qy, nx, ny), wall_speed(vx, vy, nx, ny), wall_speed(gx, gy, nx, ny))
+    return quotient((2.0 * speed[0], 2.0 * speed[1]), pull)

@@ -15,20 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arguments import floats, vectors
 from carom.errors import InputError
+from carom.limits import LARGEST, SMALLEST, require_within
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["impulse", "pair_push", "resolve_impact"]
-
-
-def impulse(approach_speed: float, inverse_mass_1: float, inverse_mass_2: float, restitution: float) -> float:
-    """Return the impulse along the normal, newton seconds, of an impact at `approach_speed` > 0, metres a second.
-
-    The two inverse masses, 1/kg, must not both be zero: two immovable bodies never meet.
-    """
-    return (1.0 + restitution) * approach_speed / (inverse_mass_1 + inverse_mass_2)
+__all__ = ["pair_push", "resolve_impact"]
 
 
 def resolve_impact(
@@ -50,31 +44,40 @@ def resolve_impact(
 
     Raises:
         InputError: A velocity or normal is not finite, a mass is not positive, both are infinite, or the restitution
-            is outside 0 to 1.
+            is outside 0 to 1; a velocity or mass is not within `carom.limits`; or the shapes do not broadcast.
     """
-    velocity1, velocity2, direction = (np.asarray(a, dtype=np.float64) for a in (v1, v2, normal))
-    mass1, mass2, e = (np.asarray(a, dtype=np.float64) for a in (m1, m2, restitution))
-    for name, array in (("v1", velocity1), ("v2", velocity2), ("normal", direction)):
-        if array.ndim == 0 or array.shape[-1] != 2:
-            raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
-        if not np.all(np.isfinite(array)):
-            raise InputError(f"{name} must be finite everywhere, got {array[~np.isfinite(array)].flat[0]}")
-    for name, array in (("m1", mass1), ("m2", mass2)):
-        if not np.all(array > 0):  # NaN fails this too
-            raise InputError(f"{name} must be above 0 (infinity is immovable), got {array[~(array > 0)].flat[0]}")
-    if np.any(np.isinf(mass1) & np.isinf(mass2)):
-        raise InputError("m1 and m2 must not both be infinite: two immovable bodies never collide")
+    velocity1, velocity2, direction = vectors("v1", v1), vectors("v2", v2), vectors("normal", normal)
+    mass1, mass2, e = floats("m1", m1), floats("m2", m2), floats("restitution", restitution)
+    for name, velocity in (("v1", velocity1), ("v2", velocity2)):
+        require_within(name, velocity, 0.0, LARGEST)
+    for name, mass in (("m1", mass1), ("m2", mass2)):
+        if not np.all(mass > 0):  # NaN fails this too
+            raise InputError(f"{name} must be above 0 (infinity is immovable), got {mass[~(mass > 0)].flat[0]}")
+        require_within(name, mass[np.isfinite(mass)], SMALLEST, LARGEST)
     if not np.all((e >= 0) & (e <= 1)):
         raise InputError(f"restitution must lie in 0 to 1, got {e[~((e >= 0) & (e <= 1))].flat[0]}")
     scale = np.max(np.abs(direction), axis=-1, keepdims=True)
     if not np.all(scale > 0):
         raise InputError("normal must not be of length zero")
+    try:
+        np.broadcast_shapes(
+            velocity1.shape[:-1], velocity2.shape[:-1], direction.shape[:-1], mass1.shape, mass2.shape, e.shape
+        )
+    except ValueError as error:
+        raise InputError(f"the shapes of v1, m1, v2, m2, normal and restitution do not broadcast: {error}") from None
+    if np.any(np.isinf(mass1) & np.isinf(mass2)):
+        raise InputError("m1 and m2 must not both be infinite: two immovable bodies never collide")
     direction = direction / scale
     n = direction / np.hypot(direction[..., :1], direction[..., 1:])
-    approach = np.sum((velocity1 - velocity2) * n, axis=-1)
-    inverse1, inverse2 = 1.0 / mass1, 1.0 / mass2
+    # In units of about the fastest body's speed and the lighter one's mass, nothing under- or overflows on the way.
+    speed = np.frexp(np.maximum(np.abs(velocity1), np.abs(velocity2)).max(axis=-1))[1]
+    lighter = np.frexp(np.minimum(mass1, mass2))[1]
+    inverse1, inverse2 = 1.0 / np.ldexp(mass1, -lighter), 1.0 / np.ldexp(mass2, -lighter)
+    relative = np.ldexp(velocity1, -speed[..., None]) - np.ldexp(velocity2, -speed[..., None])
+    approach = np.sum(relative * n, axis=-1)
     j = np.where(approach > 0, (1.0 + e) * approach / (inverse1 + inverse2), 0.0)
-    return velocity1 - (j * inverse1)[..., None] * n, velocity2 + (j * inverse2)[..., None] * n
+    first, second = (np.ldexp((j * inverse)[..., None] * n, speed[..., None]) for inverse in (inverse1, inverse2))
+    return velocity1 - first, velocity2 + second
 
 
 def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:

@@ -9,9 +9,11 @@ from cython cimport unlikely
 from libc.math cimport fabs, frexp, ldexp, sqrt
 
 from carom.physics.double_double cimport (
+    MOST_TERMS,
     DoubleDouble,
     add_pair_product,
     add_square,
+    exact_sum,
     greater,
     negated,
     no_terms,
@@ -21,6 +23,8 @@ from carom.physics.double_double cimport (
     two_diff,
     two_prod,
     two_sum,
+    write_pair_products,
+    write_products,
 )
 
 cdef extern from *:
@@ -30,12 +34,16 @@ cdef extern from *:
     #define carom_ERROR 0x1p-50
     #define carom_NEGLIGIBLE 0x1p-900
     #define carom_GRID 0x1p28
+    #define carom_DOUBTFUL_SUM 0x1p-140
+    #define carom_DOUBTFUL_DISCRIMINANT 0x1p-90
     #define carom_UNCERTAIN -1.0
     """
     const double NEVER "carom_NEVER"
     const double ERROR "carom_ERROR"  # 8 roundings, see `ERROR` in pair_time.py
     const double NEGLIGIBLE "carom_NEGLIGIBLE"  # where products of this size count, underflow may count too
     const double GRID "carom_GRID"  # see `_GRID` in pair_time.py
+    const double DOUBTFUL_SUM "carom_DOUBTFUL_SUM"  # see `_DOUBTFUL_SUM` in pair_time.py
+    const double DOUBTFUL_DISCRIMINANT "carom_DOUBTFUL_DISCRIMINANT"  # see there
     const double UNCERTAIN "carom_UNCERTAIN"  # in place of a time: the error-free form must decide
 
 cdef enum:
@@ -179,6 +187,39 @@ cdef inline DoubleDouble scaled(DoubleDouble a, int exponent) noexcept nogil:
     return DoubleDouble(ldexp(a.high, exponent), ldexp(a.low, exponent))
 
 
+cdef inline DoubleDouble exact_closing(Encounter e) noexcept nogil:
+    """Return ``b = d.u``, whose sign is exact."""
+    cdef double[16] terms
+    write_pair_products(terms, e.x, e.ux, 1.0)
+    write_pair_products(terms + 8, e.y, e.uy, 1.0)
+    return exact_sum(terms, 16)
+
+
+cdef inline DoubleDouble exact_gap(Encounter e) noexcept nogil:
+    """Return ``c = d.d - R^2``, whose sign is exact."""
+    cdef double[24] terms
+    write_pair_products(terms, e.x, e.x, 1.0)
+    write_pair_products(terms + 8, e.y, e.y, 1.0)
+    write_pair_products(terms + 16, e.reach, e.reach, -1.0)
+    return exact_sum(terms, 24)
+
+
+cdef inline DoubleDouble exact_discriminant(Encounter e) noexcept nogil:
+    """Return ``D = a R^2 - (d x u)^2``, whose sign is exact."""
+    cdef double[16] a
+    cdef double[16] cross
+    cdef double[8] reach2
+    cdef double[MOST_TERMS] terms
+    write_pair_products(a, e.ux, e.ux, 1.0)
+    write_pair_products(a + 8, e.uy, e.uy, 1.0)
+    write_pair_products(cross, e.x, e.uy, 1.0)
+    write_pair_products(cross + 8, e.y, e.ux, -1.0)
+    write_pair_products(reach2, e.reach, e.reach, 1.0)
+    count = write_products(terms, a, 16, reach2, 8, 1.0)
+    count += write_products(terms + count, cross, 16, cross, 16, -1.0)
+    return exact_sum(terms, count)
+
+
 cdef inline double exact_pair_time(Encounter e) noexcept nogil:
     """Return the time of impact by the error-free form, whatever the size of the numbers."""
     ux = e.ux.high
@@ -194,17 +235,26 @@ cdef inline double exact_pair_time(Encounter e) noexcept nogil:
     e.ux = scaled(e.ux, -pace)
     e.uy = scaled(e.uy, -pace)
     b = rounded(add_pair_product(add_pair_product(no_terms(), e.x, e.ux), e.y, e.uy))
-    c = rounded(add_square(add_square(add_square(no_terms(), e.x, 1.0), e.y, 1.0), e.reach, -1.0))
-    a = rounded(add_square(add_square(no_terms(), e.ux, 1.0), e.uy, 1.0))
+    if fabs(b.high) <= DOUBTFUL_SUM * (fabs(e.x.high * e.ux.high) + fabs(e.y.high * e.uy.high)):
+        b = exact_closing(e)
     # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
     if not b.high < 0.0 and not (b.high == 0.0 and e.x.high * ux + e.y.high * uy < 0.0):
         return NEVER
+    c = rounded(add_square(add_square(add_square(no_terms(), e.x, 1.0), e.y, 1.0), e.reach, -1.0))
+    if fabs(c.high) <= DOUBTFUL_SUM * (e.reach.high * e.reach.high):
+        c = exact_gap(e)
     if c.high <= 0.0:
         return 0.0
-    if b.high * b.high < a.high * (e.reach.high * e.reach.high):
+    a = rounded(add_square(add_square(no_terms(), e.ux, 1.0), e.uy, 1.0))
+    terms = b.high * b.high
+    largest = a.high * (e.reach.high * e.reach.high)
+    if terms < largest:
         d = discriminant_from_gap(b, c, a)
     else:
         d = discriminant_from_miss(e, a)
+        terms = largest
+    if fabs(d.high) <= DOUBTFUL_DISCRIMINANT * terms:
+        d = exact_discriminant(e)
     if not d.high > 0.0:
         return NEVER
     root = exact_root(b, c, d)

@@ -4,6 +4,8 @@ Some pairs at a time are laid out as columns, so that each step is a loop that a
 the plain form rules most pairs out, one refinement answers nearly all others, the error-free form what is left.
 """
 
+from libc.math cimport NAN, fabs
+
 from carom.physics.pair_time cimport (
     NEVER,
     Encounter,
@@ -14,8 +16,16 @@ from carom.physics.pair_time cimport (
     refined_time,
 )
 
+cdef extern from *:
+    """
+    #define carom_LEAST 0x1p-101
+    #define carom_MOST 0x1p100
+    """
+    const double LEAST "carom_LEAST"  # the sizes of ordinary numbers, as in any_size.py
+    const double MOST "carom_MOST"
+
 cdef enum:
-    BLOCK = 128  # pairs at a time: 16 columns of them, 16 kB, stay in the first-level cache; 64 to 512 take as long
+    BLOCK = 128  # pairs at a time: 17 columns of them, 17 kB, stay in the first-level cache; 64 to 512 take as long
 
 ctypedef double[BLOCK] Column
 
@@ -34,8 +44,15 @@ cdef struct Pairs:  # some pairs; their numbers as `carom.time_of_impact` has th
     Column r2
     Column b  # the plain form's ``d.u``
     Column d  # and ``a R^2 - (d x u)^2``
-    Column never  # 1 where these rule an impact out, else 0
+    Column never  # 0 unless these rule an impact out
+    Column other  # 0 unless a number is not of ordinary size
     Column time
+
+
+cdef inline double unusual(double a) noexcept nogil:
+    """Return 0 for an ordinary size and for 0, else 1."""
+    size = fabs(a)
+    return 1.0 if size >= MOST else ((1.0 if size < LEAST else 0.0) if size > 0.0 else 0.0)
 
 
 cdef inline void take(const double[:] values, Py_ssize_t start, Py_ssize_t count, double *column) noexcept nogil:
@@ -54,7 +71,7 @@ cdef inline void take(const double[:] values, Py_ssize_t start, Py_ssize_t count
 
 
 cdef inline void rule_out(Pairs *p) noexcept nogil:
-    """Ask the plain form which pairs separate or miss each other."""
+    """Ask the plain form which pairs separate or miss each other; those of other than ordinary sizes drop out, too."""
     cdef Py_ssize_t k
     for k in range(p.count):
         dx = p.x2[k] - p.x1[k]
@@ -62,10 +79,12 @@ cdef inline void rule_out(Pairs *p) noexcept nogil:
         ux = p.vx2[k] - p.vx1[k]
         uy = p.vy2[k] - p.vy1[k]
         b = approach(dx, dy, ux, uy)
-        d = discriminant(dx, dy, ux, uy, p.r1[k] + p.r2[k])
+        reach = p.r1[k] + p.r2[k]
+        d = discriminant(dx, dy, ux, uy, reach)
         p.b[k] = b.value
         p.d[k] = d.value
-        p.never[k] = 1.0 if d.value < -d.error else (1.0 if b.value > b.error else 0.0)
+        p.other[k] = unusual(dx) + unusual(dy) + unusual(ux) + unusual(uy) + unusual(reach)
+        p.never[k] = p.other[k] + (1.0 if d.value < -d.error else (1.0 if b.value > b.error else 0.0))
 
 
 cdef inline void keep_possible(Pairs *p) noexcept nogil:
@@ -116,7 +135,7 @@ def fill_pair_times(
     const double[:] r2,
     double[::1] times,
 ):
-    """Write the seconds until each pair of discs collides into `times`, shape ``(n,)``.
+    """Write the seconds until each pair of discs collides into `times`, shape ``(n,)``; NaN for an other than ordinary size.
 
     The other arguments are those of `carom.time_of_impact`, of shapes ``(n, 2)`` and ``(n,)``, unchecked.
     """
@@ -135,9 +154,9 @@ def fill_pair_times(
             take(v2[:, 0], start, p.count, p.vx2)
             take(v2[:, 1], start, p.count, p.vy2)
             take(r2, start, p.count, p.r2)
-            for k in range(p.count):
-                times[start + k] = NEVER
             rule_out(&p)
+            for k in range(p.count):
+                times[start + k] = NEVER if p.other[k] == 0.0 else NAN
             keep_possible(&p)
             solve(&p)
             for k in range(p.count):

@@ -1,20 +1,22 @@
 """Time of impact of arrays of discs, in straight uniform motion: the public form.
 
 Pair by pair the result is that of `carom.physics.pair_time.pair_time`, to the bit: the compiled extension runs the same
-operations in a loop. See there for the method and its guarantee.
+operations in a loop. See there for the method and its guarantee, and `carom.physics.any_size` for numbers of other than
+ordinary sizes.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.arguments import finite, vectors
 from carom.errors import InputError
 from carom.extension import Patience, extension_available
-from carom.physics.pair_time import pair_time
+from carom.physics.any_size import any_pair_time
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -27,7 +29,7 @@ __all__ = ["time_of_impact"]
 def time_of_impact(
     p1: ArrayLike, v1: ArrayLike, r1: ArrayLike, p2: ArrayLike, v2: ArrayLike, r2: ArrayLike
 ) -> NDArray[np.float64] | float:
-    """Return the seconds from now until discs 1 and 2 collide, to within 2 units in the last place.
+    """Return the seconds from now until discs 1 and 2 collide, to within 2 units in the last place, at any size.
 
     Args:
         p1: Centre of disc 1, metres; shape ``(..., 2)``.
@@ -39,20 +41,20 @@ def time_of_impact(
 
     Returns:
         The broadcast shape of all (a float where none is an array): 0 where the discs touch or overlap and approach,
-        infinity where they never collide.
+        infinity where they never collide, or not within as many seconds as the largest float.
 
     Raises:
         InputError: A value is not finite, a radius is not positive, or a last axis is not of length 2.
     """
-    position1, velocity1 = _vectors("p1", p1), _vectors("v1", v1)
-    position2, velocity2 = _vectors("p2", p2), _vectors("v2", v2)
+    position1, velocity1 = vectors("p1", p1), vectors("v1", v1)
+    position2, velocity2 = vectors("p2", p2), vectors("v2", v2)
     radius1, radius2 = _radii("r1", r1), _radii("r2", r2)
-    vectors = (position1, velocity1, position2, velocity2)
+    both = (position1, velocity1, position2, velocity2)
     try:
-        shape = np.broadcast_shapes(*(v.shape[:-1] for v in vectors), radius1.shape, radius2.shape)
+        shape = np.broadcast_shapes(*(v.shape[:-1] for v in both), radius1.shape, radius2.shape)
     except ValueError as error:
         raise InputError(f"the shapes of positions, velocities and radii do not broadcast: {error}") from None
-    p1, v1, p2, v2 = (np.broadcast_to(v, (*shape, 2)).reshape(-1, 2) for v in vectors)
+    p1, v1, p2, v2 = (np.broadcast_to(v, (*shape, 2)).reshape(-1, 2) for v in both)
     r1, r2 = (np.broadcast_to(r, shape).reshape(-1) for r in (radius1, radius2))
     if not shape:
         return _plain_times(p1, v1, r1, p2, v2, r2)[0]
@@ -62,38 +64,24 @@ def time_of_impact(
 
     times = np.empty(len(r1))
     pair_times.fill_pair_times(p1, v1, r1, p2, v2, r2, times)
+    left = np.isnan(times)
+    if left.any():
+        times[left] = _plain_times(*(a[left] for a in (p1, v1, r1, p2, v2, r2)))
     return times.reshape(shape)
 
 
 def _plain_times(p1: Array, v1: Array, r1: Array, p2: Array, v2: Array, r2: Array) -> list[float]:
-    """Return `pair_time` of each pair: for one pair, and for all without the compiled extension."""
+    """Return the time of each pair: for one pair, for those of unusual sizes, and for all without the extension."""
     patience = Patience()
     times = []
     for row in np.column_stack((p1, v1, r1, p2, v2, r2)).tolist():
-        times.append(pair_time(*row))
+        times.append(any_pair_time(*row))
         patience.look()
     return times
 
 
-def _vectors(name: str, value: ArrayLike) -> Array:
-    array = _finite(name, value)
-    if array.ndim == 0 or array.shape[-1] != 2:
-        raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
-    return array
-
-
 def _radii(name: str, value: ArrayLike) -> Array:
-    array = _finite(name, value)
+    array = finite(name, value)
     if not np.all(array > 0):
         raise InputError(f"{name} must be above 0 everywhere, got {np.min(array)}")
-    return array
-
-
-def _finite(name: str, value: ArrayLike) -> Array:
-    try:
-        array: NDArray[Any] = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} must be numbers: {error}") from None
-    if not np.all(np.isfinite(array)):
-        raise InputError(f"{name} must be finite everywhere, got {array[~np.isfinite(array)].flat[0]}")
     return array

@@ -9,28 +9,25 @@ from __future__ import annotations
 
 import math
 
-from carom.physics.double_double import Real, sum_of_products, two_diff, two_prod
+from carom.physics.double_double import Pair, sum_of_products, two_diff, two_prod
 from carom.physics.pair_time import approach
-
-Pair = tuple[Real, Real]
 
 __all__ = ["quotient", "wall_gap", "wall_speed", "wall_time"]
 
 
-def wall_gap(x: Real, y: Real, radius: Real, qx: Real, qy: Real, nx: Real, ny: Real) -> Pair:
+def wall_gap(x: float, y: float, radius: float, qx: float, qy: float, nx: float, ny: float) -> Pair:
     """Return the distance of a disc's rim from a wall as a pair, metres; negative inside the wall."""
     dx, dx_rest = two_diff(x, qx)
     dy, dy_rest = two_diff(y, qy)
-    one = 0.0 * radius + 1.0
-    return sum_of_products(((dx, nx), (dx_rest, nx), (dy, ny), (dy_rest, ny), (-radius, one)))
+    return sum_of_products(((dx, nx), (dx_rest, nx), (dy, ny), (dy_rest, ny), (-radius, 1.0)))
 
 
-def wall_speed(vx: Real, vy: Real, nx: Real, ny: Real) -> Pair:
+def wall_speed(vx: float, vy: float, nx: float, ny: float) -> Pair:
     """Return the velocity along a wall's normal as a pair, metres a second; negative towards the wall."""
     return sum_of_products(((vx, nx), (vy, ny)))
 
 
-def quotient(gap: Pair, speed: Pair) -> Real:
+def quotient(gap: Pair, speed: Pair) -> float:
     """Return ``-gap / speed`` of two pairs, corrected once by its residual."""
     t = -gap[0] / speed[0]
     product, rest = two_prod(t, speed[0])
@@ -66,4 +63,4 @@ def wall_time(
     gap = wall_gap(x, y, radius, qx, qy, nx, ny)
     if gap[0] <= 0.0:
         return 0.0
-    return float(quotient(gap, speed))
+    return quotient(gap, speed)

@@ -38,7 +38,7 @@ def velocity_chart(trend: Trend, label: str) -> str:
     with drawing():
         figure = new_figure(_WIDTH_IN, _HEIGHT_IN)
         axes = figure.add_axes(_AXES)
-        seen = [p.median for s in trend.series for p in s.points if p.median is not None and not _exact(p.median)]
+        seen = [p.median for s in trend.series for p in s.points if p.median is not None and _drawn(p.median)]
         bottom = 10.0 ** math.floor(math.log10(min(seen, default=0.1)))
         top = 10.0 ** math.ceil(math.log10(max(seen, default=1.0) * 1.01))
         floor = bottom / 10.0**0.35
@@ -49,14 +49,19 @@ def velocity_chart(trend: Trend, label: str) -> str:
         ends = []
         for series in trend.series:
             heights = [
-                math.nan if p.median is None else max(p.median, floor) if not _exact(p.median) else floor
+                math.nan if p.median is None else min(max(p.median, floor), top) if not _exact(p.median) else floor
                 for p in series.points
             ]
             _line(axes, trend, series, heights)
             if series.column.engine == "pit":
                 low = [max(p.low, floor) for p in series.points]
                 axes.fill_between(
-                    trend.parts, low, [max(p.high, floor) for p in series.points], color=INK, alpha=0.08, linewidth=0
+                    trend.parts,
+                    low,
+                    [min(max(p.high, floor), top) for p in series.points],
+                    color=INK,
+                    alpha=0.08,
+                    linewidth=0,
                 )
             if not math.isnan(heights[-1]):
                 ends.append(_End(_height(axes, heights[-1]), series.column))
@@ -88,6 +93,11 @@ def wrong_chart(trend: Trend, label: str) -> str:
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
         axes.set_ylabel("scenes with an impact missed or invented")
         return render(figure, label)
+
+
+def _drawn(value: float) -> bool:
+    """Whether a value has a height of its own: rounding is drawn at the foot, what is infinite at the top."""
+    return not _exact(value) and math.isfinite(value)
 
 
 def _exact(value: float) -> bool:

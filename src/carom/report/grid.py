@@ -207,7 +207,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
         compact = " ".join(([f"-{missed}"] if missed else []) + ([f"+{invented}"] if invented else []))
         return ", ".join(parts), compact
     if not score.errors:
-        return "no impact", ""
+        return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
     late = abs(score.time_error_s) > THRESHOLDS.rounding * score.scales.time_s
     if score.velocity_error <= THRESHOLDS.rounding and late:

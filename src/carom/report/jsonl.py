@@ -67,6 +67,7 @@ def _fields(row: Row) -> dict[str, object]:
         "horizon_s": score.horizon_s if score else None,
         "beyond_horizon": score.beyond_horizon if score else None,
         "local": _local(score) if score else None,
+        "consistency": dataclasses.asdict(score.consistency) if score and score.consistency else None,
         "outcome_taken": _outcome(score) if score else None,
         "spread": dataclasses.asdict(row.spread) if row.spread else None,
         "counts": dict(trace.counts) if trace else None,

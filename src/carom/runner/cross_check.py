@@ -9,6 +9,7 @@ from dataclasses import replace
 
 from carom.comparator import Horizon, Score, compare
 from carom.comparator.believed import estimate_horizon
+from carom.comparator.finite import not_finite
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
 from carom.runner.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
@@ -242,6 +243,8 @@ def reference_trace(scene: Scene) -> Trace | str:
     if trace.outcome is Outcome.MAX_IMPACTS:
         at = f"{MOST_IMPACTS} impacts come before {trace.end_time_s:.6g} s of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
+    if broken := not_finite(trace):
+        return f"PIC's own answer is no number: {broken}"
     return trace
 
 

@@ -82,7 +82,8 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     positions = [start.position_m]
     stride = -(-steps // MOST_SAMPLES)
     outcome, taken, state = Outcome.COMPLETED, 0, start
-    flight, gravity = FreeFlight(scene, dt_s), gravity_of(scene)
+    flight = FreeFlight(scene, dt_s, adapter.capabilities.float_bits)
+    gravity = gravity_of(scene)
     notes: tuple[str, ...] = ()
     world = adapter.prepare(scene, settings)
     try:

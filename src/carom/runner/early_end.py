@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.adapter.checks import MANTISSA_BITS
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -22,22 +24,35 @@ __all__ = ["FreeFlight", "near_after"]
 _MARGIN_RADII = 2.0
 _AHEAD_STEPS = 2
 
-#: Steps that must have left every velocity as it was.
+#: Steps that must have left every velocity as it was, and moved every disc by it.
 _QUIET_STEPS = 2
+
+#: Units in the last place of the largest coordinate, or of the longest path so far, that a step may round a position
+#: by: half a unit or one each of the product, the sum, the two instants, the step's own length, and the shift from the
+#: origin in which an engine keeps its coordinates.
+_ROUNDINGS = 4
 
 
 class FreeFlight:
     """Tells, step by step, whether anything can still happen.
 
     The engine's own state decides, not the reference: no two bodies overlap, or come near each other before the end, on
-    the paths that the engine has put them on; and its last two steps left every velocity as it was, to the bit, so that
-    it neither damps nor pushes. Then the end is where these straight paths lead.
+    the paths that the engine has put them on; and its last two steps left every velocity as it was, to the bit, and
+    moved every disc by what its velocity says, to the rounding of the engine's floats, so that it neither damps nor
+    pushes nor drifts. Then the end is where these straight paths lead.
+
+    Args:
+        scene: The scene.
+        dt_s: The step, seconds.
+        float_bits: Width of the floats that the method declares to compute in.
     """
 
-    def __init__(self, scene: Scene, dt_s: float) -> None:
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene = scene
         self._dt_s = dt_s
+        self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
         self._velocity = b""
+        self._position = np.array([disc.position_m for disc in scene.discs])
         self._quiet_steps = 0
         self._look_from_s = 0.0
         self._pause_s = dt_s
@@ -51,8 +66,9 @@ class FreeFlight:
     def begins(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight; to be asked after every step."""
         velocity = now.velocity_m_s.tobytes()
-        self._quiet_steps = 0 if now.contacts or velocity != self._velocity else self._quiet_steps + 1
-        self._velocity = velocity
+        quiet = not now.contacts and velocity == self._velocity and self._moved_straight_on(time_s, now)
+        self._quiet_steps = self._quiet_steps + 1 if quiet else 0
+        self._velocity, self._position = velocity, now.position_m
         if now.contacts:
             self._look_from_s, self._pause_s = 0.0, self._dt_s
         if self._quiet_steps < _QUIET_STEPS or time_s < self._look_from_s:
@@ -63,13 +79,19 @@ class FreeFlight:
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
+    def _moved_straight_on(self, time_s: float, now: Observation) -> bool:
+        """Whether the last step moved every disc by its velocity, but for rounding of coordinates and of instants."""
+        off = np.abs(now.position_m - self._position - now.velocity_m_s * self._dt_s)
+        largest = np.max(np.abs([self._position, now.position_m, now.velocity_m_s * time_s]))
+        return bool(np.all(off <= _ROUNDINGS * self._unit * largest))
+
     def _earliest(self, now: Observation, left_s: float) -> float:
         """Return after how many seconds something may happen; a wall within what is left of the scene says enough."""
         p, v, a, b = now.position_m, now.velocity_m_s, self._first, self._second
         if np.any(np.hypot(*(p[b] - p[a]).T) <= self._radius[a] + self._radius[b]):
             return 0.0  # what overlaps may still be pushed apart
         r = _MARGIN_RADII * self._radius
-        nearest = min((self._reaches(wall, p, v, r) for wall in self._scene.walls), default=math.inf)
+        nearest = float(np.min([self._reaches(wall, p, v, r) for wall in self._scene.walls], initial=math.inf))
         if nearest <= left_s or not len(a):
             return nearest
         return min(nearest, float(np.min(near_after(p[b] - p[a], v[b] - v[a], r[a] + r[b]))))

@@ -16,7 +16,7 @@ from carom.runner.results import Cell
 from carom.scene import Scene
 from carom.scenes import CatalogueScene
 from carom.solvers.pic import solve_pic
-from carom.solvers.pit.frames import solve_pit
+from carom.solvers.pit.solve import solve_pit
 from carom.trace import Trace
 
 __all__ = ["explain"]

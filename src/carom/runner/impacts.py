@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ _AT_REST: Vector = (0.0, 0.0)
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
-_UNKNOWN: _State = (math.nan, (math.nan, math.nan), (math.nan, math.nan))
+_UNKNOWN: Vector = (math.nan, math.nan)
 
 
 def gravity_of(scene: Scene) -> NDArray[np.float64]:
@@ -32,12 +33,42 @@ def gravity_of(scene: Scene) -> NDArray[np.float64]:
 
 
 @dataclass
+class _Told:
+    """Sums over the steps of a contact, of what the method tells of its normals.
+
+    Attributes:
+        push: Impulses, or the changes of velocity where those are not told.
+        vector: The same times their normals.
+        length: The same times the lengths of their normals.
+    """
+
+    push: float = 0.0
+    vector: Vector = (0.0, 0.0)
+    length: float = 0.0
+
+    def add(self, push: float, normal: Vector) -> None:
+        """Add one step."""
+        self.push += push
+        self.vector = (self.vector[0] + push * normal[0], self.vector[1] + push * normal[1])
+        self.length += push * math.hypot(*normal)
+
+    def normal(self, first: Vector) -> Vector:
+        """Return the normal along which the steps pushed together, as long as they are on average; else the first."""
+        size = math.hypot(*self.vector)
+        if not (size > 0.0 and self.push > 0.0):
+            return first
+        length = self.length / self.push
+        return (length * self.vector[0] / size, length * self.vector[1] / size)
+
+
+@dataclass
 class _OpenContact:
-    """A contact that may go on in the next step."""
+    """A contact that may go on in the next step; its normal is that of its first one."""
 
     number: int
     reported_s: float
     normal: Vector
+    told: _Told
     before_first: Vector
     before_second: Vector
     after_first: Vector
@@ -47,6 +78,7 @@ class _OpenContact:
     end_s: float
     end: Observation
     alone: bool
+    steps: int = 1
 
     def separates(self) -> bool:
         """Whether the contact's own impulses so far have turned approach into separation."""
@@ -82,7 +114,7 @@ class ImpactCollector:
                 # Several impacts of one disc in a step: but for those of the step's very start, it has moved between.
                 free = contact.time_s == self._last_s or struck.isdisjoint(key)
                 struck.update(body for body in key if body >= 0 and self._inverse_mass[body] > 0.0)
-                state = _state(key, self._last_s, before) if free else _UNKNOWN
+                state = _state(key, self._last_s, before if free else None)
                 self._done.append((self._next_number(), record, contact.time_s, state))
             elif self._acted(contact, before, now):
                 active[contact.first, contact.second] = contact
@@ -121,8 +153,17 @@ class ImpactCollector:
                     f"a contact is of bodies {first} and {second}: first must be a disc (0 to {discs - 1}), second a "
                     f"disc of a higher number or a wall (-1 to {-self._walls})"
                 )
-            if not (math.isfinite(contact.time_s) and all(map(math.isfinite, contact.normal))):
-                raise AdapterError(f"a contact has the time {contact.time_s} and the normal {contact.normal}")
+            for field, numbers in (
+                ("time_s", (contact.time_s,)),
+                ("normal", contact.normal),
+                ("impulse_n_s", (contact.impulse_n_s or 0.0,)),
+                ("velocities", tuple(chain.from_iterable(contact.velocities or ()))),
+            ):
+                if not all(map(math.isfinite, numbers)):
+                    shown = ", ".join(f"{number:g}" for number in numbers)
+                    raise AdapterError(
+                        f"{field} of a contact of bodies {first} and {second} must be finite, got {shown}"
+                    )
 
     def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse."""
@@ -154,16 +195,20 @@ class ImpactCollector:
                 vx, vy = velocity[body]
                 velocity[body] = (vx + push * contact.normal[0], vy + push * contact.normal[1])
         after = {body: velocity.get(body, _AT_REST) for body in pair}
+        told = contact.impulse_n_s
+        if told is None:
+            told = math.dist(_difference(after, pair), _difference(ahead, pair))
         known = self._open.get(pair)
         if known is not None and known.separates() and _approaches(pair, ahead, contact.normal):
             # Bounced off already, and pushed together again by a third body: that is a second impact.
             self._close(pair)
             known = None
         if known is None:
-            self._open[pair] = _OpenContact(
+            known = self._open[pair] = _OpenContact(
                 number=self._next_number(),
                 reported_s=contact.time_s,
                 normal=contact.normal,
+                told=_Told(),
                 before_first=ahead[pair[0]],
                 before_second=ahead[pair[1]],
                 after_first=after[pair[0]],
@@ -176,15 +221,16 @@ class ImpactCollector:
             )
         else:
             known.after_first, known.after_second = after[pair[0]], after[pair[1]]
-            known.end_s, known.end = time_s, now
+            known.end_s, known.end, known.steps = time_s, now, known.steps + 1
             known.alone = known.alone and alone
+        known.told.add(told, contact.normal)
 
     def _close(self, pair: tuple[int, int]) -> None:
         contact = self._open.pop(pair)
         record = ImpactRecord(
             contact.reported_s,
             *pair,
-            contact.normal,
+            contact.normal if contact.steps == 1 else contact.told.normal(contact.normal),
             contact.before_first,
             contact.before_second,
             contact.after_first,
@@ -193,11 +239,14 @@ class ImpactCollector:
         effective = _effective_time(pair, contact, self._gravity) if contact.alone else math.nan
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         bent = bool(self._gravity.any()) and not all(body >= 0 and self._inverse_mass[body] > 0.0 for body in pair)
-        state = _state(pair, contact.start_s, contact.start) if contact.alone and not bent else _UNKNOWN
+        state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
 
-def _state(pair: tuple[int, int], time_s: float, state: Observation) -> _State:
+def _state(pair: tuple[int, int], time_s: float, state: Observation | None) -> _State:
+    """Return the state before an impact; where it says nothing of the impact, its time alone: that of its step."""
+    if state is None:
+        return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
     return (time_s, _row(state.position_m, first), _AT_REST if second < 0 else _row(state.position_m, second))
 
@@ -233,9 +282,14 @@ def _relative(pair: tuple[int, int], state: Observation) -> tuple[NDArray[np.flo
     )
 
 
-def _approaches(pair: tuple[int, int], velocity: dict[int, Vector], normal: Vector) -> bool:
+def _difference(velocity: dict[int, Vector], pair: tuple[int, int]) -> Vector:
     first, second = velocity[pair[0]], velocity[pair[1]]
-    return (second[0] - first[0]) * normal[0] + (second[1] - first[1]) * normal[1] < 0.0
+    return (second[0] - first[0], second[1] - first[1])
+
+
+def _approaches(pair: tuple[int, int], velocity: dict[int, Vector], normal: Vector) -> bool:
+    x, y = _difference(velocity, pair)
+    return x * normal[0] + y * normal[1] < 0.0
 
 
 def _row(array: NDArray[np.float64], body: int) -> Vector:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.comparator import Score
+from carom.comparator.finite import not_finite
 from carom.errors import InputError, SceneError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -115,7 +116,7 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tu
             continue
         trace = solve_pic(moved, max_impacts=len(reference.impacts) + 1)
         same = np.array_equal(trace.impacts[["first", "second"]], reference.impacts[["first", "second"]])
-        if same:
+        if same and not not_finite(trace):
             found.append(Shifted(phase, moved, trace))
     return tuple(found)
 

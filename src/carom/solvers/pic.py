@@ -6,17 +6,16 @@ part are predicted again. All impacts come in their order, however many there ar
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.errors import InputError
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain import two_discs as plain_two_discs
-from carom.solvers.plain.run import AllPairsRun
-from carom.trace import Outcome, Samples, Trace
+from carom.solvers.request import ALWAYS, Request
+from carom.solvers.units import run_in_ordinary_units
+from carom.trace import Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -26,21 +25,30 @@ if TYPE_CHECKING:
 
 __all__ = ["pic_run", "solve_pic"]
 
-_ALWAYS = (-math.inf, math.inf)
+
+def pic_run(scene: Scene, request: Request | None = None) -> Run:
+    """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
+
+    Args:
+        scene: The scene.
+        request: What to record, and how long a contact takes; under gravity everything is recorded.
+    """
+    run: Run = run_in_ordinary_units(scene, lambda scene, units: _run(scene, request and request.in_units(units)))
+    return run
 
 
-def pic_run(scene: Scene) -> Run:
-    """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces."""
+def _run(scene: Scene, request: Request | None) -> Run:
+    """Return a run in the form that is there for it."""
     if scene.gravity_m_s2 != (0.0, 0.0):
         from carom.solvers.falling.run import BallisticRun
 
         return BallisticRun(scene)
-    return _level_run(scene)
+    options = request.options if request else {}
+    if extension_available():
+        return EventDrivenRun(scene, **options)
+    from carom.solvers.plain.run import AllPairsRun
 
-
-def _level_run(scene: Scene, **options: Any) -> EventDrivenRun | AllPairsRun:
-    """Return a run without gravity, in the form that is there; the options are those that both forms have."""
-    return EventDrivenRun(scene, **options) if extension_available() else AllPairsRun(scene, **options)
+    return AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -49,7 +57,7 @@ def solve_pic(
     max_impacts: int | None = None,
     until_s: float | None = None,
     record: str = "all",
-    window_s: tuple[float, float] = _ALWAYS,
+    window_s: tuple[float, float] = ALWAYS,
     sample_times_s: Sequence[float] = (),
     contact_duration_s: float = 0.0,
     progress: Callable[[int, float], None] | None = None,
@@ -72,62 +80,42 @@ def solve_pic(
     Raises:
         InputError: An option is outside its range, or not there under gravity.
     """
-    if max_impacts is not None and max_impacts < 0:
-        raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
-    end_s = scene.duration_s if until_s is None else until_s
-    if not end_s >= 0:
-        raise InputError(f"until_s must be 0 or more, got {until_s}")
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.falling.solve import solve_pic_ballistic
-
-        return solve_pic_ballistic(
-            scene, end_s, max_impacts, record, window_s, sample_times_s, contact_duration_s, progress
-        )
-    if (
-        len(scene.discs) == 2
-        and not scene.walls
-        and end_s < math.inf
-        and max_impacts != 0
-        and record == "all"
-        and window_s == _ALWAYS
-        and not sample_times_s
-        and contact_duration_s == 0.0
-        and progress is None
-    ):
-        return _solve_two_discs(scene, end_s)
-    run = _level_run(scene, record=record, window_s=window_s, contact_duration_s=contact_duration_s)
-    progress = _patient(progress)
-    samples = []
-    times = [float(t) for t in sample_times_s if t <= end_s]
-    if times != sorted(times):
-        raise InputError("sample_times_s must ascend")
-    outcome = Outcome.COMPLETED
-    for k, time_s in enumerate([*times, end_s]):
-        outcome = run.advance_to(time_s, max_impacts, progress)
-        if outcome is not Outcome.COMPLETED:
-            times = times[:k]
-            break
-        if k < len(times):
-            samples.append(run.positions())
+    request = Request.checked(
+        scene,
+        max_impacts=max_impacts,
+        until_s=until_s,
+        record=record,
+        window_s=window_s,
+        sample_times_s=sample_times_s,
+        contact_duration_s=contact_duration_s,
+        progress=progress,
+    )
+    if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
+        trace = _solve_two_discs(scene, request.end_s)
+        if trace is not None:
+            return trace
+    run = pic_run(scene, request)
+    outcome, samples = request.carry_out(run, _patient(request.progress))
+    impacts, ambiguous = request.kept(run.log)
     return Trace(
         method="pic",
         scene=scene,
-        impacts=run.log.array(),
+        impacts=impacts,
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        ambiguous=run.log.ambiguous(),
-        samples=Samples(np.array(times), np.array(samples).reshape(len(samples), -1, 2)) if sample_times_s else None,
-        settings={"contact_duration_s": contact_duration_s} if contact_duration_s else {},
+        ambiguous=ambiguous,
+        samples=samples,
+        settings={"contact_duration_s": request.contact_duration_s} if request.contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=(*run.notes, *extension_notes()),
     )
 
 
-def _solve_two_discs(scene: Scene, end_s: float) -> Trace:
-    """Run a scene of two discs and no wall: by its closed form, without queue or cells."""
+def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
+    """Run a scene of two discs and no wall: by its closed form, without queue or cells; None for unusual sizes."""
     if extension_available():
         from carom.solvers import two_discs
 
@@ -135,7 +123,10 @@ def _solve_two_discs(scene: Scene, end_s: float) -> Trace:
     else:
         solve = plain_two_discs.solve
     first, second = scene.discs
-    solution = np.frombuffer(solve(first, second, scene.restitution, end_s), plain_two_discs.SOLUTION_DTYPE)
+    solved = solve(first, second, scene.restitution, end_s)
+    if solved is None:
+        return None
+    solution = np.frombuffer(solved, plain_two_discs.SOLUTION_DTYPE)
     impacts_per_disc = solution["impacts_per_disc"][0]
     count = int(impacts_per_disc[0])
     return Trace(

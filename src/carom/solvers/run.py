@@ -60,6 +60,9 @@ class Run(Protocol):
     def velocities(self) -> NDArray[np.float64]:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
 
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+
 
 def require_time(time_s: float) -> None:
     """Refuse to take a run to a time that is none: no impact is later than NaN, so the run would have no end.

@@ -1,6 +1,15 @@
 """A scene of two discs and no wall, solved at one go: compiled, `carom.solvers.plain.two_discs` is the plain form."""
 
 from cpython.bytes cimport PyBytes_FromStringAndSize
+from libc.math cimport fabs
+
+cdef extern from *:
+    """
+    #define carom_LEAST 0x1p-200
+    #define carom_MOST 0x1p200
+    """
+    const double LEAST "carom_LEAST"  # of `ORDINARY` in limits.py
+    const double MOST "carom_MOST"
 
 cdef struct Row:  # of `carom.trace.IMPACT_DTYPE`
     double time
@@ -23,9 +32,26 @@ cdef Disc disc_of(model) except *:
     return Disc(x, y, vx, vy, model.radius_m, 1.0 / <double> model.mass_kg)
 
 
+cdef bint is_ordinary(double a) noexcept nogil:
+    return LEAST <= fabs(a) <= MOST or a == 0.0
+
+
+cdef bint are_ordinary(const Disc *d) noexcept nogil:
+    return (
+        is_ordinary(d.x)
+        and is_ordinary(d.y)
+        and is_ordinary(d.vx)
+        and is_ordinary(d.vy)
+        and is_ordinary(d.radius)
+        and is_ordinary(d.inverse_mass)
+    )
+
+
 def solve(first, second, double restitution, double end):
     """Return the solution of two discs of a scene as bytes, see `carom.solvers.plain.two_discs.solve`."""
     cdef TwoDiscs s = TwoDiscs(disc_of(first), disc_of(second))
+    if not (are_ordinary(&s.first) and are_ordinary(&s.second) and is_ordinary(end)):
+        return None
     cdef Solution solution
     cdef Row* row = &solution.impact
     row.before[0], row.before[1], row.before[2], row.before[3] = s.first.vx, s.first.vy, s.second.vx, s.second.vy

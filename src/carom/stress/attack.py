@@ -173,7 +173,7 @@ def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
         if not abs(gained) <= TOLERANCE:
             return Judgement(abs(gained), f"{abs(gained):.2g} of the energy {'gained' if gained > 0 else 'lost'}")
         overlap = _deepest_overlap(trace.final_position_m, radius, scene)
-        if overlap > 1.0:
+        if not overlap <= 1.0:
             return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
         return Judgement(abs(gained))
 
@@ -212,9 +212,9 @@ def _deepest_overlap(position: np.ndarray, radius: np.ndarray, scene: Scene) -> 
     deepest = 0.0
     for i in range(len(radius) - 1):
         distance = np.hypot(*(position[i + 1 :] - position[i]).T)
-        deepest = max(deepest, float(np.max(radius[i] + radius[i + 1 :] - distance)))
+        deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
     for wall in scene.walls:
-        deepest = max(deepest, float(np.max(radius - (position - wall.point_m) @ np.array(wall.normal))))
+        deepest = float(np.maximum(deepest, np.max(radius - (position - wall.point_m) @ np.array(wall.normal))))
     return deepest / float(np.min(radius))
 
 

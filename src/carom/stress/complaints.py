@@ -77,7 +77,7 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
     elif symptom is Symptom.ESCAPES:
         depth = _depth(trace, scene)
-        seen, reason = depth > 1.0, f"{depth:.2g} radii inside another body or beyond a wall"
+        seen, reason = not depth <= 1.0, f"{depth:.2g} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
         seen, reason = energy > least, f"{energy:.2g} of the energy gained"
     elif symptom is Symptom.LOSES_ENERGY:
@@ -134,8 +134,8 @@ def _depth(trace: Trace, scene: Scene) -> float:
     deepest = 0.0
     for wall in scene.walls:
         reach = radius - (trace.final_position_m - wall.point_m) @ np.array(wall.normal)
-        deepest = max(deepest, float(np.max(reach)))
+        deepest = float(np.maximum(deepest, np.max(reach)))
     for i in range(len(radius) - 1):
         distance = np.hypot(*(trace.final_position_m[i + 1 :] - trace.final_position_m[i]).T)
-        deepest = max(deepest, float(np.max(radius[i] + radius[i + 1 :] - distance)))
+        deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
     return deepest / float(np.min(radius))

@@ -127,7 +127,7 @@ def _backwards(scene: Scene, impacts: int) -> float:
     for _, found in _chunks(scene, impacts):
         if len(found):
             steps = np.diff(found["time_s"], prepend=last)
-            worst, last = max(worst, float(-steps.min())), float(found["time_s"][-1])
+            worst, last = float(np.maximum(worst, -steps.min())), float(found["time_s"][-1])
     return worst
 
 
@@ -147,9 +147,11 @@ def _overlap(scene: Scene, impacts: int) -> float:
         off = speed * math.ulp(run.time_s) + 4 * math.ulp(extent)
         for i in range(len(radius) - 1):
             distance = np.hypot(*(place[i + 1 :] - place[i]).T)
-            worst = max(worst, float(np.max((radius[i] + radius[i + 1 :] - distance) / (off[i] + off[i + 1 :]))))
+            depth = np.max((radius[i] + radius[i + 1 :] - distance) / (off[i] + off[i + 1 :]))
+            worst = float(np.maximum(worst, depth))
         for wall in scene.walls:
-            worst = max(worst, float(np.max((radius - (place - wall.point_m) @ np.array(wall.normal)) / off)))
+            depth = np.max((radius - (place - wall.point_m) @ np.array(wall.normal)) / off)
+            worst = float(np.maximum(worst, depth))
     return worst
 
 
@@ -190,7 +192,7 @@ def galperin_error(scene: Scene, _impacts: int) -> float:
         roundings = 64 * n * 2.0**-53
         late = np.abs(found["time_s"] - time) / (roundings * (time + across / np.sin(ray) ** 2))
         speed = np.abs(found["velocity_first_after"][:, 0] - root * np.sin(turned)) / (roundings * root)
-        worst = max(worst, float(late.max()), float(speed.max()))
+        worst = float(np.max([worst, late.max(), speed.max()]))
         with_wall = found["second"] < 0
         if not np.array_equal(with_wall, n % 2 == 0):
             return math.inf

@@ -264,10 +264,8 @@ def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np
 def _apart(base: Scene, found: State, expected: State) -> float:
     length = max(disc.radius_m for disc in base.discs)
     speed = max(math.hypot(*disc.velocity_m_s) for disc in base.discs)
-    deviation = max(
-        float(np.max(np.hypot(*(found[0] - expected[0]).T))) / length,
-        float(np.max(np.hypot(*(found[1] - expected[1]).T))) / speed,
-    )
+    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found, expected, strict=True))
+    deviation = float(np.maximum(place / length, velocity / speed))
     return math.inf if math.isnan(deviation) else deviation
 
 

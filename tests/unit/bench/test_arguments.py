@@ -1,4 +1,4 @@
-"""The benchmarks that run as modules, each found by its last lines."""
+"""The benchmarks that run as modules, each found by the parser of its command line."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from carom.bench.arguments import count, parser, run
 from carom.errors import InputError
 
 MODULES = sorted(
-    path for path in Path(carom.bench.__file__).parent.glob("*.py") if "__main__" in path.read_text(encoding="utf-8")
+    path
+    for path in Path(carom.bench.__file__).parent.glob("*.py")
+    if f'parser("carom.bench.{path.stem}"' in path.read_text(encoding="utf-8")
 )
 
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.planted.faults import replayed
 
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic
@@ -78,19 +79,25 @@ def test_a_scene_of_a_closed_form_is_covered_to_its_end() -> None:
 
 
 def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
-    """Whatever is missed, invented or wrong after the horizon does not touch the score; before it, it does."""
+    """Another path after the horizon does not touch the score; before it, it does. A run's own contradictions do."""
     horizon_s = float(pic.impacts["time_s"][29])
-    late = spoilt(pic, 40, velocity_first_after=(99.0, 99.0))
-    gone = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 45))
-    for observed in (pic, late, gone):
+    gone = replayed(pic, pic.impacts[:45].copy())
+    for observed in (pic, gone):
         score = compare(pic, observed, horizon=horizon_s)
         assert score.grade is Grade.EXACT
         assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
         assert score.beyond_horizon == len(pic.impacts) - 30
         assert math.isnan(score.final_position_error)
-    early = dataclasses.replace(pic, impacts=np.delete(pic.impacts, 10))
-    assert compare(pic, early, horizon=horizon_s).missed == (10,)
-    assert compare(pic, gone).missed == (45,)
+    for broken in (spoilt(pic, 40, velocity_first_after=(99.0, 99.0)), dropped(pic, 45)):
+        assert compare(pic, broken, horizon=horizon_s).grade is Grade.INACCURATE
+    assert compare(pic, dropped(pic, 10), horizon=horizon_s).missed == (10,)
+    assert compare(pic, dropped(pic, 45)).missed == (45,)
+    assert compare(pic, gone).missed[0] == 45
+
+
+def dropped(trace: Trace, at: int) -> Trace:
+    """The trace with an impact that it does not report."""
+    return dataclasses.replace(trace, impacts=np.delete(trace.impacts, at))
 
 
 def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:

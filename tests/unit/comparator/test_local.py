@@ -10,7 +10,7 @@ import pytest
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator.local import local_errors
-from carom.comparator.measure import scales_of
+from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
 from carom.runner.drive import observe_run
 from carom.scenes import catalogue

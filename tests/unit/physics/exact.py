@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 PRECISION = 600
 
 
-def exact_time(row: NDArray[np.float64]) -> arb | None:
+def exact_time(row: NDArray[np.float64], precision: int = PRECISION) -> arb | None:
     """Return a ball around the exact time of impact; 0 for overlapping and approaching, None for never."""
-    ctx.prec = PRECISION
+    ctx.prec = precision
     x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = (arb(float(value)) for value in row)
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     b, c, a = dx * ux + dy * uy, dx * dx + dy * dy - reach * reach, ux * ux + uy * uy

@@ -13,7 +13,7 @@ from carom.bench.time_of_impact import CLASSES, pairs_of_class
 from carom.extension import extension_available
 from carom.physics.double_double import two_diff, two_prod, two_sum
 from carom.physics.impact_law import pair_push
-from carom.physics.pair_time import exact_pair_time, pair_time
+from carom.physics.pair_time import encounter, exact_pair_time, pair_time
 from carom.physics.wall_time import wall_time
 
 if extension_available():
@@ -47,9 +47,7 @@ def test_the_compiled_time_of_impact_has_the_bits_of_the_plain_one(name: str) ->
     """`pair_time`, and the error-free form alone, agree on every class of input."""
     for row in pairs_of_class(name, 400, 11).T.tolist():
         assert probe.pair_time(*row) == pair_time(*row)
-        x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = row
-        pairs = two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2)
-        assert probe.exact_time(*row) == exact_pair_time(*(part for pair in pairs for part in pair))
+        assert probe.exact_time(*row) == exact_pair_time(encounter(*row))
 
 
 def test_the_compiled_time_to_a_wall_has_the_bits_of_the_plain_one() -> None:

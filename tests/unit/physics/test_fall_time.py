@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 
 from carom.physics.fall_encounter import encounter_time, first_fall_below_zero
-from carom.physics.fall_time import descent_time, fall_time, return_time
+from carom.physics.fall_time import descent_time, return_time
+from carom.physics.wall_time import wall_gap, wall_speed
 
 DIGITS = 80
 lengths = st.floats(-1e3, 1e3)
@@ -100,9 +101,14 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
 
 def test_a_falling_disc_lands_on_the_floor_and_on_a_slope() -> None:
     """From 3-4-5: a drop of 4.9 m at 9.8 m/s^2 takes 1 s; on a slope both gap and gravity count along its normal."""
-    assert fall_time(0, 5.9, 3.0, 0, 1, 7, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
-    gap, pull = 2.0, 9.8 * 0.8
-    time = fall_time(0.6 * 3, 0.8 * 3, 0, 0, 1, 0, 0, 0.6, 0.8, 0, -9.8)
+    floor, down = (7.0, 0.0, 0.0, 1.0), (0.0, -9.8)
+    time = descent_time(
+        wall_gap(0.0, 5.9, 1.0, *floor), wall_speed(3.0, 0.0, *floor[2:]), wall_speed(*down, *floor[2:])
+    )
+    assert time == pytest.approx(1, rel=1e-15)
+    slope, gap, pull = (0.0, 0.0, 0.6, 0.8), 2.0, 9.8 * 0.8
+    above = wall_gap(0.6 * 3, 0.8 * 3, 1.0, *slope)
+    time = descent_time(above, wall_speed(0.0, 0.0, *slope[2:]), wall_speed(*down, *slope[2:]))
     assert time == pytest.approx(math.sqrt(2 * gap / pull), rel=1e-14)
 
 

@@ -60,6 +60,69 @@ def test_where_a_pair_stands_does_not_change_its_time() -> None:
     assert carom_form(np.asfortranarray(columns)).tolist() == scalar
 
 
+def sign_of(row: list[float]) -> tuple[int, int, int]:
+    """Return the signs of b, c and D in rational arithmetic."""
+    x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2 = (Fraction(value) for value in row)
+    dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
+    b, c, cross = dx * ux + dy * uy, dx * dx + dy * dy - reach * reach, dx * uy - dy * ux
+    d = (ux * ux + uy * uy) * reach * reach - cross * cross
+    return (b > 0) - (b < 0), (c > 0) - (c < 0), (d > 0) - (d < 0)
+
+
+def ties(kind: str, count: int) -> list[list[float]]:
+    """Return pairs of which b, c or D is exactly 0, and as many with one number off by a unit in its last place.
+
+    They stand aslant, on a Pythagorean triple, so that all is rational. The first disc has 2^-60 or less of what the
+    second has, so that no single float holds position, velocity and radii as one sees them from the other.
+    """
+    rng = np.random.default_rng(12)
+    along, aside = {"graze": (-(2.0**20), 1.0), "touching": (-1.0, 0.0), "sliding": (0.0, 1.0)}[kind]
+    rows = []
+    for k in range(count):
+        m, n = sorted(int(a) for a in rng.choice(60, 2, replace=False) + 1)
+        p, q, contact = n * n - m * m, 2 * m * n, n * n + m * m
+        x, y, pace = along * p - aside * q, along * q + aside * p, float(rng.integers(1, 100))
+        rest = 2.0 ** -int(rng.integers(60, 80))
+        first = [-x * rest, -y * rest, -p * pace * rest, -q * pace * rest, contact * rest]
+        row = [*first, x, y, p * pace, q * pace, float(contact)]
+        if k % 2:
+            place = int(rng.choice(np.flatnonzero(row)))
+            row[place] = math.nextafter(row[place], math.inf if k % 4 == 1 else -math.inf)
+        rows.append(row)
+    return rows
+
+
+@pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
+def test_no_rounding_decides_a_tie(kind: str) -> None:
+    """Where b, c or D is exactly 0, or a rounding beside it, the answer is that of rational arithmetic."""
+    seen = set()
+    for row in ties(kind, 600):
+        b, c, d = signs = sign_of(row)
+        seen.add(signs)
+        found = pair_time(*row)
+        if b >= 0 or (c > 0 and d <= 0):
+            assert found == math.inf
+        elif c <= 0:
+            assert found == 0.0
+        else:
+            assert_right(np.array(row), found)
+    assert len(seen) > 2  # ties and both sides of them
+
+
+def test_ties_of_numbers_with_all_their_bits() -> None:
+    """Discs that touch head-on collide now, discs that slide past each other never, however many bits it takes to see.
+
+    Relative positions, velocities and radii are sums of two floats of 53 bits each, h + l and k + m. Head-on,
+    ``d = (h + l, 0)`` and ``R = h + l``; sliding, ``d = (h + l, k + m)`` and ``u = (-k - m, h + l)``.
+    """
+    rng = np.random.default_rng(13)
+    for _ in range(500):
+        h, k = (float(a) for a in rng.uniform(1, 2, 2))
+        low, m = (float(a) for a in rng.uniform(0, 1, 2) * 2.0 ** -rng.integers(54, 62))
+        assert pair_time(-low, 0.0, 0.0, 0.0, low, h, 0.0, -1.0, 0.5, h) == 0.0
+        assert pair_time(-low, -m, m, -low, 9.0, h, k, -k, h, 9.0) == math.inf
+
+
 @pytest.mark.parametrize("length", [1e-100, 1.0, 1e150])
 @pytest.mark.parametrize("speed", [1e-100, 1.0, 1e150])
 def test_no_length_or_speed_is_too_small_or_too_large(length: float, speed: float) -> None:

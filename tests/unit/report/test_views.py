@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from carom.comparator import Grade
+from carom.comparator import Grade, compare
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
 from carom.report.divergences import divergences
@@ -24,7 +24,7 @@ from carom.report.render import html, terminal
 from carom.report.sampling import agreements
 from carom.report.tables import run_time_table, settings_table
 from carom.report.trend import build_trend
-from carom.runner import Results, Status
+from carom.runner import Results, Row, Status
 
 
 def said(results: Results) -> str:
@@ -94,6 +94,28 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
     grid = build_grid(bare)
     assert {cell.mark for cell in grid.cells(grid.columns[2])} == {Mark.UNSCORED}
     assert "could be scored" in said(bare)
+
+
+def test_what_has_a_horizon_before_its_first_impact_has_no_tick(results: Results) -> None:
+    """Where no impact may be believed, no cell is shown as exact or sampled, and each says why it is not graded."""
+    pit = {(row.cell.scene.name, row.cell.dt_s): row.trace for row in results.rows if row.cell.engine == "pit"}
+
+    def at_nothing(row: Row) -> Row:
+        if row.trace is None:
+            return row
+        name = row.cell.scene.name
+        sampling = pit[name, row.cell.dt_s]
+        return replace(row, score=compare(results.references[name], row.trace, sampling=sampling, horizon=0))
+
+    bare = replace(results, rows=tuple(at_nothing(row) for row in results.rows))
+    shown = [cell for row in build_grid(bare).rows for cell in row.cells if cell.mark.ran]
+    assert {(cell.mark, cell.mark.symbol, cell.figure) for cell in shown} == {
+        (Mark.UNGRADED, "○", "all beyond the horizon")
+    }
+    assert all("no impact lies within the horizon" in "; ".join(cell.reasons) for cell in shown)
+    (table,) = re.findall(r"(?s)paper/late.*?paper/missed[^\n]*", said(bare))[:1]
+    assert "✓" not in table
+    assert "≈" not in table
 
 
 def test_verdict_line_counts_the_rows(results: Results) -> None:

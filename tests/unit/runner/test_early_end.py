@@ -97,6 +97,30 @@ def test_an_engine_that_damps_is_followed_to_the_end() -> None:
         assert not flight.begins(k * DT, Observation(np.array([(0.0, 0.0), (1.5 + k * DT, 0.0)]), velocity))
 
 
+@pytest.mark.parametrize("off", [1e-12, 1e-3, 0.01])
+def test_an_engine_whose_discs_move_otherwise_than_their_velocities_is_followed_to_the_end(off: float) -> None:
+    """Positions that drift from step to step by more than rounding are no free flight, whatever the velocities are."""
+    scene = pair(0.5, 1.0)
+    flight, velocity = FreeFlight(scene, DT), np.array([(0.0, 0.0), (1.0, 0.0)])
+    for k in range(1, 50):
+        position = np.array([(0.0, off * k), (1.5 + k * DT, 0.0)])
+        assert not flight.begins(k * DT, Observation(position, velocity))
+
+
+def test_positions_are_held_to_the_floats_that_a_method_declares() -> None:
+    """What 32-bit floats round a position by is free flight to who declares them, and a drift to who declares 64."""
+    scene = pair(0.5, 1.0)
+    begun = {}
+    for bits in (32, 64):
+        flight, place = FreeFlight(scene, DT, bits), np.array([(0.0, 0.0), (1.5, 0.0)], np.float32)
+        velocity = np.array([(0.0, 0.0), (1.0, 0.0)])
+        begun[bits] = False
+        for k in range(1, 20):
+            place = place + (velocity * DT).astype(np.float32)
+            begun[bits] = begun[bits] or flight.begins(k * DT, Observation(place.astype(np.float64), velocity))
+    assert begun == {32: True, 64: False}
+
+
 def test_discs_that_overlap_are_followed() -> None:
     """Overlapping discs that part may still be pushed apart by their engine."""
     scene = pair(0.5, 1.0)

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -130,6 +132,30 @@ def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
     assert found == [(0.01, 0, 1), (0.05, 0, 1)]
 
 
+def test_the_normal_of_several_steps_is_that_along_which_they_push_together() -> None:
+    """A contact whose normal turns while it lasts has the normal of the sum of its impulses."""
+    start = state((0.0, 1.0), (1.0, 0.0))
+    collector = ImpactCollector(scene_of(start), start)
+    first, second = (0.8, 0.6), (0.6, 0.8)
+    collector.add(0.1, state((0.1, 0.5), (1.0, 0.3), contacts=(Contact(0, 1, 0.0, first, 3.0),)))
+    collector.add(0.2, state((0.1, 0.2), (1.1, 0.6), contacts=(Contact(0, 1, 0.1, second, 1.0),)))
+    collector.add(0.3, state((0.1, 0.2), (1.2, 0.6)))
+    (impact,), _ = collector.finish()
+    expected = (np.array(first) * 3.0 + np.array(second)) / math.hypot(3.0, 2.6)
+    assert impact["normal"].tolist() == pytest.approx(expected.tolist(), rel=1e-15)
+
+
+def test_the_step_of_an_impact_is_known_where_its_state_is_not() -> None:
+    """Of two contacts of one disc in a step, the states before say nothing; but which step it was stays known."""
+    start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
+    contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
+    collector = ImpactCollector(scene_of(start), start)
+    collector.add(0.1, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
+    collector.finish()
+    assert collector.states["time_s"].tolist() == [0.0, 0.0]
+    assert np.isnan(collector.states["position_first"]).all()
+
+
 def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
     """A run without impacts has an empty impact array with all its fields."""
     collector = ImpactCollector(scene_of(state((0.0, 1.0))), state((0.0, 1.0)))
@@ -138,14 +164,39 @@ def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
     assert "time_s" in (impacts.dtype.names or ())
 
 
+NUMBERS = {
+    "time_s": 1,
+    "normal": 2,
+    "impulse_n_s": 1,
+    "velocities": 8,
+}
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize(("field", "place"), [(field, k) for field, count in NUMBERS.items() for k in range(count)])
+def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: float) -> None:
+    """NaN and infinity are refused wherever a contact has them, by the name of the field, and never dropped."""
+    numbers = np.array([0.5] * NUMBERS[field])
+    numbers[place] = value
+    wrong: dict[str, Any] = {
+        "time_s": value,
+        "normal": tuple(numbers),
+        "impulse_n_s": value,
+        "velocities": tuple(tuple(pair) for pair in numbers.reshape(-1, 2)) if field == "velocities" else None,
+    }
+    contact = dataclasses.replace(Contact(0, 1, 0.05, ALONG_X), **{field: wrong[field]})
+    with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be finite"):
+        collect(state((0.0, 1.0), (1.0, 0.0)), state((0.1, 0.0), (1.0, 1.0), contacts=(contact,)))
+
+
 @pytest.mark.parametrize(
     ("contact", "words"),
     [
         (Contact(1, 0, 0.0, ALONG_X, 1.0), "bodies 1 and 0"),
         (Contact(0, 2, 0.0, ALONG_X, 1.0), "bodies 0 and 2"),
         (Contact(0, -7, 0.0, ALONG_X, 1.0), "bodies 0 and -7"),
-        (Contact(0, 1, math.nan, ALONG_X, 1.0), "the time nan"),
-        (Contact(0, 1, 0.0, (math.inf, 0.0), 1.0), "the normal"),
+        (Contact(0, 1, math.nan, ALONG_X, 1.0), "time_s of a contact of bodies 0 and 1 must be finite, got nan"),
+        (Contact(0, 1, 0.0, (math.inf, 0.0), 1.0), "normal of a contact .* got inf, 0"),
     ],
 )
 def test_an_adapters_slip_is_not_taken_for_its_engines_fault(contact: Contact, words: str) -> None:

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.scene import Disc, Scene
 from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
 from carom.solvers.pic import solve_pic
-from carom.solvers.pit.frames import solve_pit
+from carom.solvers.pit.solve import solve_pit
 
 COUNT = 400
 

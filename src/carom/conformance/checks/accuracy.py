@@ -7,6 +7,8 @@ cut does not look once a step but where bodies begin to touch, so it is allowed 
 
 from __future__ import annotations
 
+import math
+
 from carom.comparator.score import ImpactError, Score
 from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
@@ -48,8 +50,9 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
-    sampled_s = max([setup.dt_s, *(error.time_s for error in pit.errors)])
-    early_s = max([0.0, *(-error.time_s for error in pit.errors)])
+    times = [error.time_s for error in pit.errors if math.isfinite(error.time_s)]
+    sampled_s = max([setup.dt_s, *times])
+    early_s = max([0.0, *(-time_s for time_s in times)])
     if subject.adapter.profiles[profile].located:
         sampled_s = early_s = 0.0
     rounding_s = subject.rounding * setup.scene.duration_s
@@ -71,7 +74,8 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
     located = subject.adapter.profiles[profile].located
-    sampled = 0.0 if located else max((error.velocity for error in pit.errors), default=0.0)
+    paid = [error.velocity for error in pit.errors if math.isfinite(error.velocity)]
+    sampled = 0.0 if located else max(paid, default=0.0)
     promise = subject.adapter.profiles[profile].accuracy.velocity
     allowed = sampled + promise + subject.rounding
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):

@@ -334,6 +334,14 @@ cdef class Kernel:
             v[i, 1] = self.s.discs[i].vy
         return velocity
 
+    def impacts_per_disc(self):
+        """Number of impacts of each disc so far, shape ``(n,)``."""
+        impacts = np.empty(self.s.disc_count, np.int64)
+        cdef long long[::1] counts = impacts
+        for i in range(self.s.disc_count):
+            counts[i] = self.s.discs[i].impacts
+        return impacts
+
     @property
     def discs(self):
         """A copy of the rows of all discs: a structured array with the fields of `Disc` in layout.pxd."""

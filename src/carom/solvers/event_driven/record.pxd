@@ -12,21 +12,28 @@ from carom.solvers.resolution cimport clock_resolution, pair_resolution, size_of
 
 cdef extern from *:
     """
+    #include <stdlib.h>
+    #include <string.h>
     #if defined(__linux__)
-    #include <stdint.h>
     #include <sys/mman.h>
-    /* Large pages spare the system most of the work that fresh memory makes, a tenth of the time of a run. */
-    static void carom_large_pages(void *memory, size_t size) {
-        uintptr_t page = 4096, begin = ((uintptr_t)memory + page - 1) & ~(page - 1);
-        uintptr_t end = ((uintptr_t)memory + size) & ~(page - 1);
-        if (size >= (4u << 20))
-            madvise((void *)begin, end - begin, MADV_HUGEPAGE);
-    }
-    #else
-    #define carom_large_pages(memory, size) ((void)0)
     #endif
+    /* As `realloc`, of which the first `used` bytes count. Where the system has large pages on request, memory from some
+       megabytes on is taken anew, and copied, since what has been enlarged is not given any: with small ones the system's
+       work for fresh memory takes as long as all else that recording does. From a gigabyte on memory is scarcer. */
+    static void *carom_enlarged(void *memory, size_t used, size_t size) {
+    #if defined(__linux__)
+        void *fresh;
+        if (size >= (size_t)4 << 20 && size <= (size_t)1 << 30 && posix_memalign(&fresh, (size_t)2 << 20, size) == 0) {
+            madvise(fresh, size, MADV_HUGEPAGE);
+            memcpy(fresh, memory, used);
+            free(memory);
+            return fresh;
+        }
+    #endif
+        return realloc(memory, size);
+    }
     """
-    void large_pages "carom_large_pages" (void *memory, size_t size) noexcept nogil
+    void *enlarged "carom_enlarged" (void *memory, size_t used, size_t size) noexcept nogil
 
 
 cdef inline bint is_recorded(const Record *r, double time) noexcept nogil:
@@ -38,11 +45,10 @@ cdef inline bint has_room(Record *r) noexcept nogil:
     """Make room for one more impact; return whether there is any."""
     cdef Index room
     if unlikely(r.count == r.room):
-        room = 2 * r.room + 256
-        rows = <Impact *>realloc(r.rows, room * sizeof(Impact))
+        room = 4 * r.room + 256 if r.room < 1 << 22 else r.room + r.room // 2
+        rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), room * sizeof(Impact))
         if rows == NULL:
             return False
-        large_pages(rows, room * sizeof(Impact))
         r.rows = rows
         r.room = room
     if unlikely(r.ambiguous_count == r.ambiguous_room):

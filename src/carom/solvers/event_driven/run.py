@@ -97,6 +97,7 @@ class EventDrivenRun:
 
             require_supported(start, "the event-driven kernel")
             start = start.arrays
+            start.require_ordinary()
         elif resume is None:
             start.require_apart()
         if record not in {"all", "none"}:
@@ -148,7 +149,7 @@ class EventDrivenRun:
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return self._kernel.discs["impacts"].astype(np.int64)
+        return self._kernel.impacts_per_disc()
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""

@@ -198,6 +198,10 @@ class FallingBodies(Bodies):
         """Centres at `time_s` on the present parabolas, metres, shape ``(n, 2)``."""
         return self.all_at((time_s, 0.0))[0]
 
+    def velocities_at(self, time_s: float) -> NDArray[np.float64]:
+        """Velocities at `time_s` on the present parabolas, metres a second, shape ``(n, 2)``."""
+        return self.all_at((time_s, 0.0))[1]
+
     def all_at(self, instant: Instant) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
         states = np.array([self.state_at(i, instant) for i in range(len(self))])

@@ -11,6 +11,7 @@ import numpy as np
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.clock import START, Instant
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
+from carom.solvers.run import require_time
 from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -53,7 +54,17 @@ class BallisticRun:
     def advance_to(
         self, time_s: float, max_impacts: int | None = None, progress: Callable[[int, float], None] | None = None
     ) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
+        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
+
+        Args:
+            time_s: Seconds from the start; infinity for as long as there are impacts.
+            max_impacts: Number of impacts, counted from the start of the run; None for no limit.
+            progress: Called now and then with the number of impacts so far and the time reached.
+
+        Raises:
+            InputError: `time_s` is NaN.
+        """
+        require_time(time_s)
         end = (time_s, 0.0)
         while self._ended is None and self._events and (event := self._events[0])[0] <= end:
             instant, i, j, version_i, version_j, certain = event
@@ -78,8 +89,9 @@ class BallisticRun:
         if self._ended is not None:
             self.time_s = max(self.time_s, self._now[0])
             return self._ended
-        self._now = max(self._now, end)
-        self.time_s = max(self.time_s, time_s)
+        if time_s < math.inf:
+            self._now = max(self._now, end)
+        self.time_s = max(self.time_s, self._now[0])
         return Outcome.COMPLETED
 
     def positions(self) -> NDArray[np.float64]:
@@ -180,7 +192,7 @@ class BallisticRun:
 
     def _end_at_rest(self, body: str, other: str, infinitely_many: bool) -> None:
         what, why = ("comes to rest", ", after infinitely many impacts") if infinitely_many else ("rests", "")
-        self.notes = (f"{body} {what} on {other} at {self._now[0]:.17g} s{why}",)
+        self.notes = (f"{body} {what} on {other}{why}",)
         self._ended = Outcome.AT_REST
 
     def _carried_out(self, record: ImpactRecord, resolution_s: float, changed: tuple[int, ...]) -> None:
@@ -190,7 +202,7 @@ class BallisticRun:
         self._unresolved = self._unresolved + 1 if ambiguous else 0
         if self.log.at_standstill or self._unresolved > self._standstill:
             self._ended = Outcome.STANDSTILL
-            self.notes = (f"impact after impact comes sooner than the arithmetic can tell, at {self._now[0]:.17g} s",)
+            self.notes = ("impact after impact comes sooner than the arithmetic can tell",)
             return
         movable = [body for body in changed if self.bodies.inverse_mass[body] > 0.0]
         for body in movable:

@@ -12,7 +12,6 @@ from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
-from carom.scene import Need
 from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
 from carom.trace import ImpactRecord, wall_body, wall_index
 
@@ -32,7 +31,7 @@ def require_supported(scene: Scene, solver: str) -> None:
     Raises:
         InputError: The scene has gravity.
     """
-    if Need.GRAVITY in scene.needs:
+    if scene.gravity_m_s2 != (0.0, 0.0):
         raise InputError(
             f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; "
             "solve_pic and solve_pit do, or set it to [0, 0]"
@@ -122,12 +121,16 @@ class Bodies:
         return self.time[i] + wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
 
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
-        """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT."""
+        """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT.
+
+        The distance is computed as `collide_pair` computes it. `math.hypot` would be a little nearer to it, but other
+        languages, and other versions of Python, round it in other ways.
+        """
         if self.inverse_mass[i] == 0.0 and self.inverse_mass[j] == 0.0:
             return False
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
         approaching = dx * (self.vx[j] - self.vx[i]) + dy * (self.vy[j] - self.vy[i]) < 0.0
-        return approaching and math.hypot(dx, dy) <= self.radius[i] + self.radius[j]
+        return approaching and math.sqrt(dx * dx + dy * dy) <= self.radius[i] + self.radius[j]
 
     def wall_approaches_and_overlaps(self, i: int, k: int) -> bool:
         """Whether disc `i` approaches wall `k` and touches or overlaps it."""
@@ -210,6 +213,10 @@ class Bodies:
     def velocities(self) -> NDArray[np.float64]:
         """Velocities, metres a second, shape ``(n, 2)``."""
         return np.array([self.vx, self.vy]).T.copy()
+
+    def velocities_at(self, time_s: float) -> NDArray[np.float64]:  # noqa: ARG002 - a straight path has but one
+        """Velocities at `time_s` on the present paths, metres a second, shape ``(n, 2)``."""
+        return self.velocities()
 
     def _has_just_met(self, i: int, j: int) -> bool:
         """Whether disc `i` is on the path that its impact with `j` gave it; an immovable disc is always on its own."""

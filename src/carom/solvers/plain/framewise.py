@@ -7,11 +7,11 @@ out as those of the event-driven form, which finds them by other means, identica
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from carom.errors import InputError
 from carom.solvers.plain.run import AllPairsRun
+from carom.solvers.request import frames_of
+from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
@@ -26,6 +26,11 @@ def framewise_run(scene: Scene) -> Run:
 
     Under gravity it is the event-driven one: a disc's state is that at its last impact, so that frames change nothing.
     """
+    run: Run = run_in_ordinary_units(scene, lambda scene, _: _framewise_run(scene))
+    return run
+
+
+def _framewise_run(scene: Scene) -> Run:
     if scene.gravity_m_s2 != (0.0, 0.0):
         from carom.solvers.falling.run import BallisticRun
 
@@ -41,13 +46,10 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
-        InputError: The frame rate is not a positive number.
+        InputError: The frame rate is not a positive number, or gives frames without end.
     """
-    rate = scene.frame_rate_hz if frame_rate_hz is None else frame_rate_hz
-    if not 0 < rate < math.inf:
-        raise InputError(f"frame_rate_hz must be a positive number, got {rate}")
+    rate, frames = frames_of(scene, frame_rate_hz)
     run = framewise_run(scene)
-    frames = scene.step_count(1.0 / rate)
     outcome = Outcome.COMPLETED
     for frame in range(1, frames + 1):
         outcome = run.advance_to(scene.duration_s if frame == frames else frame / rate)

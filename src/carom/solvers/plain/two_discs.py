@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.limits import ORDINARY
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.trace import IMPACT_DTYPE
@@ -30,7 +31,7 @@ SOLUTION_DTYPE = np.dtype(
 _SOLUTION = Struct("=d2q10d8d2q")
 
 
-def solve(first: Disc, second: Disc, restitution: float, end: float) -> bytes:
+def solve(first: Disc, second: Disc, restitution: float, end: float) -> bytes | None:
     """Return all that becomes of two discs, with the result of the event-driven kernel to the bit.
 
     They meet once at most.
@@ -42,10 +43,13 @@ def solve(first: Disc, second: Disc, restitution: float, end: float) -> bytes:
         end: Seconds from the start at which to stop.
 
     Returns:
-        The bytes of a number of `SOLUTION_DTYPE`.
+        The bytes of a number of `SOLUTION_DTYPE`; None where a number is not of an ordinary size (`carom.limits`).
     """
     (x1, y1), (vx1, vy1), w1 = first.position_m, first.velocity_m_s, 1.0 / first.mass_kg
     (x2, y2), (vx2, vy2), w2 = second.position_m, second.velocity_m_s, 1.0 / second.mass_kg
+    numbers = (x1, y1, vx1, vy1, first.radius_m, w1, x2, y2, vx2, vy2, second.radius_m, w2, end)
+    if not all(1.0 / ORDINARY <= abs(number) <= ORDINARY or number == 0.0 for number in numbers):
+        return None
     before = (vx1, vy1, vx2, vy2)
     normal_x = normal_y = math.nan
     time = pair_time(x1, y1, vx1, vy1, first.radius_m, x2, y2, vx2, vy2, second.radius_m)

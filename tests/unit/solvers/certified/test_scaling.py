@@ -73,18 +73,23 @@ SCENES = [
 POWERS = st.one_of(st.sampled_from([-500, -300, -256, 256, 300, 500]), st.integers(-500, 500))
 
 
+#: How much more lengths are scaled than speeds: times are scaled by that, and scenes beyond `carom.limits` are refused.
+DRIFTS = st.integers(-250, 250)
+
+
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
-@given(length=POWERS, speed=POWERS)
+@given(length=POWERS, drift=DRIFTS)
 @settings(max_examples=15)
-def test_powers_of_two_change_no_digit(scene: Scene, length: int, speed: int) -> None:
+def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) -> None:
     """From 2^-500 to 2^500, lengths and speeds each: the same digits, order, ending, and precision."""
-    if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 1000:
-        return  # such a gravity is no float64
+    speed = max(-500, min(500, length - drift))
+    if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 500:
+        return  # such a gravity is refused
     found = certify(scaled(scene, length, speed), max_impacts=MOST)
     assert numbers(found, length, speed) == numbers(certify(scene, max_impacts=MOST))
 
 
-@pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, -500)])
+@pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, 250)])
 def test_powers_of_two_change_no_digit_without_the_extension(length: int, speed: int) -> None:
     """The same with balls alone."""
     with plain_form():

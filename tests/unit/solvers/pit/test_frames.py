@@ -13,7 +13,7 @@ from tests.unit.solvers.strategies import line
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
-from carom.solvers.pit.frames import solve_pit
+from carom.solvers.pit.solve import solve_pit
 
 U = 2.0**-53
 

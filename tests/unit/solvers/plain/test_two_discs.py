@@ -46,7 +46,7 @@ def test_the_compiled_form_is_the_plain_form_to_the_bit(two: tuple[Disc, Disc], 
 
     solution = compiled.solve(*two, restitution, end)
     assert solution == plain.solve(*two, restitution, end)
-    assert len(solution) == plain.SOLUTION_DTYPE.itemsize
+    assert solution is None or len(solution) == plain.SOLUTION_DTYPE.itemsize
 
 
 def same(one: Trace, other: Trace) -> bool:

@@ -1,0 +1,281 @@
+"""Whether a run agrees with itself: what a method reports of its impacts, and its own states.
+
+Between two impacts a disc flies freely, so the velocity before an impact is that after the one before it, and where the
+disc is follows from them; after its last impact, so do the final velocity and position. The step that reports a contact
+says within which times its stamp must lie, and an impact without friction changes velocities along its normal alone. So
+a disc that drifts, turns or slows down between impacts shows, and so does a stamp, a normal or a velocity that is not
+what happened: in every run, beyond any horizon, without any reference. Two discs that strike each other keep their
+momentum, so a velocity after their impact that is wrong on one side alone shows as well.
+
+What sampling explains is no fault. A contact that is noticed within a step may move bodies by as much as they close in
+on each other in a step: pushed apart where they overlap, or held back where they would. `Consistency.excess` is what
+lies beyond that. Under gravity an engine's velocities are those of its step boundaries and its path may be a polygon;
+across the pull both are uniform all the same, and along it a velocity changes by no more than gravity gives it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.scales import Scales, largest
+from carom.trace import Trace, wall_index
+
+__all__ = ["Consistency", "Slip", "consistency_of"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Slip:
+    """The largest deviation of one kind, and where it was seen.
+
+    Attributes:
+        size: Over the scene's speed or length.
+        disc: The disc.
+        since_s: The impact, or the start, from which it is counted, seconds.
+    """
+
+    size: float
+    disc: int
+    since_s: float
+
+
+@dataclass(frozen=True)
+class Consistency:
+    """How far a run is from what its own impacts and states lead to; 0 where nothing can be checked.
+
+    Attributes:
+        velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
+        position: Largest distance of a disc from where its own velocities lead, over the scene's length.
+        excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
+        stamp_s: How far the stamp of an impact lies outside the step that reported it, or outside the run, seconds.
+        across: Largest part across its normal of the change of velocity at an impact, over the scene's speed; the whole
+            of the change where it is not towards the normal.
+        normal_rad: Angle between that normal and the change, radians.
+        normal_length: What the length of a normal differs from 1 by.
+        momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
+        unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
+    """
+
+    velocity: Slip
+    position: Slip
+    excess: Slip
+    stamp_s: float
+    across: float
+    normal_rad: float
+    normal_length: float
+    momentum: float
+    unchecked: int
+
+
+def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
+    """Hold a run against itself.
+
+    Args:
+        trace: The run; all its numbers are finite where they are known.
+        scales: What deviations are divided by.
+        until_s: What happens later does not count: where a disc comes to rest, free flight has ended.
+    """
+    flights = list(_flights(trace, until_s))
+    normals = _normals(trace, scales)
+    return Consistency(
+        velocity=_worst((flight.turned / scales.speed_m_s, flight) for flight in flights),
+        position=_worst((flight.moved / scales.length_m, flight) for flight in flights),
+        excess=_worst(((flight.moved - flight.allowed) / scales.length_m, flight) for flight in flights),
+        stamp_s=_stamps(trace),
+        across=normals[0],
+        normal_rad=normals[1],
+        normal_length=float(np.max(np.abs(np.hypot(*trace.impacts["normal"].T) - 1.0), initial=0.0)),
+        momentum=_momentum(trace) / scales.speed_m_s,
+        unchecked=sum(flight.unchecked for flight in flights),
+    )
+
+
+@dataclass(frozen=True)
+class _Flights:
+    """All free flights of one disc, from the start to the end: one entry each, NaN where it could not be followed."""
+
+    disc: int
+    since_s: Array
+    turned: Array
+    moved: Array
+    allowed: Array
+
+    @property
+    def unchecked(self) -> int:
+        return int(np.isnan(self.turned).sum())
+
+
+def _worst(deviations: Iterator[tuple[Array, _Flights]]) -> Slip:
+    found = Slip(0.0, 0, 0.0)
+    for sizes, flights in deviations:
+        known = np.where(np.isnan(sizes), 0.0, sizes)  # what could not be followed is counted apart
+        at = int(np.argmax(known))
+        if known[at] > found.size:
+            found = Slip(float(known[at]), flights.disc, float(flights.since_s[at]))
+    return found
+
+
+def _flights(trace: Trace, until_s: float) -> Iterator[_Flights]:
+    """Follow each disc from impact to impact, and on to the end."""
+    impacts, count = trace.impacts, len(trace.impacts)
+    bodies = np.concatenate([impacts["first"], impacts["second"]])
+    order = np.lexsort((np.tile(np.arange(count), 2), bodies))
+    first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
+    turning = _turning_times(trace)
+    begun = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
+    before = np.concatenate([impacts["velocity_first_before"], impacts["velocity_second_before"]])
+    after = np.concatenate([impacts["velocity_first_after"], impacts["velocity_second_after"]])
+    closing = np.hypot(*(impacts["velocity_second_before"] - impacts["velocity_first_before"]).T)
+    places = _turning_places(trace, turning)
+    for number, disc in enumerate(trace.scene.discs):
+        rows = order[first_of[number] : first_of[number + 1]]
+        own = rows % max(count, 1)
+        time = np.concatenate([[0.0], turning[own], [trace.end_time_s]])
+        leaving = np.concatenate([[disc.velocity_m_s], after[rows]])
+        arriving = np.concatenate([before[rows], [trace.final_velocity_m_s[number]]])
+        place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
+        change = arriving - leaving
+        lasted = np.diff(time)
+        moved = _off_path(place, leaving * lasted[:, None])
+        allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
+        gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
+        pull = math.hypot(gx, gy)
+        if pull > 0.0:
+            along, across = np.array([gx, gy]) / pull, np.array([-gy, gx]) / pull
+            # Velocities are those of step boundaries, so gravity has acted from one such to another, and no longer than
+            # from the step that reported the one contact to the step that ended the next.
+            most = pull * (time[1:] + trace.dt_s - np.concatenate([[0.0], begun[own]]))
+            beyond = np.maximum(np.maximum(-pull * trace.dt_s - change @ along, change @ along - most), 0.0)
+            turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
+        else:
+            turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
+        followed = np.isfinite(lasted) & (time[1:] <= until_s)
+        yield _Flights(
+            disc=number,
+            since_s=time[:-1],
+            turned=np.where(followed, turned, math.nan),
+            moved=np.where(followed, distance, math.nan),
+            allowed=allowed[:-1] + allowed[1:],
+        )
+
+
+def _turning_times(trace: Trace) -> Array:
+    """Instants at which paths turn; NaN where that is not known, and the reported ones where there are no others."""
+    times: Array = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
+    return times
+
+
+def _turning_places(trace: Trace, turning: Array) -> Array:
+    """Where the bodies of the impacts were when their paths turned, shape ``(2 m, 2)``, the first bodies first."""
+    state = trace.state_before
+    if state is None:
+        return np.full((2 * len(trace.impacts), 2), math.nan)
+    wait = (turning - state["time_s"])[:, None]
+    return np.concatenate(
+        [state[f"position_{body}"] + trace.impacts[f"velocity_{body}_before"] * wait for body in ("first", "second")]
+    )
+
+
+def _off_path(place: Array, flown: Array) -> Array:
+    """How far each known place of a disc is from where the last known one before it led, shape ``(k, 2)``.
+
+    Args:
+        place: Where the disc was at the start, when its path turned, and at the end, shape ``(k + 1, 2)``; NaN where
+            that is not known.
+        flown: What it moved by between them by its own velocities, shape ``(k, 2)``; NaN where that is not known.
+    """
+    unknown = np.asarray(np.isnan(flown).any(axis=1))
+    gaps = np.concatenate([[0], np.cumsum(unknown)])
+    path = np.concatenate([np.zeros((1, 2)), np.cumsum(np.where(unknown[:, None], 0.0, flown), axis=0)])
+    known = ~np.asarray(np.isnan(place).any(axis=1))
+    anchor = np.maximum.accumulate(np.where(known, np.arange(len(place)), 0))[:-1]
+    here = np.arange(1, len(place))
+    off: Array = place[here] - (place[anchor] + (path[here] - path[anchor]))
+    # What has overflowed is far off, and no less than that.
+    off = np.where(known[here, None] & np.isnan(off), math.inf, off)
+    return np.where((gaps[here] == gaps[anchor])[:, None], off, math.nan)
+
+
+def _stamps(trace: Trace) -> float:
+    """How far a stamp lies outside the step that reported its contact, or outside the run, seconds."""
+    stamp = trace.impacts["time_s"]
+    outside = np.maximum(-stamp, stamp - trace.end_time_s - trace.dt_s)  # the last step may reach beyond the end
+    if trace.state_before is not None:
+        waited = stamp - trace.state_before["time_s"]
+        outside = np.maximum(outside, np.maximum(-waited, waited - trace.dt_s))
+    return largest(outside[outside > 0.0].tolist(), default=0.0)
+
+
+def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
+    """Largest part of a change of velocity that is across the normal, over the speed, and the angle between the two.
+
+    A wall's normal is known. Between discs it is along what the impact changes of their relative velocity, of which
+    gravity is a part where it acts on one of them alone. Where several contacts of one step share a disc, nobody knows
+    which of them changed what.
+    """
+    impacts = trace.impacts
+    change = (impacts["velocity_second_after"] - impacts["velocity_second_before"]) - (
+        impacts["velocity_first_after"] - impacts["velocity_first_before"]
+    )
+    wall = impacts["second"] < 0
+    inward = np.array([w.normal for w in trace.scene.walls] or [(0.0, 0.0)])
+    size = np.hypot(*change.T)
+    number = np.array([wall_index(body) if body < 0 else 0 for body in impacts["second"].tolist()], dtype=np.intp)
+    outward = -inward[number] * size[:, None]
+    change = np.where(wall[:, None], outward, change)
+    length = np.hypot(*impacts["normal"].T)
+    normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    along, across = np.sum(change * normal, axis=1), _cross(change, normal)
+    off = np.where(along > 0.0, np.maximum(across - _pulled(trace), 0.0), size)
+    off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
+    if not len(off):
+        return 0.0, 0.0
+    at = int(np.argmax(off))
+    return float(off[at]) / scales.speed_m_s, math.atan2(float(across[at]), float(along[at]))
+
+
+def _pulled(trace: Trace) -> Array:
+    """What gravity may have added across the normals of discs that strike immovable ones, metres a second."""
+    impacts = trace.impacts
+    fixed = np.array([disc.immovable for disc in trace.scene.discs])
+    alone = (impacts["second"] >= 0) & (fixed[impacts["first"]] != fixed[np.maximum(impacts["second"], 0)])
+    pull = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), (len(impacts), 2)), impacts["normal"])
+    return np.where(alone, pull * _lasted(trace), 0.0)
+
+
+def _momentum(trace: Trace) -> float:
+    """Largest change of the velocity of two movable discs' centre of mass at their impact, metres a second.
+
+    What gravity adds to it while the contact lasts is no fault, and what nobody can tell apart is not asked for.
+    """
+    impacts = trace.impacts
+    mass = np.array([disc.mass_kg for disc in trace.scene.discs])
+    first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
+    asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
+    changes = [impacts[f"velocity_{body}_after"] - impacts[f"velocity_{body}_before"] for body in ("first", "second")]
+    with np.errstate(invalid="ignore"):  # an immovable disc is not asked
+        share = 1.0 / (1.0 + second / first)  # of the first in the mass of both
+        centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
+    off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
+    return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
+
+
+def _lasted(trace: Trace) -> Array:
+    """Seconds for which each contact may have lasted: twice from its first step's start to the turn, and a step."""
+    lasted = np.full(len(trace.impacts), trace.dt_s)
+    if trace.state_before is not None:
+        waited = _turning_times(trace) - trace.state_before["time_s"]
+        lasted += np.where(waited > 0.0, 2.0 * waited, 0.0)
+    return lasted
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Magnitude of the cross product of two rows of vectors, shape ``(m,)``."""
+    size: Array = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return size

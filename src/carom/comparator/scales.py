@@ -1,0 +1,64 @@
+"""The scene's own length, speed and time, by which errors are divided so that units do not matter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.scene import Scene
+from carom.trace import Trace, kinetic_energy
+
+__all__ = ["Scales", "largest", "scales_of"]
+
+
+@dataclass(frozen=True)
+class Scales:
+    """What errors of one scene are divided by.
+
+    Attributes:
+        length_m: Radius of the largest disc.
+        speed_m_s: Greatest speed of any disc in the reference.
+        time_s: The scene's duration.
+        energy_j: Kinetic energy of the movable discs at the start.
+        reach_m: Farthest that a coordinate can come to lie from the origin, which rounding is in proportion to.
+    """
+
+    length_m: float
+    speed_m_s: float
+    time_s: float
+    energy_j: float
+    reach_m: float
+
+
+def scales_of(scene: Scene, reference: Trace) -> Scales:
+    """Return the scene's own length, speed and time. A scene in which nothing moves has speed 1 m/s."""
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    after = (reference.impacts["velocity_first_after"], reference.impacts["velocity_second_after"])
+    speed = float(np.max(np.hypot(*np.concatenate([start, *after]).T)))
+    places = np.abs(np.concatenate([[disc.position_m for disc in scene.discs], reference.final_position_m]))
+    return Scales(
+        length_m=max(disc.radius_m for disc in scene.discs),
+        speed_m_s=speed or 1.0,
+        time_s=scene.duration_s,
+        energy_j=kinetic_energy(scene, start),
+        reach_m=float(np.max(places)) + speed * scene.duration_s,
+    )
+
+
+def largest(values: Iterable[float], default: float = math.nan) -> float:
+    """Return the value of the largest magnitude, with its sign; NaN where one of them is NaN, which `max` passes over.
+
+    Args:
+        values: The values.
+        default: What to return where there are none.
+    """
+    found = default
+    for k, value in enumerate(values):
+        if math.isnan(value):
+            return math.nan
+        if k == 0 or abs(value) > abs(found):
+            found = value
+    return found

@@ -1,0 +1,49 @@
+"""Where an error begins to count. Every threshold of a verdict stands here."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from carom.adapter.checks import MANTISSA_BITS
+from carom.comparator.scales import Scales
+from carom.trace import Trace
+
+__all__ = ["THRESHOLDS", "Thresholds", "place_rounding"]
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Where an error begins to count.
+
+    Attributes:
+        rounding: Times over the scene's duration, velocities over its speed, positions over its reach. The known
+            answers are reproduced to this.
+        rounding_32: The same for what a method that computes in 32-bit floats may differ from PIT by: a hundred of its
+            units in the last place. To be exact, or to conform, it must keep to `rounding` like everybody else.
+        direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
+        energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
+            rounding; a millionth is neither.
+    """
+
+    rounding: float = 1e-12
+    rounding_32: float = 1e-5
+    direction_rad: float = math.radians(1.0)
+    energy: float = 1e-6
+
+    def rounding_of(self, float_bits: int) -> float:
+        """Return what counts as rounding where a method of this width of floats is held against PIT."""
+        return self.rounding if float_bits >= 64 else self.rounding_32
+
+    def place_rounding_of(self, float_bits: int, steps: float) -> float:
+        """Return the same of a position, over the scene's reach: each step rounds it once more, to half a unit."""
+        return self.rounding_of(float_bits) + 0.5 * steps * 2.0 ** -MANTISSA_BITS[float_bits]
+
+
+THRESHOLDS = Thresholds()
+
+
+def place_rounding(scales: Scales, trace: Trace, float_bits: int) -> float:
+    """Return what rounding makes of a position in all steps of a run, over the scene's length."""
+    steps = scales.time_s / trace.dt_s if trace.dt_s else 0.0
+    return THRESHOLDS.place_rounding_of(float_bits, steps) * scales.reach_m / scales.length_m

@@ -1,0 +1,92 @@
+"""How large what belongs to one scene is, and what spans too much for any units.
+
+Lengths, the way that a disc can fly until the end among them, are held against the smallest radius, and masses against
+the lightest; see `carom.limits`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from carom.errors import Problem
+from carom.limits import SPAN
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from carom.disc_arrays import DiscArrays
+
+    Vector = tuple[float, float]
+
+__all__ = ["Sizes", "span_problems"]
+
+
+class Sizes(NamedTuple):
+    """SI units.
+
+    Attributes:
+        length: Greatest coordinate (of a disc or wall) or radius.
+        radius: Smallest radius.
+        speed: Greatest velocity component at the start or, if that is more, what gravity makes of rest until the end.
+        duration: How long the scene is simulated.
+        lightest: Least mass of a movable disc; 1 where there is none.
+        heaviest: Greatest mass of a movable disc; 1 where there is none.
+    """
+
+    length: float
+    radius: float
+    speed: float
+    duration: float
+    lightest: float
+    heaviest: float
+
+    @classmethod
+    def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
+        """Return the sizes of what begins at `start`."""
+        points = [abs(c) for wall in start.walls for c in wall[:2]]
+        masses = start.mass_kg[start.movable]
+        return cls(
+            max(float(np.abs(start.position_m).max()), float(start.radius_m.max()), *points),
+            float(start.radius_m.min()),
+            max(float(np.abs(start.velocity_m_s).max()), *(abs(g) * duration_s for g in gravity_m_s2)),
+            duration_s,
+            float(masses.min()) if len(masses) else 1.0,
+            float(masses.max()) if len(masses) else 1.0,
+        )
+
+    @property
+    def way(self) -> float:
+        """How far the greatest speed leads until the end."""
+        return self.speed * self.duration
+
+
+def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
+    """Yield what spans too much."""
+    sizes = Sizes.of(start, gravity_m_s2, duration_s)
+    least = f"{1.0 / SPAN:.3g}"
+    if sizes.length > SPAN * sizes.radius:
+        yield Problem(
+            ("discs", int(start.radius_m.argmin()), "radius_m"),
+            f"must be at least {least} of the greatest length in the scene, {sizes.length:.3g} m, "
+            f"got {sizes.radius}; leave out what is so small, or so far away",
+        )
+    if sizes.heaviest > SPAN * sizes.lightest:
+        yield Problem(
+            ("discs", int(start.mass_kg.argmin()), "mass_kg"),
+            f"must be at least {least} of the greatest finite mass in the scene, {sizes.heaviest:.3g} kg, "
+            f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
+        )
+    if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
+        yield Problem(
+            ("duration_s",),
+            f"must be so long that the fastest disc moves by {least} of the greatest length in the scene, "
+            f"{sizes.length:.3g} m, got {sizes.duration}: it moves by {sizes.way:.3g} m; lengthen it",
+        )
+    if not sizes.way <= SPAN * sizes.radius:
+        yield Problem(
+            ("duration_s",),
+            f"must be so short that no disc flies further than {SPAN:.3g} times the smallest radius, "
+            f"got {sizes.duration}: the way is {sizes.way:.3g} m; shorten it",
+        )

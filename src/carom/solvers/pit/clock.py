@@ -1,0 +1,66 @@
+"""When PIT looks."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from carom.errors import InputError
+from carom.scene import steps_to_cover
+
+if TYPE_CHECKING:
+    from carom.solvers.units import Units
+
+__all__ = ["FrameClock"]
+
+
+@dataclass(frozen=True)
+class FrameClock:
+    """The instants of the frames: frame k, counted from 0, stands at ``k * step_s / rate_hz``.
+
+    One of the two is 1, so that neither ``k * step_s`` nor ``k / rate_hz`` is rounded twice.
+
+    Attributes:
+        step_s: Seconds from frame to frame, or 1.
+        rate_hz: Frames a second, or 1.
+    """
+
+    step_s: float = 1.0
+    rate_hz: float = 1.0
+
+    @classmethod
+    def at_rate(cls, frame_rate_hz: float) -> FrameClock:
+        """Return the clock of so many frames a second.
+
+        Raises:
+            InputError: The frame rate is not a positive number.
+        """
+        if not 0 < frame_rate_hz < math.inf:
+            raise InputError(f"frame_rate_hz must be a positive number, got {frame_rate_hz}")
+        return cls(rate_hz=frame_rate_hz)
+
+    def in_units(self, units: Units) -> FrameClock:
+        """Return the same clock in units of time that are a power of two of a second: no instant is rounded anew."""
+        if self.rate_hz != 1.0:
+            return FrameClock(rate_hz=units.seconds(self.rate_hz))
+        return FrameClock(step_s=units.of_seconds(self.step_s))
+
+    @property
+    def frame_s(self) -> float:
+        """Length of a frame, seconds."""
+        return self.step_s / self.rate_hz
+
+    def time_s(self, frame: int) -> float:
+        """Return the instant of a frame, seconds from the start."""
+        return frame * self.step_s / self.rate_hz
+
+    def frames_before(self, time_s: float) -> int:
+        """Return how many frames stand before a time: not the one that differs from it by rounding only.
+
+        Raises:
+            InputError: The time is not a finite number of seconds, 0 or more.
+        """
+        if not 0.0 <= time_s < math.inf:
+            raise InputError(f"time_s must be a finite number of seconds, 0 or more, got {time_s}")
+        return steps_to_cover(time_s, self.frame_s)

@@ -1,0 +1,71 @@
+"""The tests that a frame still needs, in the order of Algorithm 1.
+
+Within a frame Algorithm 1 tests all pairs (i, j), i < j, in the order of their numbers, then every disc i with every
+wall k. An impact changes what the tests after it see, so tests that are not left out must keep that order. A test is a
+number that grows in it: i in the upper half and j in the lower, or discs + i and k.
+"""
+
+from libc.stdlib cimport realloc
+
+from carom.solvers.event_driven.layout cimport Index
+from carom.solvers.pit.layout cimport State, Turn, Turns
+
+cdef enum:
+    FIRST_TURN = 0  # no test has this number: a disc is not paired with itself
+    HALF = 32  # bits
+
+
+cdef inline Turn pair_turn(Index i, Index j) noexcept nogil:
+    return (<Turn>i << HALF | <Turn>j) if i < j else (<Turn>j << HALF | <Turn>i)
+
+
+cdef inline Turn wall_turn(Index discs, Index i, Index k) noexcept nogil:
+    return <Turn>(discs + i) << HALF | <Turn>k
+
+
+cdef inline void ask(State *s, Turn turn) noexcept nogil:
+    """Ask for a test at this frame; not where its turn has passed, or is now."""
+    t = &s.turns
+    cdef Index place, above
+    if turn <= t.last:
+        return
+    if t.count == t.room:
+        grown = <Turn *>realloc(t.heap, (2 * t.room + 64) * sizeof(Turn))
+        if grown == NULL:
+            s.no_memory = True
+            return
+        t.heap, t.room = grown, 2 * t.room + 64
+    place = t.count
+    t.count += 1
+    while place > 0:
+        above = (place - 1) // 2
+        if t.heap[above] <= turn:
+            break
+        t.heap[place] = t.heap[above]
+        place = above
+    t.heap[place] = turn
+
+
+cdef inline bint next_turn(Turns *t) noexcept nogil:
+    """Take the next test off, as `t.last`; return whether there is one. What was asked for twice comes once."""
+    cdef Index place, below
+    while t.count > 0:
+        turn = t.heap[0]
+        t.count -= 1
+        moved = t.heap[t.count]
+        place = 0
+        while True:
+            below = 2 * place + 1
+            if below >= t.count:
+                break
+            if below + 1 < t.count and t.heap[below + 1] < t.heap[below]:
+                below += 1
+            if moved <= t.heap[below]:
+                break
+            t.heap[place] = t.heap[below]
+            place = below
+        t.heap[place] = moved
+        if turn > t.last:
+            t.last = turn
+            return True
+    return False

@@ -1,0 +1,167 @@
+"""What is asked of a PIC run beside its scene, and the way through it that serves every kind of run."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom.arguments import count, number, shown, times
+from carom.errors import InputError
+from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.sizes import span_problems
+from carom.trace import Outcome, Samples
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+    from carom.solvers.run import ImpactLog, Progress, Run
+    from carom.solvers.units import Units
+
+__all__ = ["ALWAYS", "Request", "frames_of"]
+
+ALWAYS = (-math.inf, math.inf)
+
+
+class Request(NamedTuple):
+    """How far to go and what to keep.
+
+    Attributes:
+        end_s: Where to stop.
+        max_impacts: After how many impacts to stop; None for no limit.
+        keep: Whether impacts are kept at all.
+        window_s: Only those reported within these times are.
+        samples_s: Ascending times at which to keep all positions.
+        contact_duration_s: Contact time of the TC model, 0 for none.
+        progress: Called now and then with the number of impacts so far and the time reached.
+    """
+
+    end_s: float
+    max_impacts: int | None = None
+    keep: bool = True
+    window_s: tuple[float, float] = ALWAYS
+    samples_s: tuple[float, ...] = ()
+    contact_duration_s: float = 0.0
+    progress: Progress | None = None
+
+    @classmethod
+    def checked(
+        cls,
+        scene: Scene,
+        *,
+        max_impacts: int | None,
+        until_s: float | None,
+        record: str,
+        window_s: tuple[float, float],
+        sample_times_s: object,
+        contact_duration_s: float,
+        progress: Progress | None,
+    ) -> Request:
+        """Return the arguments of `carom.solve_pic` as a request.
+
+        Raises:
+            InputError: An argument is outside its range, or not there under gravity; the message names it.
+        """
+        if record not in ("all", "none"):
+            raise InputError(f"record must be 'all' or 'none', got {shown(record)}")
+        contact_s = number("contact_duration_s", contact_duration_s, least=0.0)
+        if contact_s and scene.gravity_m_s2 != (0.0, 0.0):
+            raise InputError(f"contact_duration_s must be 0 in a scene with gravity, got {contact_s}")
+        return cls(
+            scene.duration_s if until_s is None else _until(scene, until_s),
+            None if max_impacts is None else count("max_impacts", max_impacts),
+            record == "all",
+            _window(window_s),
+            tuple(times("sample_times_s", sample_times_s)),
+            contact_s,
+            progress,
+        )
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether impacts are asked for, all or the first few, and nothing else."""
+        return self.max_impacts != 0 and self[2:] == (True, ALWAYS, (), 0.0, None)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What a run without gravity is made with."""
+        return {
+            "record": "all" if self.keep else "none",
+            "window_s": self.window_s,
+            "contact_duration_s": self.contact_duration_s,
+        }
+
+    def in_units(self, units: Units) -> Request:
+        """Return the same request, as far as a run is made with it, in these units."""
+        begin, end = self.window_s
+        return self._replace(
+            window_s=(units.of_seconds(begin), units.of_seconds(end)),
+            contact_duration_s=units.of_seconds(self.contact_duration_s),
+        )
+
+    def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
+        """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""
+        outcome, reached, places = Outcome.COMPLETED, [], []
+        for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
+            outcome = run.advance_to(time_s, self.max_impacts, progress)
+            if outcome is not Outcome.COMPLETED:
+                break
+            reached.append(time_s)
+            places.append(run.positions())
+        if not self.samples_s:
+            return outcome, None
+        if outcome is Outcome.COMPLETED:  # the last is the end
+            del reached[-1], places[-1]
+        return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
+
+    def kept(self, log: ImpactLog) -> tuple[NDArray[np.void], tuple[int, ...]]:
+        """Return the impacts of a log that are to be kept, and which of them are ambiguous."""
+        impacts, ambiguous = log.array(), log.ambiguous()
+        if self.keep and self.window_s == ALWAYS:
+            return impacts, ambiguous
+        kept = self.keep & (self.window_s[0] <= impacts["time_s"]) & (impacts["time_s"] <= self.window_s[1])
+        places = np.cumsum(kept) - 1
+        impacts = impacts[kept]
+        impacts.flags.writeable = False
+        return impacts, tuple(int(places[k]) for k in ambiguous if kept[k])
+
+
+def _until(scene: Scene, until_s: object) -> float:
+    end_s = number("until_s", until_s, least=0.0)
+    if end_s > LARGEST:
+        raise InputError(f"until_s {beyond(0.0, LARGEST)}, got {end_s}")
+    if end_s > scene.duration_s:
+        for problem in span_problems(scene.arrays, scene.gravity_m_s2, end_s):
+            raise InputError(f"until_s {problem.message}")
+    return end_s
+
+
+def _window(window_s: Any) -> tuple[float, float]:
+    try:
+        begin, end = (float(time_s) for time_s in window_s)
+    except (TypeError, ValueError, OverflowError):
+        begin = end = math.nan
+    if math.isnan(begin) or math.isnan(end):
+        raise InputError(f"window_s must be two times, got {shown(window_s)}")
+    return begin, end
+
+
+def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
+    """Return frames a second, the scene's own where None is given, and how many of them cover the scene.
+
+    Raises:
+        InputError: The frame rate is not a positive number within the limits, or gives more frames than `MOST_STEPS`.
+    """
+    if frame_rate_hz is None:
+        frame_rate_hz = scene.frame_rate_hz
+    rate = number("frame_rate_hz", frame_rate_hz, positive=True)
+    if not SMALLEST <= rate <= LARGEST:
+        raise InputError(f"frame_rate_hz {beyond(SMALLEST, LARGEST)}, got {rate}")
+    if rate > MOST_STEPS / scene.duration_s:
+        raise InputError(
+            f"frame_rate_hz must give at most {MOST_STEPS} frames in {scene.duration_s} s "
+            f"({MOST_STEPS / scene.duration_s:.3g} Hz), got {rate}; lower it, or shorten the scene"
+        )
+    return rate, scene.step_count(1.0 / rate)

@@ -1,0 +1,214 @@
+"""Units in which a scene is ordinary: a scene of extreme sizes is run in them, and its run seen in SI units.
+
+The units are powers of two, so a change of them rounds nothing, and scenes that differ by powers of two have the same
+digits. An ordinary scene, the rule, is run as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom.limits import ORDINARY
+from carom.sizes import Sizes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from carom.scene import Scene
+    from carom.solvers.run import ImpactLog, Progress
+    from carom.trace import Outcome, Vector
+
+    Array = NDArray[np.float64]
+
+__all__ = ["SI", "LogInUnits", "RunInUnits", "Units", "run_in_ordinary_units", "units_of"]
+
+_LEAST = 1.0 / ORDINARY
+#: Exponent of the greatest speed: above that of 1, to leave more room for slower ones, and below that of `ORDINARY`, so
+#: that a gravity which makes this speed in the shortest of scenes is not too large.
+_FASTEST = 100
+
+
+class Units(NamedTuple):
+    """Units of length, time and mass: two to these powers of a metre, a second and a kilogram."""
+
+    length: int
+    time: int
+    mass: int
+
+    def scene(self, scene: Scene) -> Scene:
+        """Return a scene in these units, unchecked; its frame rate is left as it is."""
+        if self == SI:
+            return scene
+        speed = self.length - self.time
+        discs = tuple(
+            disc.model_copy(
+                update={
+                    "position_m": _vector(disc.position_m, -self.length),
+                    "velocity_m_s": _vector(disc.velocity_m_s, -speed),
+                    "radius_m": _times_power(disc.radius_m, -self.length),
+                    "mass_kg": _times_power(disc.mass_kg, -self.mass),
+                }
+            )
+            for disc in scene.discs
+        )
+        walls = tuple(wall.model_copy(update={"point_m": _vector(wall.point_m, -self.length)}) for wall in scene.walls)
+        changed = {
+            "discs": discs,
+            "walls": walls,
+            "gravity_m_s2": _vector(scene.gravity_m_s2, self.time - speed),
+            "duration_s": self.of_seconds(scene.duration_s),
+        }
+        return scene.model_copy(update=changed)
+
+    def of_seconds(self, time_s: float) -> float:
+        """Return a time given in seconds, in these units."""
+        return _times_power(time_s, -self.time)
+
+    def seconds(self, time: float) -> float:
+        """Return a time given in these units, in seconds."""
+        return _times_power(time, self.time)
+
+    def metres(self, lengths: Array) -> Array:
+        """Return lengths given in these units, in metres."""
+        return np.ldexp(lengths, self.length)
+
+    def metres_a_second(self, speeds: Array) -> Array:
+        """Return velocities given in these units, in metres a second."""
+        return np.ldexp(speeds, self.length - self.time)
+
+    def impacts(self, impacts: NDArray[np.void]) -> NDArray[np.void]:
+        """Return impacts given in these units, in SI units."""
+        in_si = impacts.copy()
+        in_si["time_s"] = np.ldexp(impacts["time_s"], self.time)
+        for name in impacts.dtype.names or ():
+            if name.startswith("velocity"):
+                in_si[name] = self.metres_a_second(impacts[name])
+        in_si.flags.writeable = False
+        return in_si
+
+
+SI = Units(0, 0, 0)
+
+
+def units_of(scene: Scene) -> Units:
+    """Return the units in which to run a scene: `SI` for one whose numbers are all ordinary."""
+    if _is_ordinary(scene):
+        return SI
+    sizes = Sizes.of(scene.arrays, scene.gravity_m_s2, scene.duration_s)
+    length = _middle(sizes.radius, max(sizes.length, sizes.way))
+    time = length + _FASTEST - _exponent(sizes.speed) if sizes.speed > 0.0 else _exponent(sizes.duration)
+    return Units(length, time, _middle(sizes.lightest, sizes.heaviest))
+
+
+def run_in_ordinary_units(scene: Scene, make: Callable[[Scene, Units], Any]) -> Any:
+    """Return a run of a scene, made in units in which the scene is ordinary, and seen in SI units.
+
+    Args:
+        scene: The scene.
+        make: Makes the run of a scene in the units given.
+    """
+    units = units_of(scene)
+    run = make(units.scene(scene), units)
+    return run if units == SI else RunInUnits(run, units)
+
+
+class RunInUnits:
+    """A run in units of its own, seen in SI units: as `carom.solvers.run.Run`, or as a run of PIT.
+
+    Attributes:
+        log: The impacts so far.
+    """
+
+    def __init__(self, run: Any, units: Units) -> None:
+        self.log = LogInUnits(run.log, units)
+        self._run = run
+        self._units = units
+
+    @property
+    def time_s(self) -> float:
+        """How far the run has been taken, seconds from the start."""
+        return self._units.seconds(self._run.time_s)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how the run was done."""
+        notes: tuple[str, ...] = self._run.notes
+        return notes
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far, by name."""
+        counts: dict[str, int] = self._run.counts
+        return counts
+
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
+        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
+        look = None if progress is None else lambda impacts, time: progress(impacts, self._units.seconds(time))
+        outcome: Outcome = self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
+        return outcome
+
+    def advance_frames(self, frames: int) -> None:
+        """Pass so many frames of PIT, and go to the instant of the one that follows."""
+        self._run.advance_frames(frames)
+
+    def positions(self) -> Array:
+        """Return the centres now, metres, shape ``(n, 2)``."""
+        return self._units.metres(self._run.positions())
+
+    def velocities(self) -> Array:
+        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        return self._units.metres_a_second(self._run.velocities())
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        impacts: NDArray[np.int64] = self._run.impacts_per_disc()
+        return impacts
+
+
+class LogInUnits:
+    """The impacts of a run in units of its own, seen in SI units."""
+
+    def __init__(self, log: ImpactLog, units: Units) -> None:
+        self._log = log
+        self._units = units
+
+    def __len__(self) -> int:
+        return len(self._log)
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
+        return self._units.impacts(self._log.array())
+
+    def ambiguous(self) -> tuple[int, ...]:
+        """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
+        return self._log.ambiguous()
+
+
+def _is_ordinary(scene: Scene) -> bool:
+    others = (scene.duration_s, *scene.gravity_m_s2)
+    return scene.arrays.is_ordinary and all(_LEAST <= abs(number) <= ORDINARY or number == 0.0 for number in others)
+
+
+def _middle(least: float, most: float) -> int:
+    """Return the exponent half-way between those of two numbers."""
+    return (_exponent(least) + _exponent(most)) // 2
+
+
+def _exponent(number: float) -> int:
+    return math.frexp(number)[1]
+
+
+def _times_power(number: float, exponent: int) -> float:
+    try:
+        return math.ldexp(number, exponent)
+    except OverflowError:
+        return math.copysign(math.inf, number)
+
+
+def _vector(vector: Vector, exponent: int) -> Vector:
+    return (_times_power(vector[0], exponent), _times_power(vector[1], exponent))

@@ -1,0 +1,141 @@
+"""A method with a fault, installed as anybody's would be and run through a whole cross-check, is graded no better."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.planted import carom_planted
+from tests.planted.faults import DT, LAST_S, LENGTH, ROW, SPEED
+
+from carom import Disc, Results, Scene, cross_check, registry
+from carom.comparator import Grade, Verdict
+from carom.runner import Row, Status, cell_score
+
+#: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
+FREE = Scene(
+    name="free",
+    discs=[
+        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=LENGTH),
+        Disc(position_m=(0, 5), velocity_m_s=(1, 1), radius_m=LENGTH),
+    ],
+    duration_s=2.0,
+)
+
+#: What must be said of the scene `ROW` beside the grade, with the number that the reason must show.
+SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {
+    "none": (Grade.EXACT, {Verdict.CONFORMS: "2 of 2"}),
+    "told-none": (Grade.EXACT, {Verdict.CONFORMS: "2 of 2"}),
+    # Stamped 22 steps late, of which one is the step's own.
+    "stamped-late": (Grade.INACCURATE, {Verdict.WRONG_STAMP: "22 dt"}),
+    "stamped-at-0": (Grade.WRONG, {Verdict.WRONG_STAMP: f"{LAST_S - DT:.3g} s"}),
+    "normal-1": (Grade.INACCURATE, {Verdict.WRONG_NORMAL: "by up to 1 degrees"}),
+    "normal-90": (Grade.INACCURATE, {Verdict.WRONG_NORMAL: "by up to 90 degrees"}),
+    "normal-reversed": (Grade.INACCURATE, {Verdict.WRONG_NORMAL: "by up to 180 degrees"}),
+    "normal-long": (Grade.INACCURATE, {Verdict.WRONG_NORMAL: "up to 4 off 1"}),
+    "told-normal-1": (Grade.INACCURATE, {Verdict.WRONG_NORMAL: "by up to 1 degrees"}),
+    "told-before": (Grade.INACCURATE, {Verdict.TURNS: f"{0.5 / SPEED:.3g} of the scene's speed"}),
+    "told-stamped-early": (
+        Grade.INACCURATE,
+        {Verdict.EARLY: "0.5 dt", Verdict.DRIFTS: f"{SPEED * DT / 2 / LENGTH:.3g}"},
+    ),
+    "dropped": (Grade.WRONG, {Verdict.MISSED: "1 of 2", Verdict.TURNS: "1 of the scene's speed"}),
+    "told-dropped": (Grade.WRONG, {Verdict.MISSED: "1 of 2", Verdict.TURNS: "1 of the scene's speed"}),
+    "told-doubled": (Grade.WRONG, {Verdict.SPURIOUS: "1, the first at 1.25 s", Verdict.TURNS: "1 of"}),
+    # Disc 0 ends where disc 2 does, 8 m further on.
+    "swapped-states": (Grade.INACCURATE, {Verdict.MISPLACED: "16 of", Verdict.WRONG_END: "1 of"}),
+    "told-swapped-states": (
+        Grade.INACCURATE,
+        {Verdict.MISPLACED: "16 of", Verdict.WRONG_END: "1 of", Verdict.TURNS: "1 of"},
+    ),
+    "drifting": (Grade.INACCURATE, {Verdict.MISPLACED: f"{0.01 * 120 / LENGTH:.3g} of"}),
+    "damped": (Grade.INACCURATE, {Verdict.ENERGY_LOST: "", Verdict.TURNS: "", Verdict.WRONG_END: ""}),
+    "turning": (Grade.INACCURATE, {Verdict.WRONG_END: f"{math.sqrt(2):.3g}", Verdict.TURNS: f"{math.sqrt(2):.3g}"}),
+    "nan-state": (Grade.WRONG, {Verdict.CUT_SHORT: "no longer finite"}),
+}
+
+#: Refused by name: what is no number is the adapter's slip, and no row is graded for it.
+REFUSED = {
+    "nan-normal": "normal of a contact of bodies 1 and 2 must be finite, got nan",
+    "nan-impulse": "impulse_n_s of a contact of bodies 1 and 2 must be finite, got nan",
+    "told-nan-velocity": "velocities of a contact of bodies 1 and 2 must be finite",
+    "told-infinite-time": "time_s of a contact of bodies 1 and 2 must be finite, got inf",
+}
+
+#: Radii by which discs that meet nobody end off: the harness must not stop looking before.
+FREE_OFF = {"drifting": 0.01 * 120 / LENGTH, "slow": 0.01 * 2.0 * math.sqrt(2) / LENGTH}
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Name of the adapter, which is found by its entry point."""
+    folder = tmp_path_factory.mktemp("planted")
+    info = folder / "planted-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: planted\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[carom.adapters]\nplanted = carom_planted:adapter\n")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(folder))
+        patch.syspath_prepend(str(Path(carom_planted.__file__).parent))
+        for cache in (registry._entry_points, cell_score._versions):  # noqa: SLF001 - a test may forget what was found
+            cache.cache_clear()
+        yield carom_planted.adapter.name
+    for cache in (registry._entry_points, cell_score._versions):  # noqa: SLF001 - and must not leave what it found
+        cache.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def results(installed: str) -> Results:
+    """Every fault, in both scenes."""
+    return cross_check([ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, jobs=1)
+
+
+def row_of(results: Results, scene: Scene, fault: str) -> Row:
+    (row,) = (row for row in results.rows if row.cell.scene.name == scene.name and row.cell.profile == fault)
+    return row
+
+
+@pytest.mark.parametrize("fault", SAID)
+def test_a_faulty_method_is_named_and_graded(results: Results, fault: str) -> None:
+    """The grade, and the verdicts with their numbers, are those of the table."""
+    grade, says = SAID[fault]
+    row = row_of(results, ROW, fault)
+    assert row.status is Status.RAN, row.reason
+    assert row.score is not None
+    found = {finding.verdict: finding.reason for finding in row.score.findings}
+    assert row.grade is grade, found
+    for verdict, words in says.items():
+        assert words in found.get(verdict, "not said"), (verdict, found)
+    assert grade is Grade.EXACT or not row.score.equals_pit
+
+
+@pytest.mark.parametrize("fault", REFUSED)
+def test_what_is_no_number_is_refused_by_name(results: Results, fault: str) -> None:
+    """A contact with a number that is NaN or infinite is no row to be graded, and its reason names the number."""
+    row = row_of(results, ROW, fault)
+    assert (row.status, row.grade) == (Status.FAILED, None)
+    assert REFUSED[fault] in row.reason
+
+
+@pytest.mark.parametrize("fault", FREE_OFF)
+def test_states_that_move_otherwise_than_their_velocities_are_followed_to_the_end(results: Results, fault: str) -> None:
+    """Where positions do not move with velocities no step is left out, though nothing can meet, and the end is seen."""
+    row = row_of(results, FREE, fault)
+    assert row.trace is not None
+    assert row.score is not None
+    assert row.trace.counts["steps_skipped"] == 0
+    assert row.score.final_position_error == pytest.approx(FREE_OFF[fault], rel=1e-9)
+    assert row.grade is Grade.INACCURATE
+    assert not row.score.equals_pit
+    assert {Verdict.MISPLACED, Verdict.DRIFTS} <= set(row.score.verdicts)
+    sound = row_of(results, FREE, "none")
+    assert sound.trace is not None
+    assert sound.trace.counts["steps_skipped"] > 0
+    assert sound.grade is Grade.EXACT
+
+
+def test_every_fault_has_its_row() -> None:
+    """No fault of the adapter is left out of the tables."""
+    assert set(carom_planted.FAULTS) == SAID.keys() | REFUSED.keys() | FREE_OFF.keys()

@@ -1,0 +1,128 @@
+"""Each fault of the table, planted in a right run, comes back as itself, at its size, and with no better grade."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import math
+import re
+from collections.abc import Iterator
+
+import pytest
+from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, ROW, Expected, Fault, faithful
+
+from carom import Trace, compare, solve_pic, solve_pit
+from carom.comparator import Grade, Verdict
+from carom.scenes import catalogue
+
+REFERENCE = solve_pic(ROW)
+BETWEEN_S = (FIRST_S + LAST_S) / 2
+ROWS = [pytest.param(fault, row, id=f"{fault.name}-{row.size:g}") for fault in FAULTS for row in fault.table]
+
+#: From best to worst. What is not graded has no place among them, and no fault of the table may lead there.
+WORSENING = [Grade.EXACT, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG]
+
+#: Faults that leave a run in agreement with itself, so that only a reference shows them: another path.
+ANOTHER_PATH = {"delayed", "hasty", "tunnelling"}
+
+
+def without_error(reference: Trace) -> Trace:
+    """A PIT that has no error, so that nothing hides behind sampling."""
+    return dataclasses.replace(reference, dt_s=DT)
+
+
+def shown(reason: str) -> float:
+    """The number that a reason gives: the first that is no number of impacts expected or of a disc."""
+    found = re.search(r"(?:by up to |length is up to |^)(\d+(?:\.\d+)?(?:e[+-]?\d+)?)", reason)
+    assert found is not None, reason
+    return float(found[1])
+
+
+@pytest.mark.parametrize(("fault", "row"), ROWS)
+def test_a_planted_fault_is_named_at_its_size(fault: Fault, row: Expected) -> None:
+    """The grade, every verdict, and the size that its reason shows are those of the table: no more, and no less."""
+    score = compare(REFERENCE, fault.plant(REFERENCE, row.size), sampling=without_error(REFERENCE))
+    assert score.grade is row.grade
+    assert set(score.verdicts) == (set(row.says) or {Verdict.CONFORMS})
+    for finding in score.findings:
+        expected = row.says.get(finding.verdict)
+        if expected is not None:  # three digits are shown
+            assert shown(finding.reason) == pytest.approx(expected, rel=0.006, abs=1e-12), finding
+    assert score.equals_pit == (row.grade is Grade.EXACT)
+
+
+@pytest.mark.parametrize(
+    "fault", [fault for fault in FAULTS if fault.name not in ANOTHER_PATH], ids=lambda fault: fault.name
+)
+def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> None:
+    """Where the reference may not be believed to the end, a run that contradicts itself is no better for that."""
+    observed = fault.plant(REFERENCE, fault.table[-1].size)
+    score = compare(REFERENCE, observed, sampling=without_error(REFERENCE), horizon=BETWEEN_S)
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG}
+    assert not score.equals_pit
+
+
+@pytest.mark.parametrize("name", sorted(ANOTHER_PATH))
+def test_another_path_beyond_the_horizon_is_nobodys_fault(name: str) -> None:
+    """A run that takes another path where the reference is not to be believed, and agrees with itself, stays exact."""
+    (fault,) = (fault for fault in FAULTS if fault.name == name)
+    size = 1 if name == "tunnelling" else fault.table[-1].size  # the other one lies within the horizon
+    score = compare(REFERENCE, fault.plant(REFERENCE, size), sampling=without_error(REFERENCE), horizon=BETWEEN_S)
+    assert score.verdicts == (Verdict.CONFORMS,)
+    assert score.grade is Grade.EXACT
+
+
+def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
+    for row in fault.table:
+        yield compare(reference, fault.plant(reference, row.size), sampling=sampling).grade
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+@pytest.mark.parametrize(
+    "name",
+    [
+        "paper/multiple",
+        "classics/inelastic-oblique",
+        *(
+            pytest.param(name, marks=pytest.mark.long)
+            for name in (
+                "paper/late",
+                "classics/bullet",
+                "classics/box",
+                "classics/deflection",
+                "classics/galperin-100",
+            )
+        ),
+    ],
+)
+def test_a_fault_that_grows_never_improves_its_grade(name: str, fault: Fault) -> None:
+    """In scenes of every kind, beside a real PIT and one without error, each size is graded no better than a lesser."""
+    reference = solve_pic(catalogue()[name].scene)
+    if len(reference.impacts) < fault.impacts or len(reference.scene.discs) < fault.discs:
+        pytest.skip(f"{name} has too few impacts or discs")
+    for sampling in (without_error(reference), solve_pit(reference.scene, frame_rate_hz=1 / DT)):
+        grades = [WORSENING.index(grade) for grade in graded(fault, reference, sampling)]
+        assert grades == sorted(grades)
+        assert grades[0] == 0
+        assert grades[-1] > 0
+
+
+@pytest.mark.parametrize("name", ["paper/late", "classics/sorting", "classics/deflection", "classics/gas"])
+def test_nothing_planted_is_nothing_found(name: str) -> None:
+    """The reference, as a method with steps would give it, conforms, and no error of any kind is more than rounding."""
+    reference = solve_pic(catalogue()[name].scene)
+    score = compare(reference, faithful(reference), sampling=without_error(reference))
+    assert score.verdicts == (Verdict.CONFORMS,)
+    assert score.grade is Grade.EXACT
+    own = score.consistency
+    assert own is not None
+    assert max(own.velocity.size, own.position.size, own.across, own.normal_rad, own.stamp_s) < 1e-12
+
+
+def test_every_size_of_a_ladder_is_larger_than_the_one_before() -> None:
+    """A ladder climbs, from nothing: what the tests of growth rest on."""
+    for fault in FAULTS:
+        sizes = [row.size for row in fault.table]
+        assert sizes[0] == 0
+        assert all(a < b for a, b in itertools.pairwise(sizes))
+        assert math.isfinite(sizes[-1])

@@ -1,0 +1,41 @@
+"""Every form of a PIT run, and all that one has found out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from carom.scene import Scene
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.frames import FrameSampledRun
+from carom.solvers.pit.run import FrameRun
+
+__all__ = ["Form", "bits", "compiled_forms", "finished"]
+
+Form = Callable[[Scene, FrameClock], FrameRun]
+
+
+def compiled_forms() -> dict[str, Form]:
+    """Return the compiled run as a user gets it, looping plainly, and skipping whatever that costs."""
+    from carom.solvers.pit.compiled import CompiledRun
+
+    return {
+        "default": CompiledRun,
+        "plain": lambda scene, clock: CompiledRun(scene, clock, skipping=False),
+        "always skipping": lambda scene, clock: CompiledRun(scene, clock, patience=math.inf),
+    }
+
+
+def finished(scene: Scene, clock: FrameClock, form: Form = FrameSampledRun) -> FrameRun:
+    """Return a run at the end of its scene."""
+    run = form(scene, clock)
+    run.advance_to(scene.duration_s)
+    return run
+
+
+def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, tuple[int, ...], int]:
+    """Return everything that a run has found out, as bytes: -0 differs from 0 here, too."""
+    position, velocity = np.ascontiguousarray(run.positions()), np.ascontiguousarray(run.velocities())
+    return run.log.array().tobytes(), position.tobytes(), velocity.tobytes(), run.log.ambiguous(), run.frames

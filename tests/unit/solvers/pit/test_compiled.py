@@ -1,0 +1,267 @@
+"""The compiled run gives what the definition gives, to the bit, and leaves out what can find nothing."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.forms import needs_extension
+from tests.unit.solvers.pit.forms import bits, compiled_forms, finished
+from tests.unit.solvers.pit.scenes import KINDS, random_scene
+from tests.unit.solvers.strategies import line, scenes
+
+from carom.bench.gas import gas_scene
+from carom.errors import InputError
+from carom.scene import Disc, Scene, Wall
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.run import FrameRun
+
+pytestmark = needs_extension
+
+
+def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
+    """Run a scene by all forms, which must end in the same bytes; return the definition's run."""
+    definition = finished(scene, clock)
+    for name, form in compiled_forms().items():
+        assert bits(finished(scene, clock, form)) == bits(definition), name
+    return definition
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
+    """Impacts, ambiguous rows, positions and velocities are the definition's, over scenes that do have impacts."""
+    impacts = 0
+    for seed in range(12):
+        scene, rate = random_scene(kind, seed)
+        impacts += len(assert_identical(scene, FrameClock.at_rate(rate)).log)
+    assert impacts > 12
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("kind", KINDS)
+def test_more_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
+    """So it is for hundreds of scenes of each kind."""
+    for seed in range(12, 400):
+        scene, rate = random_scene(kind, seed)
+        assert_identical(scene, FrameClock(step_s=1.0 / rate))
+
+
+@settings(max_examples=150)
+@given(scene=scenes(max_discs=7), rate=st.sampled_from([0.7, 3.0, 7.0, 12.0, 24.0]))
+def test_drawn_scenes_are_the_definitions_to_the_bit(scene: Scene, rate: float) -> None:
+    """So it is for scenes that a counterexample can be shrunk from."""
+    assert_identical(scene, FrameClock.at_rate(rate))
+
+
+def crowd(seed: int, *, ratio: float, speed: float, discs: int = 150) -> Scene:
+    """Discs of radii in a ratio of up to `ratio`, jostling in a box that they fill to some 4 parts in 10."""
+    rng = np.random.default_rng(seed)
+    side = math.ceil(math.sqrt(discs))
+    placed = []
+    for k in range(discs):
+        radius = 0.495 * ratio ** -rng.uniform(0, 1)
+        place = np.array([k % side, k // side]) + 0.5 + rng.uniform(-1, 1, 2) * (0.499 - radius)
+        mass = math.inf if k % 16 == 5 else radius**2
+        velocity = (0.0, 0.0) if mass == math.inf else tuple(rng.normal(size=2) * speed)
+        placed.append(Disc(position_m=tuple(place), velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
+    box = [
+        Wall(point_m=(p, p), normal=normal)
+        for p, normal in ((0, (1, 0)), (0, (0, 1)), (side, (-1, 0)), (side, (0, -1)))
+    ]
+    restitution = (1.0, 0.9, 0.0)[seed % 3]
+    return Scene(name="crowd", discs=placed, walls=box[seed % 2 :], restitution=restitution, duration_s=8.0)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3.0, 100.0])
+@pytest.mark.parametrize("speed", [0.1, 1.0, 10.0])
+def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: float) -> None:
+    """Discs that lie in many cells, of one size or many, give what compiled plain looping gives."""
+    forms = compiled_forms()
+    for seed in range(6):
+        scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock.at_rate(30.0)
+        plain = finished(scene, clock, forms["plain"])
+        assert bits(finished(scene, clock, forms["always skipping"])) == bits(plain)
+        assert len(plain.log) > 30
+
+
+def test_a_crowd_in_cells_is_the_definitions_to_the_bit() -> None:
+    """So it does for one of them beside the definition."""
+    scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
+    assert len(assert_identical(scene, FrameClock.at_rate(30.0)).log) > 100
+
+
+def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() -> None:
+    """So it is where a disc is larger than all cells of the small ones together."""
+    small = [
+        Disc(position_m=(3.0 * k, 103.0 + 3.0 * row), velocity_m_s=((-1) ** k, -9.0), radius_m=1.0, mass_kg=0.1)
+        for k in range(-20, 20)
+        for row in range(3)
+    ]
+    large = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 2.0), radius_m=100.0, mass_kg=1e4)
+    scene = Scene(name="large and small", discs=[*small, large], duration_s=3.0)
+    assert len(assert_identical(scene, FrameClock.at_rate(30.0)).log) > 100
+
+
+@pytest.mark.parametrize(("velocity", "expected"), [(0.0, 0), (2.0**-30, 1)])
+def test_touching_or_nearly_so_is_decided_by_the_definitions_own_test(velocity: float, expected: int) -> None:
+    """Discs that touch exactly collide at the first frame if they approach at all, and never if they do not."""
+    scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
+    run = assert_identical(scene, FrameClock.at_rate(8.0))
+    assert run.log.array()["time_s"].tolist() == [0.0] * expected
+
+
+def test_what_rounding_makes_of_a_parting_is_seen() -> None:
+    """Two discs in contact that part, but whose rounded moves bring them nearer, collide after some frames.
+
+    The coordinates straddle 2^30, beyond which floats are `unit` apart, and before it half as much. By .45 of a unit a
+    frame the second disc stays where it is; by .4, the first moves by half a unit. All of y stays.
+    """
+    unit, far = 2.0**-22, 2.0**30
+    slide = 0.05 * unit * 0.6 / 0.8 * (1 - 2.0**-20)  # a little less than what would cancel the parting along x
+    places = ((far - 0.3, 1.5 * far), (far + 0.3, 1.5 * far + 0.8))
+    velocities = ((0.4 * unit, 0.4 * unit), (0.45 * unit, 0.4 * unit - slide))
+    discs = [
+        Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5 + 2.0**-24)
+        for place, velocity in zip(places, velocities, strict=True)
+    ]
+    scene = Scene(name="parting", discs=discs, duration_s=100.0)
+    run = assert_identical(scene, FrameClock.at_rate(1.0))
+    assert 0.0 < run.log.array()["time_s"][0] < 50.0
+
+
+def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> None:
+    """Discs that meet after 150,000 frames are looked at now and then before, with the same result."""
+    scene = line(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
+    clock = FrameClock.at_rate(100.0)
+    assert len(assert_identical(scene, clock).log) == 1
+    looked_at = finished(scene, clock, compiled_forms()["default"]).counts["frames_looked_at"]
+    assert 160_000 // 2**16 <= looked_at <= 20
+
+
+@pytest.mark.long
+def test_a_million_frames_are_the_definitions_to_the_bit() -> None:
+    """So it is over a million frames, every one of which rounds every coordinate."""
+    scene = Scene(
+        name="long",
+        discs=[
+            Disc(position_m=(0.1, 0.2), velocity_m_s=(0.7, 0.3), radius_m=0.3),
+            Disc(position_m=(1.3, 0.9), velocity_m_s=(-0.2, 0.1), radius_m=0.4, mass_kg=3.0),
+            Disc(position_m=(2.0, 0.1), radius_m=0.2, mass_kg=math.inf),
+        ],
+        walls=[
+            Wall(point_m=(x, x / 2), normal=(nx, ny)) for x, nx, ny in ((-1, 1, 0), (-1, 0, 1), (3, -1, 0), (3, 0, -1))
+        ],
+        duration_s=1e6 / 97.0,
+    )
+    assert len(assert_identical(scene, FrameClock.at_rate(97.0)).log) > 1000
+
+
+def test_two_discs_far_apart_are_looked_at_a_handful_of_times() -> None:
+    """Of 6,000 frames of two discs that meet once, all but a handful are skipped."""
+    scene = line(0.0, 60.5, velocities=(1.0, 0.0), duration_s=100.0)
+    counts = finished(scene, FrameClock.at_rate(60.0), compiled_forms()["default"]).counts
+    assert counts["frames"] == 6000
+    assert counts["frames_looked_at"] <= 5
+    assert counts["frames_looked_at"] + counts["frames_skipped"] == 6000
+
+
+def test_separating_discs_are_looked_at_once() -> None:
+    """Discs that fly apart are looked at once, each at both of the others, and never again."""
+    scene = line(0.0, 1.0, 2.0, velocities=(-1.0, 0.5, 3.0), duration_s=50.0)
+    counts = finished(scene, FrameClock.at_rate(60.0), compiled_forms()["default"]).counts
+    assert (counts["frames_looked_at"], counts["pair_tests"]) == (1, 6)
+
+
+def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
+    """Asked to leave nothing out, the compiled run counts what the definition counts."""
+    scene = gas_scene(20, 0.3, duration_s=1.0)
+    clock = FrameClock.at_rate(60.0)
+    assert finished(scene, clock, compiled_forms()["plain"]).counts == finished(scene, clock).counts
+
+
+def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
+    """At 1,000 discs, packing .3, 60 frames a second: at most a hundredth of plain looping's tests."""
+    scene = gas_scene(1000, 0.3, duration_s=1.0)
+    clock = FrameClock.at_rate(60.0)
+    fast, plain = (finished(scene, clock, compiled_forms()[name]) for name in ("default", "plain"))
+    assert bits(fast) == bits(plain)
+    assert len(plain.log) > 100
+    assert fast.counts["pair_tests"] * 100 <= plain.counts["pair_tests"]
+
+
+def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
+    """Discs that lie on one another without end, all due at every frame, are soon tested as the definition does."""
+    discs = [Disc(position_m=(k, 0.0), velocity_m_s=(50.0 * (-1) ** k, 0.0), radius_m=0.5) for k in range(12)]
+    walls = [Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(11.5, 0), normal=(-1, 0))]
+    scene = Scene(name="crush", discs=discs, walls=walls, duration_s=100.0)
+    clock = FrameClock.at_rate(20.0)
+    run = finished(scene, clock, compiled_forms()["default"])
+    tests = 2000 * (12 * 11 // 2 + 12 * 2)
+    assert bits(run) == bits(finished(scene, clock))
+    assert run.counts["pair_tests"] <= 1.1 * tests
+    assert finished(scene, clock, compiled_forms()["always skipping"]).counts["pair_tests"] > 1.5 * tests
+
+
+def test_the_record_is_handed_out_as_it_grows() -> None:
+    """Arrays asked for in between stay as they were, none can be written to, and the last one holds all impacts."""
+    scene = gas_scene(50, 0.5, duration_s=2.0)
+    clock = FrameClock.at_rate(60.0)
+    whole = finished(scene, clock, compiled_forms()["default"]).log.array()
+    run = compiled_forms()["default"](scene, clock)
+    seen = []
+    for _ in range(120):
+        run.advance_frames(1)
+        seen.append(run.log.array())
+        assert not seen[-1].flags.writeable
+    for rows in seen:
+        assert rows.tobytes() == whole[: len(rows)].tobytes()
+    assert len(seen[-1]) == len(run.log) == len(whole) > 100
+
+
+def test_a_scene_with_gravity_is_refused() -> None:
+    """Compiled PIT knows straight paths only."""
+    from carom.solvers.pit.compiled import CompiledRun
+
+    scene = Scene(name="fall", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0, gravity_m_s2=(0.0, -9.8))
+    with pytest.raises(InputError, match="compiled PIT does not support gravity"):
+        CompiledRun(scene, FrameClock.at_rate(60.0))
+
+
+@pytest.mark.parametrize("count", [1, 36, 37])
+def test_any_number_of_discs_runs(count: int) -> None:
+    """One disc alone has only walls to meet; from some number on discs are kept in cells."""
+    discs = [
+        Disc(position_m=(2.0 * (k % 7), 2.0 * (k // 7)), velocity_m_s=(k % 5 - 2.5, k % 3 - 1.5), radius_m=0.75)
+        for k in range(count)
+    ]
+    walls = [Wall(point_m=(p, p), normal=normal) for p, normal in ((-1, (1, 0)), (-1, (0, 1)), (13, (-1, -1)))]
+    scene = Scene(name="some", discs=discs, walls=walls, duration_s=5.0)
+    assert len(assert_identical(scene, FrameClock.at_rate(24.0)).log) > 0
+
+
+def test_negative_zeros_are_the_definitions() -> None:
+    """Signs of zeros come out as in the definition, of discs that stand, that are immovable, and that move."""
+    discs = [
+        Disc(position_m=(-0.0, 0.0), velocity_m_s=(-0.0, 0.0), radius_m=0.5),
+        Disc(position_m=(-0.0, 3.0), velocity_m_s=(0.0, -1.0), radius_m=0.5),
+        Disc(position_m=(-0.0, -3.0), velocity_m_s=(-0.0, -0.0), radius_m=0.5, mass_kg=math.inf),
+        Disc(position_m=(9.0, -0.0), velocity_m_s=(-0.0, 1.0), radius_m=0.5),
+    ]
+    scene = Scene(name="zeros", discs=discs, duration_s=10.0)
+    assert_identical(scene, FrameClock.at_rate(3.0))
+    start = [form(scene, FrameClock.at_rate(3.0)) for form in compiled_forms().values()]
+    assert {bits(run) for run in start} == {bits(finished(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))}
+
+
+def test_rows_have_the_size_of_the_record() -> None:
+    """A row that is copied is as long as one of `IMPACT_DTYPE`, and no more rows are handed out than there are."""
+    from carom.solvers.pit.frame_loop import FrameLoop
+
+    loop = FrameLoop(line(0.0, 1.0, velocities=(1.0, 0.0)).arrays, 1.0, 8.0, True, math.inf)
+    loop.run(1, 100, 1e9)
+    assert loop.recorded == 1
+    with pytest.raises(IndexError, match="1 have been recorded"):
+        loop.copy_impacts(0, np.empty(105, np.int8))

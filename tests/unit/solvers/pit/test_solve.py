@@ -1,0 +1,62 @@
+"""Which form serves a scene, and what a trace says of it."""
+
+from __future__ import annotations
+
+import pytest
+from tests.forms import needs_extension, plain_form
+from tests.unit.solvers.strategies import line
+
+from carom import extension
+from carom.scene import Scene
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.frames import FrameSampledRun
+from carom.solvers.pit.solve import pit_run, solve_pit
+from carom.trace import Outcome
+
+CLOCK = FrameClock.at_rate(60.0)
+
+
+def falling() -> Scene:
+    return Scene(**{**line(0.0, 3.0, velocities=(1.0, 0.0)).model_dump(), "gravity_m_s2": (0.0, -9.8)})
+
+
+@needs_extension
+def test_compiled_code_serves_scenes_without_gravity() -> None:
+    """So it does whatever the number of discs, and for plain looping, too; there is nothing to note."""
+    from carom.solvers.pit.compiled import CompiledRun
+
+    for skipping in (True, False):
+        run = pit_run(line(0.0, velocities=(1.0,)), CLOCK, skipping=skipping)
+        assert isinstance(run, CompiledRun)
+        assert run.notes == ()
+
+
+def test_the_definition_serves_under_gravity() -> None:
+    """Where no faster form is left out there is nothing to note."""
+    run = pit_run(falling(), CLOCK)
+    assert isinstance(run, FrameSampledRun)
+    assert run.notes == ()
+
+
+def test_without_the_extension_the_definition_serves_and_says_so() -> None:
+    """The trace is the same to the bit, and notes why it took longer."""
+    scene = line(0.0, 3.0, velocities=(1.0, 0.0), restitution=0.5)
+    usual = solve_pit(scene)
+    with plain_form():
+        plain = solve_pit(scene)
+    assert usual.impacts.tobytes() == plain.impacts.tobytes()
+    assert usual.final_position_m.tobytes() == plain.final_position_m.tobytes()
+    (note,) = plain.notes
+    assert extension.PLAIN_VARIABLE in note
+
+
+@pytest.mark.parametrize("rate", [None, 10.0])
+def test_a_trace_tells_how_it_was_made(rate: float | None) -> None:
+    """Method, frame length, end and counts are the run's; the frame rate is the scene's own unless one is given."""
+    scene = line(0.0, 3.0, velocities=(1.0, 0.0), duration_s=4.0)
+    trace = solve_pit(scene, frame_rate_hz=rate)
+    assert (trace.method, trace.outcome, trace.end_time_s) == ("pit", Outcome.COMPLETED, 4.0)
+    assert trace.dt_s == 1.0 / (rate or scene.frame_rate_hz)
+    assert trace.counts["frames"] == 4.0 * (rate or scene.frame_rate_hz)
+    assert trace.counts["frames_looked_at"] + trace.counts["frames_skipped"] == trace.counts["frames"]
+    assert not trace.impacts.flags.writeable

@@ -1,0 +1,50 @@
+"""What is no number holds no relation, keeps no energy and is no error to be drawn, at whatever place it stands."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from carom import Scene, Trace, solve_pic
+from carom.bench.error_kind import ErrorKind, error_of
+from carom.bench.results import Point
+from carom.runner.cell_score import Measures
+from carom.scenes import catalogue
+from carom.stress.relations import base_scene, deviation_of, relations
+
+FIELDS = ["final_position_m", "final_velocity_m_s"]
+
+
+@pytest.mark.parametrize("field", FIELDS)
+@pytest.mark.parametrize("disc", [0, 2])
+def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -> None:
+    """A run whose places or velocities are NaN, of one disc or another, is infinitely far off."""
+
+    def run(scene: Scene) -> Trace:
+        trace = solve_pic(scene)
+        if scene is base:
+            return trace
+        values = getattr(trace, field).copy()
+        values[disc, 1] = math.nan
+        return dataclasses.replace(trace, **{field: values})
+
+    base = base_scene()
+    for relation in relations():
+        assert deviation_of(relation.name, base, run) == math.inf, relation.name
+
+
+def test_an_infinite_error_is_no_sound_point() -> None:
+    """The larger of a time and an infinite velocity error is infinite, and no diagram takes it for a point."""
+    scene = catalogue()["paper/late"].scene
+    measures = Measures(
+        expected=1, matched=1, missed=0, spurious=0, undecided=0, ambiguous=0, time_error_s=0.5,
+        velocity_error=math.inf, direction_error_rad=math.inf, final_position_error=math.inf,
+        final_velocity_error=math.inf, energy_error=math.inf, momentum_error=math.inf,
+        duration_s=scene.duration_s, steps=1, outcome="completed",
+    )  # fmt: skip
+    assert error_of(measures, ErrorKind.IMPACT) == math.inf
+    point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
+    assert not point.sound
+    assert dataclasses.replace(point, error=0.1).sound
