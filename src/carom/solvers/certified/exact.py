@@ -7,61 +7,49 @@ the bodies: for two discs P = -b, Q = D, A = a; for a wall P = (p - q).n, Q = r^
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
-from carom.scene import Scene
-from carom.trace import wall_index
+import numpy as np
 
-__all__ = [
-    "exactly_grazing",
-    "exactly_grazing_wall",
-    "exactly_simultaneous",
-    "gap_and_speed_at_wall",
-    "gap_and_speed_of_pair",
-    "pull_along_wall",
-]
+from carom.broad_phase import near_pairs, near_walls
+from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.trace import wall_body, wall_index
 
+if TYPE_CHECKING:
+    from carom.scene import Scene
 
-class _PairTerms(NamedTuple):
-    """Coefficients of ``a t^2 + 2 b t + c`` for two discs at the start, and D = b^2 - a c."""
+__all__ = ["contact_at_start", "exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pull_along_wall"]
 
-    a: Fraction
-    b: Fraction
-    c: Fraction
-    d: Fraction
+#: Relative slack of the float64 search: far above its rounding, far below what would let many pairs through.
+_SLACK = 2.0**-40
 
 
-def _pair_terms(scene: Scene, i: int, j: int) -> _PairTerms:
-    """Return the exact coefficients of two discs at the start."""
-    p, q = scene.discs[i], scene.discs[j]
-    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
-    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
-    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
-    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
-    return _PairTerms(a, b, c, b * b - a * c)
+def contact_at_start(scene: Scene) -> Degeneracy | None:
+    """Return the first pair of bodies that touch or overlap at the start and approach; None where none do.
+
+    Such a state has no past, so no certain future.
+    """
+    for i, j in _near_bodies(scene):
+        if j >= 0:
+            a, b, c = _pair_terms(scene, i, j)
+            gap, speed, pull = c, b, 0
+        else:
+            offset, rim2, toward = _root_form(scene, i, j)
+            gap, speed, pull = offset * abs(offset) - rim2, -toward, pull_along_wall(scene, wall_index(j))
+        if gap <= 0 and speed < 0:
+            kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
+        elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
+            kind = Degenerate.RESTING_CONTACT
+        else:
+            continue
+        return Degeneracy(kind, (min(i, j), max(i, j)), 0.0, 0.0, proven=True, bits=0)
+    return None
 
 
 def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
     """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
-    terms = _pair_terms(scene, i, j)
-    return terms.d == 0 or terms.a == 0
-
-
-def pull_along_wall(scene: Scene, k: int) -> int:
-    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
-
-
-def gap_and_speed_of_pair(scene: Scene, i: int, j: int) -> tuple[int, int]:
-    """Return the signs of two discs' gap at the start, and of the speed at which it grows."""
-    terms = _pair_terms(scene, i, j)
-    return _sign(terms.c), _sign(terms.b)
-
-
-def gap_and_speed_at_wall(scene: Scene, i: int, k: int) -> tuple[int, int]:
-    """Return the signs of a disc's gap to a wall at the start, and of its speed along the wall's normal."""
-    offset, rim2, toward = _wall_terms(scene, i, k)
-    return _sign(offset * abs(offset) - rim2), -_sign(toward)
+    _, d, a = _root_form(scene, i, j)
+    return d == 0 or a == 0
 
 
 def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
@@ -69,7 +57,7 @@ def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
 
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
-    offset, rim2, toward = _wall_terms(scene, i, k)
+    offset, rim2, toward = _root_form(scene, i, wall_body(k))
     pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
@@ -81,13 +69,17 @@ def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, i
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
     B = A1^2 Q2, which squaring twice decides.
     """
-    p1, q1, a1 = _root_form(scene, *one)
-    p2, q2, a2 = _root_form(scene, *other)
+    (p1, q1, a1), (p2, q2, a2) = _root_form(scene, *one), _root_form(scene, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # the left side, a root, is not negative
+
+
+def pull_along_wall(scene: Scene, k: int) -> int:
+    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
+    return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
 
 
 def _sign(number: Fraction) -> int:
@@ -98,17 +90,33 @@ def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction
     return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
 
 
-def _wall_terms(scene: Scene, i: int, k: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of a disc and a wall."""
-    disc, wall = scene.discs[i], scene.walls[k]
+def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
+    p, q = scene.discs[i], scene.discs[j]
+    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
+    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
+    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
+    return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+
+
+def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return P, Q and A of a disc and any other body."""
+    if second >= 0:
+        a, b, c = _pair_terms(scene, first, second)
+        return -b, b * b - a * c, a
+    disc, wall = scene.discs[first], scene.walls[wall_index(second)]
     offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
     return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
 
 
-def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of any two bodies."""
-    if second < 0:
-        return _wall_terms(scene, first, wall_index(second))
-    terms = _pair_terms(scene, first, second)
-    return -terms.b, terms.d, terms.a
+def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
+    """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
+    start = scene.arrays
+    walls = np.array(start.walls).reshape(-1, 4)
+    reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
+    pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
+    reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)
+    for block in near_walls(start.position_m, reach, start.movable, walls):
+        pairs += [(disc, wall_body(wall)) for disc, wall in zip(*block, strict=True)]
+    return sorted(((int(i), int(j)) for i, j in pairs), key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))

@@ -36,12 +36,10 @@ class BallImpact(NamedTuple):
 def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     """Give both bodies the state after an impact that is certain, and return it."""
     before = _velocities(bodies, meeting) if bodies.falls else None
-    if meeting.pair is not None:
-        normal = _collide(bodies, meeting, meeting.pair)
-    elif meeting.fall is not None:
-        normal = _push_off(bodies, meeting, meeting.fall)
+    if isinstance(meeting.near, PairApproach):
+        normal = _collide(bodies, meeting, meeting.near)
     else:
-        normal = _reflect(bodies, meeting)
+        normal = _bounce(bodies, meeting, meeting.near)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
@@ -68,14 +66,10 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
         vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
     else:
         nx, ny = near.dx + near.ux * near.wait, near.dy + near.uy * near.wait
-        if bodies.movable[i]:
-            push = law.push_i * near.root
-            px, py = push * nx, push * ny
-            vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * near.wait, yi + py * near.wait
-        if bodies.movable[j]:
-            push = law.push_j * near.root
-            px, py = push * nx, push * ny
-            vxj, vyj, xj, yj = vxj + px, vyj + py, xj - px * near.wait, yj - py * near.wait
+        push_i, push_j = law.push_i * near.root, law.push_j * near.root
+        px, py, qx, qy = push_i * nx, push_i * ny, push_j * nx, push_j * ny
+        vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * near.wait, yi + py * near.wait
+        vxj, vyj, xj, yj = vxj + qx, vyj + qy, xj - qx * near.wait, yj - qy * near.wait
     for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
         if bodies.movable[disc]:
             bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
@@ -95,34 +89,22 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
     )
 
 
-def _reflect(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a wall as a mirror."""
+def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> tuple[arb, arb, arb]:
+    """Carry out the impact of a disc on a wall: a mirror, but for one that gravity pulls to or from."""
     i = meeting.first
     law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
     x, y = bodies.moved(i, meeting.at)
     vx, vy = bodies.vx[i], bodies.vy[i]
-    if law.m_xy.is_zero():  # an exact 1 must not cost a rounding
-        if not law.nx.is_zero():
-            bodies.x[i], bodies.y[i] = law.m_xx * x + law.shift_x, y
-            bodies.vx[i] = law.m_xx * vx
-        else:
-            bodies.x[i], bodies.y[i] = x, law.m_yy * y + law.shift_y
-            bodies.vy[i] = law.m_yy * vy
+    if near is not None:  # it comes at the speed ``root / |n|``
+        push = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
+        px, py = push * law.nx, push * law.ny
+        x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
+    elif not law.m_xy.is_zero():
+        x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
+        vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
+    elif law.ny.is_zero():  # an exact 1 must not cost a rounding
+        x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
-        bodies.x[i] = law.m_xx * x + law.m_xy * y + law.shift_x
-        bodies.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
-        bodies.vx[i] = law.m_xx * vx + law.m_xy * vy
-        bodies.vy[i] = law.m_xy * vx + law.m_yy * vy
-    return ZERO - law.nx, ZERO - law.ny, law.length
-
-
-def _push_off(bodies: BallBodies, meeting: Meeting, near: WallApproach) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a wall that gravity pulls to or from: it comes at the speed ``root / |n|``."""
-    i = meeting.first
-    law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
-    push = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
-    px, py = push * law.nx, push * law.ny
-    x, y = bodies.moved(i, meeting.at)
-    bodies.x[i], bodies.y[i] = x - px * near.wait, y - py * near.wait
-    bodies.vx[i], bodies.vy[i] = bodies.vx[i] + px, bodies.vy[i] + py
+        y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
+    bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i] = x, y, vx, vy
     return ZERO - law.nx, ZERO - law.ny, law.length

@@ -1,9 +1,8 @@
 """When two bodies meet, as a ball: certified to meet, certified never to, or not decided at this precision.
 
-The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it. With d and u the
-relative position and velocity there, ``a t^2 + 2 b t + c = 0`` has its earlier root at ``t = c / (-b + sqrt(D))``; c is
-nearly 0, so the root's error is that of the distance alone. ``D = a R^2 - (d x u)^2`` stands in place of
-``b^2 - a c``, since the cross product does not change along the paths.
+The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it: with the quadratic
+of `docs/physics.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that of
+the distance alone.
 
 Under gravity the gap to a wall is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
 ``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
@@ -18,21 +17,15 @@ from flint import arb
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.exact import exactly_grazing, exactly_grazing_wall, pull_along_wall
 from carom.solvers.certified.floats import float_above
-from carom.trace import wall_body, wall_index
+from carom.trace import wall_index
 
 __all__ = ["Meeting", "PairApproach", "WallApproach", "meet"]
 
 
 class PairApproach(NamedTuple):
-    """Two discs at `Meeting.at`, and what is left of their way.
+    """Two discs at `Meeting.at`: centres, relative position and velocity; and what is left of their way.
 
-    Attributes:
-        xi: Centre of the first, metres; `yi` likewise.
-        xj: Centre of the second; `yj` likewise.
-        dx: Position of the second relative to the first; `dy` likewise.
-        ux: Velocity of the second relative to the first; `uy` likewise.
-        root: Root of D: the speed at which they close at contact, times the sum of their radii.
-        wait: Seconds to the impact.
+    `root`, that of D, is the speed at which they close at contact, times the sum of their radii; `wait` is in seconds.
     """
 
     xi: arb
@@ -48,12 +41,7 @@ class PairApproach(NamedTuple):
 
 
 class WallApproach(NamedTuple):
-    """A disc at `Meeting.at` that falls on a wall.
-
-    Attributes:
-        root: Root of D: the speed at which it comes, times the length of the wall's normal.
-        wait: Seconds to the impact.
-    """
+    """What is left of the way of a disc that falls on a wall; `root` is the speed at contact, times the normal's length."""
 
     root: arb
     wait: arb
@@ -71,8 +59,7 @@ class Meeting(NamedTuple):
         decided: Whether the impact is certain.
         resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
         proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
-        pair: What is known of two discs; None for a wall.
-        fall: What is known of a disc and a wall that gravity has a part along; else None.
+        near: What is known of two discs, or of a disc and a wall that gravity has a part along.
     """
 
     first: int
@@ -80,39 +67,34 @@ class Meeting(NamedTuple):
     at: float
     time: arb
     latest: float
-    decided: bool
+    decided: bool = True
     resting: bool = False
     proven: bool = False
-    pair: PairApproach | None = None
-    fall: WallApproach | None = None
+    near: PairApproach | WallApproach | None = None
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
     if body >= 0:
         return _meet_pair(bodies, min(disc, body), max(disc, body), at)
-    if bodies.falls and pull_along_wall(bodies.scene, wall_index(body)):
-        return _fall_on_wall(bodies, disc, wall_index(body), at)
-    return _meet_wall(bodies, disc, wall_index(body), at)
+    falls_on = bodies.falls and pull_along_wall(bodies.scene, wall_index(body))
+    return _fall_on_wall(bodies, disc, body, at) if falls_on else _meet_wall(bodies, disc, body, at)
 
 
 def _undecided(first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False) -> Meeting:
     return Meeting(first, second, at, time, float_above(time), False, resting, proven)
 
 
-def _meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on wall `k` along a straight path."""
-    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
-    vx, vy = bodies.vx[i], bodies.vy[i]
-    speed = vx * law.nx + vy * law.ny
+def _meet_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on a wall along a straight path."""
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    speed = bodies.vx[i] * law.nx + bodies.vy[i] * law.ny
     if speed >= 0:
         return None
     x, y = bodies.moved(i, at)
     gap = x * law.nx + y * law.ny - law.level
-    second = wall_body(k)
     if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
-        toward = ZERO - speed.lower()
-        time = arb(at) + (gap / toward).lower().max(ZERO)
+        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
         return _undecided(i, second, at, time, resting=not gap > 0)
     time = arb(at) - gap / speed
     if time < at:  # before this path, which is known to be free of impacts until then
@@ -122,45 +104,37 @@ def _meet_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
     return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
 
 
-def _fall_on_wall(bodies: BallBodies, i: int, k: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on wall `k` along a parabola."""
-    second = wall_body(k)
+def _fall_on_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on a wall along a parabola."""
+    k = wall_index(second)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     x, y = bodies.place(i, at)
     vx, vy = bodies.velocity(i, arb(at))
     gx, gy = bodies.gravity
     gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
     d = speed * speed - 2 * pull * gap
-    away = pull_along_wall(bodies.scene, k) > 0
     if d < 0 or d.is_zero() or (bodies.untouched(i) and exactly_grazing_wall(bodies.scene, i, k)):
         return None
     begin = bodies.since(i, second)
     if not d > 0:  # turns back where it may just touch; or it may lie on the wall
-        least, most = d.lower().max(ZERO).sqrt(), d.upper().sqrt()
-        time = arb(at) + (ZERO - speed - least.union(most)) / pull
-        if time < begin:
-            return None
-        return _undecided(i, second, at, _earliest(time, at), resting=not away)
-    root = d.sqrt()
-    wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # the form that subtracts nothing
-    time = arb(at) + wait
-    if time < begin or time < at:  # before this path, which is known to be free of impacts until `at`
+        root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
+        time = arb(at) + (ZERO - speed - root) / pull
+    else:
+        root = d.sqrt()
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # what subtracts nothing
+        time = arb(at) + wait
+    if time < begin or (d > 0 and time < at):  # before this path, which is known to be free of impacts until `at`
         return None
-    if not time > begin:
-        return _undecided(i, second, at, _earliest(time, at), resting=True)
-    return Meeting(i, second, at, time, float_above(time), True, fall=WallApproach(root, wait))
-
-
-def _earliest(time: arb, at: float) -> arb:
-    """Return the least of what a time may be that is not before `at`."""
-    return time.lower().max(arb(at)) if time.is_finite() else arb(at)
+    if d > 0 and time > begin:
+        return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
+    earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
+    return _undecided(i, second, at, earliest, resting=d > 0 or pull_along_wall(bodies.scene, k) < 0)
 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     """Return the impact of discs `i` < `j`."""
     law = bodies.pair_law(i, j)
-    xi, yi = bodies.moved(i, at)
-    xj, yj = bodies.moved(j, at)
+    (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
     dx, dy = xj - xi, yj - yi
     ux, uy = bodies.vx[j] - bodies.vx[i], bodies.vy[j] - bodies.vy[i]
     if dy.is_zero() and uy.is_zero():
@@ -186,17 +160,17 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
-        if root.is_finite() and _already_apart(wait, root, ux, uy, at, begin):
+        if root.is_finite() and time + 2 * root / (ux * ux + uy * uy) < begin:  # had parted before the paths began
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
         # Where they overlap already, and are driven together, they meet at once.
         return _undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
-    pair = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
-    return Meeting(i, j, at, time, float_above(time), decided=True, pair=pair)
+    near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
+    return Meeting(i, j, at, time, float_above(time), near=near)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return the root of D and the time from now of an impact along an axis; no root where it never comes."""
+    """Return root and wait of an impact along an axis: no root where it never comes, no wait where that is undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:
@@ -205,12 +179,4 @@ def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
         return ZERO, None
     if closing <= 0:
         return None, None
-    if not closing > 0:
-        return ZERO, None
-    return closing * reach, gap / closing
-
-
-def _already_apart(wait: arb, root: arb, ux: arb, uy: arb, at: float, begin: arb) -> bool:
-    """Whether the bodies, on their paths extended backwards, had parted again before the paths began."""
-    parted = arb(at) + wait + 2 * root / (ux * ux + uy * uy)
-    return bool(parted < begin)
+    return (closing * reach, gap / closing) if closing > 0 else (ZERO, None)

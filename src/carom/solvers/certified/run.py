@@ -16,7 +16,7 @@ from flint import arb, ctx
 
 from carom.extension import Patience, extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.contact_at_start import contact_at_start
+from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.impacts import carry_out
 from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed

@@ -48,9 +48,9 @@ class StartBounds:
 
     def _fill(self, i: int, others: Iterable[int]) -> None:
         bodies = self._bodies
-        for j in others:
-            if (bodies.movable[i] or bodies.movable[j]) and not bodies.have_just_met(i, j):
+        walls = range(-len(bodies.scene.walls), 0) if bodies.movable[i] else ()
+        for j in (*others, *walls):
+            movable = bodies.movable[i] or (j >= 0 and bodies.movable[j])
+            met = bodies.have_just_met(i, j) if j >= 0 else not bodies.falls and bodies.partner[i] == j
+            if movable and not met:
                 self.raise_to(i, j, bodies.path_start(i, j))
-        for wall in range(-len(bodies.scene.walls), 0):
-            if bodies.movable[i] and (bodies.falls or bodies.partner[i] != wall):
-                self.raise_to(i, wall, bodies.path_start(i, wall))
