@@ -75,6 +75,9 @@ class Recording:
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
         self._wall_normals: dict[int, Vector] = {}
 
+    def __len__(self) -> int:
+        return len(self.rows)
+
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
         return impact_array(row.values for row in self.rows)

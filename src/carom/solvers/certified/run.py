@@ -18,19 +18,16 @@ from carom.extension import Patience, extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.impacts import carry_out
-from carom.solvers.certified.meetings import meet
+from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 from carom.solvers.certified.selection import OutOfTime, Selection, Undecided
 from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.certified.meetings import Meeting
     from carom.solvers.run import Progress
 
 __all__ = ["CertifiedRun"]
@@ -44,11 +41,11 @@ _GUARD_BITS = 24
 #: The precision is raised to what the bits lost so far let expect, and an eighth more; but never more than eightfold,
 #: since the first impacts say little about all, and never less than to half as much again.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
+#: The working precision is lowered where a tenth of it has come to mean nothing.
+_LOWER_AT = 0.9
 #: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
 #: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
 _COLLAPSE = 20
-#: The working precision is lowered where a tenth of it has come to mean nothing.
-_LOWER_AT = 0.9
 #: Ends after which a run can be taken further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
@@ -98,12 +95,12 @@ class CertifiedRun:
         self._digits_bits = math.ceil(digits * BITS_A_DIGIT) + 16
         self._most_bits, self._tie_bits = max_precision_bits, tie_bits
         self.precision_bits = min(self._digits_bits + _FIRST_BITS, max_precision_bits)
-        self._attempt = Attempt(scene, self.precision_bits)
+        self._attempt = Attempt(scene, self.precision_bits, self.log)
 
     @property
     def counts(self) -> dict[str, int]:
         """Work counts."""
-        return {"impacts": len(self.log.rows), "replays": self.replays}
+        return {"impacts": len(self.log), "replays": self.replays}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -142,13 +139,12 @@ class CertifiedRun:
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
-            stop = self._judged(attempt.advance(self.log, goal), attempt)
+            stop = self._judged(attempt.advance(goal), attempt)
             if attempt.has_replayed:  # what it was begun again from has nothing more to say
                 self._attempt = attempt
             if stop.ending is None:
                 self.precision_bits = self._next_bits(attempt, stop, goal)
-                attempt = Attempt(self.scene, self.precision_bits, self._attempt)
-                self.log.begin_again()
+                attempt = Attempt(self.scene, self.precision_bits, self.log, self._attempt)
                 self.replays += 1
         self.log.convert()
         self.ending, self.degeneracy = stop
@@ -167,11 +163,12 @@ class CertifiedRun:
 
     def result(self) -> CertifiedTrace:
         """Return what is certified so far, with the state at the exact instant `time_s`."""
-        attempt, impacts = self._attempt, len(self.log.rows)
+        attempt, impacts = self._attempt, len(self.log)
         # An interrupt may have cut an impact in two.
         if impacts < len(attempt.events) or self.ending is Ending.INTERRUPTED:
-            attempt = Attempt(self.scene, attempt.bits, attempt)
-            attempt.replay(impacts)
+            attempt = Attempt(self.scene, attempt.bits, self.log, attempt, impacts)
+            if attempt.advance(Goal(self.time_s, impacts, math.inf, None, Patience())).ending is Ending.INTERRUPTED:
+                raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
             places = [bodies.place(i, self.time_s) for i in range(len(bodies))]
@@ -243,14 +240,18 @@ class Attempt:
         commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
     """
 
-    def __init__(self, scene: Scene, bits: int, earlier: Attempt | None = None) -> None:
+    def __init__(
+        self, scene: Scene, bits: int, log: Recording, earlier: Attempt | None = None, impacts: int | None = None
+    ) -> None:
         self.bits = self.precision = bits
         with ctx.workprec(bits):
             self.bodies = BallBodies(scene)
         self.events: list[tuple[int, int, float]] = []
-        self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
-        self._known: Sequence[tuple[int, int, float]] = earlier.events if earlier else ()
+        self.commuted = list(earlier.commuted) if earlier else []
+        self._known = earlier.events[:impacts] if earlier else []
         self._selection: Selection | None = None
+        self._log = log
+        log.begin_again()
 
     @property
     def has_replayed(self) -> bool:
@@ -262,24 +263,11 @@ class Attempt:
         with ctx.workprec(self.precision):
             return self.bits - self.bodies.worst_accuracy_bits()
 
-    def replay(self, count: int) -> None:
-        """Carry out the first `count` impacts that were certified before, and record nothing."""
-        with ctx.workprec(self.bits):
-            for event in self._known[:count]:
-                meeting = meet(self.bodies, *event)
-                assert meeting is not None  # noqa: S101 - it was certified at this very precision
-                carry_out(self.bodies, meeting)
-                self.events.append(event)
-                if len(self.events) % _CHUNK == 0:
-                    _follow(self.bodies)
-            self.precision = ctx.prec
-
-    def advance(self, log: Recording, goal: Goal) -> Stop:
+    def advance(self, goal: Goal) -> Stop:
         """Go on as far as this precision and the goal let it."""
         with ctx.workprec(self.precision):
             try:
-                stop = self._replay(log, goal)
-                return self._select(log, goal) if stop is None else stop
+                return self._replay(goal) or self._select(goal)
             except OutOfTime:
                 return Stop(Ending.TIME_BUDGET)
             except KeyboardInterrupt:
@@ -287,19 +275,16 @@ class Attempt:
             finally:
                 self.precision = ctx.prec
 
-    def _replay(self, log: Recording, goal: Goal) -> Stop | None:
-        for event in self._known[len(self.events) :]:
-            meeting = meet(self.bodies, *event)
-            if meeting is None or not meeting.decided:
-                return Stop()
-            if (stop := self._carry_out(meeting, log, goal)) is not None:
+    def _replay(self, goal: Goal) -> Stop | None:
+        while not self.has_replayed:
+            meeting = meet(self.bodies, *self._known[len(self.events)])
+            stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
+            if stop is not None:
                 return stop
         return None
 
-    def _select(self, log: Recording, goal: Goal) -> Stop:
-        if self._selection is None:
-            self._selection = Selection(self.bodies)
-        selection = self._selection
+    def _select(self, goal: Goal) -> Stop:
+        selection = self._selection = self._selection or Selection(self.bodies)
         selection.end_s, selection.deadline_s = goal.time_s, goal.deadline_s
         while True:
             at_limit = len(self.events) >= goal.impacts
@@ -307,44 +292,38 @@ class Attempt:
                 choice = selection.next_impact()
             except Undecided as undecided:
                 if at_limit:
-                    return self._end(Ending.MAX_IMPACTS, log)
-                return Stop(None, undecided.degeneracy if log.convert() else None)
+                    return self._end(Ending.MAX_IMPACTS)
+                return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
-                return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS, log)
+                return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
             if choice.commutes:
                 self.commuted.append((len(self.events), len(self.events) + 1))
-            stop = self._carry_out(choice.meeting, log, goal)
+            stop = self._carry_out(choice.meeting, goal)
             selection.changed(choice.meeting)
             if stop is not None:
                 return stop
 
-    def _end(self, ending: Ending, log: Recording) -> Stop:
-        return Stop(ending if log.convert() and log.state_is_good(self.bodies) else None)
+    def _end(self, ending: Ending) -> Stop:
+        return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
 
-    def _carry_out(self, meeting: Meeting, log: Recording, goal: Goal) -> Stop | None:
+    def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
         """Carry out and record an impact; now and then convert, lower the precision, and see whether to stop."""
-        impact = carry_out(self.bodies, meeting)
+        self._log.add(carry_out(self.bodies, meeting))
         self.events.append(meeting[:3])
-        log.add(impact)
         if len(self.events) % _CHUNK:
             return None
-        if not log.convert():
+        if not self._log.convert():
             return Stop()
         goal.patience.look()
         if goal.progress is not None:
             goal.progress(len(self.events), max(self.bodies.time))
         if time.perf_counter() > goal.deadline_s:
             return Stop(Ending.TIME_BUDGET)
-        _follow(self.bodies)
-        collapse = _collapse(log, self.bodies)
+        enough = self.bodies.best_accuracy_bits() + _GUARD_BITS
+        if enough < _LOWER_AT * ctx.prec:
+            self.bodies.lower_precision(max(enough, 64))
+        collapse = _collapse(self._log, self.bodies)
         return None if collapse is None else Stop(Ending.DEGENERATE, collapse)
-
-
-def _follow(bodies: BallBodies) -> None:
-    """Lower the working precision where the balls have grown."""
-    enough = bodies.best_accuracy_bits() + _GUARD_BITS
-    if enough < _LOWER_AT * ctx.prec:
-        bodies.lower_precision(max(enough, 64))
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
