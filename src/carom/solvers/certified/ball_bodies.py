@@ -212,7 +212,7 @@ class BallBodies:
         return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
-        """Write down that disc `i`, whose state is of `at` already, has met another body at `time`, `latest` at most."""
+        """Note that disc `i`, whose state is of `at` already, has met another body at `time`, `latest` at most."""
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

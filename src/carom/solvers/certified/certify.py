@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
 
 if TYPE_CHECKING:
@@ -54,23 +55,21 @@ def certify(
         MissingExtraError: python-flint is not installed.
         InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
-    if not 1 <= digits <= 10_000:
+    if count("digits", digits, least=1) > 10_000:
         raise InputError(f"digits must be 1 to 10000, got {digits}")
-    if max_impacts is not None and max_impacts < 0:
-        raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
-    if time_budget_s is not None and not time_budget_s > 0:
-        raise InputError(f"time_budget_s must be above 0, got {time_budget_s}")
-    if max_precision_bits < 64:
-        raise InputError(f"max_precision_bits must be 64 or more, got {max_precision_bits}")
-    if tie_bits < 64:
-        raise InputError(f"tie_bits must be 64 or more, got {tie_bits}")
+    if max_impacts is not None:
+        count("max_impacts", max_impacts)
+    if time_budget_s is not None:
+        number("time_budget_s", time_budget_s, positive=True)
+    count("max_precision_bits", max_precision_bits, least=64)
+    count("tie_bits", tie_bits, least=64)
     _refuse_quartics(scene)
     try:
-        from carom.solvers.certified.run import CertifiedRun
-    except ModuleNotFoundError as error:
-        if error.name != "flint":
-            raise
+        import flint  # noqa: F401 - what follows needs it
+    except ModuleNotFoundError:
         raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
+    from carom.solvers.certified.run import CertifiedRun
+
     run = CertifiedRun(scene, digits=digits, max_precision_bits=max_precision_bits, tie_bits=tie_bits)
 
     def report(impacts: int, time_s: float) -> None:

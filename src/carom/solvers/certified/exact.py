@@ -31,8 +31,8 @@ def contact_at_start(scene: Scene) -> Degeneracy | None:
     """
     for i, j in _near_bodies(scene):
         if j >= 0:
-            a, b, c = _pair_terms(scene, i, j)
-            gap, speed, pull = c, b, 0
+            _, speed, gap = _pair_terms(scene, i, j)
+            pull = 0
         else:
             offset, rim2, toward = _root_form(scene, i, j)
             gap, speed, pull = offset * abs(offset) - rim2, -toward, pull_along_wall(scene, wall_index(j))

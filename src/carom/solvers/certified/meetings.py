@@ -41,7 +41,7 @@ class PairApproach(NamedTuple):
 
 
 class WallApproach(NamedTuple):
-    """What is left of the way of a disc that falls on a wall; `root` is the speed at contact, times the normal's length."""
+    """A disc that falls on a wall: `root` is its speed at contact times the normal's length, `wait` is in seconds."""
 
     root: arb
     wait: arb
@@ -170,7 +170,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:
-    """Return root and wait of an impact along an axis: no root where it never comes, no wait where that is undecided."""
+    """Return root and wait of an impact along an axis: no root where it never comes, no wait where undecided."""
     if d > 0:
         gap, closing = d - reach, ZERO - u
     elif d < 0:

@@ -131,23 +131,18 @@ class Recording:
             return False
         if self._tolerance * t < t_radius and not time.rad() <= self._tolerance * t:
             return False
-        if impact.before is not None:
-            before = [enclosed(*(+v for v in impact.before[:2])), enclosed(*(+v for v in impact.before[2:]))]
-        else:
+        if impact.before is None:
             before = [self._velocity[first], self._velocity[second] if second >= 0 else AT_REST]
+        else:
+            before = [enclosed(*(+v for v in vector)) for vector in (impact.before[:2], impact.before[2:])]
         self._velocity[first] = velocities[0]
         if second >= 0:
             self._velocity[second] = velocities[1]
         vectors = (self._normal(impact), *before, *velocities)
-        self.rows.append(
-            Row(
-                ImpactRecord(t, first, second, *(vector.value for vector in vectors)),
-                ImpactRecord(t_radius, first, second, *(vector.radius for vector in vectors)),
-                tuple(v.str(self.digits, radius=False) for v in (time, *after))
-                if self.digits > MOST_FLOAT_DIGITS
-                else (),
-            )
-        )
+        values = ImpactRecord(t, first, second, *(vector.value for vector in vectors))
+        radii = ImpactRecord(t_radius, first, second, *(vector.radius for vector in vectors))
+        told = (time, *after) if self.digits > MOST_FLOAT_DIGITS else ()
+        self.rows.append(Row(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
         return True
 
     def _normal(self, impact: BallImpact) -> Vector:

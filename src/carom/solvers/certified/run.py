@@ -247,7 +247,7 @@ class Attempt:
         with ctx.workprec(bits):
             self.bodies = BallBodies(scene)
         self.events: list[tuple[int, int, float]] = []
-        self.commuted = list(earlier.commuted) if earlier else []
+        self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
         self._known = earlier.events[:impacts] if earlier else []
         self._selection: Selection | None = None
         self._log = log

@@ -91,7 +91,7 @@ class Selection:
                 return None
             if (disc, body) not in meetings:
                 meeting = self._solve(bound, disc, body)
-                if meeting is None or not (meeting.decided and meeting.latest <= self.end_s):
+                if meeting is None or not meeting.decided or meeting.latest > self.end_s:
                     continue
                 if len(bounds.up_to(meeting.latest)) == 1:  # all others are above all that its time may be
                     return Choice(meeting, False)
@@ -188,7 +188,7 @@ class Selection:
     def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
             return self._unresolved(other)
-        shared = bool(self._moved_by(one) & self._moved_by(other))
+        shared = self._moved_by(one) & self._moved_by(other)
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))
 
@@ -202,11 +202,7 @@ class Selection:
             len(meetings) == 2
             and bodies.untouched(*involved)
             and not (bodies.falls and involved[0] < 0)
-            and exactly_simultaneous(
-                bodies.scene,
-                (meetings[0].first, meetings[0].second),
-                (meetings[1].first, meetings[1].second),
-            )
+            and exactly_simultaneous(bodies.scene, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(when)

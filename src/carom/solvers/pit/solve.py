@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.pit.frame_loop import FrameLoop
+    from carom.solvers.pit import frame_loop
     from carom.solvers.pit.frames import PlainFrameLoop
     from carom.solvers.run import Progress
     from carom.solvers.units import RunInUnits
@@ -43,7 +43,7 @@ class FrameRun:
         notes: What a user should know of how the run was done.
     """
 
-    def __init__(self, loop: FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()) -> None:
+    def __init__(self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()) -> None:
         self.clock = clock
         self.log = loop.log
         self.time_s = 0.0
@@ -132,9 +132,9 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 def _pit_run(scene: Scene, clock: FrameClock, skipping: bool) -> FrameRun:
     straight = scene.gravity_m_s2 == (0.0, 0.0)
     if straight and extension_available():
-        from carom.solvers.pit.frame_loop import FrameLoop
+        from carom.solvers.pit import frame_loop
 
-        return FrameRun(FrameLoop(scene.arrays, clock, skipping, PATIENCE), clock)
+        return FrameRun(frame_loop.FrameLoop(scene.arrays, clock, skipping, PATIENCE), clock)
     from carom.solvers.pit.frames import PlainFrameLoop
 
     return FrameRun(PlainFrameLoop(scene, clock), clock, extension_notes() if straight else ())

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom import Disc, Scene, Wall
-from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 
 __all__ = ["KINDS", "State", "attack", "is_after_impact_of_pair", "is_after_impact_on_wall"]
 
