@@ -17,9 +17,9 @@ import carom
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError, Contact, Setting
 from carom.report.grid import reasons_of
-from carom.runner import Row, Status
-from carom.runner.explain import explain
-from carom.runner.plan import capabilities_of, unsupported_reason
+from carom.runs import Row, Status
+from carom.runs.explain import explain
+from carom.runs.plan import capabilities_of, unsupported_reason
 from carom.trace import Outcome
 
 Named = Callable[[str], Adapter]
@@ -41,7 +41,10 @@ def _unchecked(
     changed = {"position_m": position_m, "velocity_m_s": velocity_m_s, "radius_m": radius_m, "mass_kg": mass_kg}
     sound = Scene(name="unchecked", discs=(first, second), duration_s=1.0)
     return sound.model_copy(
-        update={"discs": (first.model_copy(update=changed), second), "restitution": restitution}  # copies are not validated
+        update={
+            "discs": (first.model_copy(update=changed), second),
+            "restitution": restitution,
+        }  # copies are not validated
     )
 
 

@@ -13,8 +13,8 @@ from carom.adapter import Adapter
 from carom.report.document import Medium
 from carom.report.grid import build_grid
 from carom.report.tables import profile_table
-from carom.runner.drive import observe_run
-from carom.runner.plan import missing_profile_reason
+from carom.runs.drive import observe_run
+from carom.runs.plan import missing_profile_reason
 from carom.scenes import catalogue
 
 Named = Callable[[str], Adapter]

@@ -12,7 +12,7 @@ from tests.planted.faults import DT, LAST_S, LENGTH, ROW, SPEED
 
 from carom import Disc, Results, Scene, cross_check, registry
 from carom.comparator import Grade, Verdict
-from carom.runner import Row, Status, cell_score
+from carom.runs import Row, Status, cell_score
 
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
 FREE = Scene(

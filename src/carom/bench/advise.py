@@ -16,12 +16,12 @@ import numpy as np
 
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.errors import InputError
-from carom.runner.cell_score import Measures, cell_key
-from carom.runner.cross_check import reference_trace
-from carom.runner.phases import even_phases
-from carom.runner.plan import chosen_engines, distinct_profiles
-from carom.runner.results import Cell, Status
-from carom.runner.sweep import Pool, sweep
+from carom.runs.cell_score import Measures, cell_key
+from carom.runs.cross_check import reference_trace
+from carom.runs.phases import even_phases
+from carom.runs.plan import chosen_engines, distinct_profiles
+from carom.runs.results import Cell, Status
+from carom.runs.sweep import Pool, sweep
 from carom.scene import Scene
 from carom.trace import Trace
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.bench.arguments import count, parser, run
-from carom.runner.journal import Journal, canonical
-from carom.runner.local import LocalPool
-from carom.runner.results import Cell
-from carom.runner.sweep import sweep
+from carom.runs.journal import Journal, canonical
+from carom.runs.local import LocalPool
+from carom.runs.results import Cell
+from carom.runs.sweep import sweep
 from carom.scene import Disc, Scene
 
 __all__ = ["Campaign", "campaign", "campaign_cells", "main"]

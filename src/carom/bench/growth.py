@@ -13,11 +13,11 @@ from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
-from carom.runner.drive import profile_settings
-from carom.runner.environment import Environment, environment
-from carom.runner.messages import Failure
-from carom.runner.plan import capabilities_of, chosen_engines, unsupported_reason
-from carom.runner.process import Crashed, TimedOut, Worker
+from carom.runs.drive import profile_settings
+from carom.runs.environment import Environment, environment
+from carom.runs.messages import Failure
+from carom.runs.plan import capabilities_of, chosen_engines, unsupported_reason
+from carom.runs.process import Crashed, TimedOut, Worker
 
 __all__ = [
     "OWN_SIZES",

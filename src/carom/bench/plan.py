@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from carom.bench.error_kind import ErrorKind
 from carom.errors import InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runner.phases import even_phases
-from carom.runner.plan import distinct_profiles
-from carom.runner.results import Cell
+from carom.runs.phases import even_phases
+from carom.runs.plan import distinct_profiles
+from carom.runs.results import Cell
 from carom.scene import Scene
 
 __all__ = ["STEPS", "Plan", "default_steps", "geometric_steps", "plan_cells"]

@@ -12,7 +12,7 @@ from carom.bench.plan import Plan
 from carom.bench.timing import CellTiming, Config
 from carom.comparator.verdict import THRESHOLDS
 from carom.registry import EngineInfo
-from carom.runner.environment import Environment
+from carom.runs.environment import Environment
 from carom.scene import Scene
 
 __all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front"]

@@ -21,9 +21,9 @@ from carom.adapter import Adapter, World
 from carom.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.errors import AdapterError
 from carom.registry import load_adapter
-from carom.runner.drive import profile_settings
-from carom.runner.messages import Failure
-from carom.runner.process import Crashed, TimedOut, Worker
+from carom.runs.drive import profile_settings
+from carom.runs.messages import Failure
+from carom.runs.process import Crashed, TimedOut, Worker
 from carom.scene import Disc, Scene
 
 __all__ = ["CellTiming", "Config", "SceneTiming", "Visit", "VisitTask", "empty_world", "time_scene"]
@@ -38,7 +38,7 @@ EMPTY_STEPS = 1000
 #: Fewer rounds than this have no spread worth a name.
 LEAST_ROUNDS = 3
 
-#: What is measured against, see `carom.runner.cross_check.SAMPLING`.
+#: What is measured against, see `carom.runs.cross_check.SAMPLING`.
 PIT = ("pit", "tuned")
 
 Progress = Callable[[int, int, str], None]

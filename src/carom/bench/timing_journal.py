@@ -12,9 +12,9 @@ from typing import Any
 from carom.bench.noise import Noise, Spread
 from carom.bench.timing import CellTiming, Config, SceneTiming
 from carom.errors import InputError
-from carom.runner.cell_score import scene_hash, versions_of
-from carom.runner.environment import environment
-from carom.runner.journal import LineFile
+from carom.runs.cell_score import scene_hash, versions_of
+from carom.runs.environment import environment
+from carom.runs.journal import LineFile
 from carom.scene import Scene
 
 __all__ = ["TimingJournal"]
@@ -23,7 +23,7 @@ _SPREADS = ("advance_s", "prepare_s", "whole_s", "empty_s", "net_s", "ratio", "w
 
 
 class TimingJournal(LineFile):
-    """Timed scenes, open for appending; the same rules as for `carom.runner.journal.Journal`.
+    """Timed scenes, open for appending; the same rules as for `carom.runs.journal.Journal`.
 
     A scene counts as timed if it was timed on this machine, with these versions and configurations and this order.
     """

@@ -14,12 +14,12 @@ from carom.bench.plan import Plan, plan_cells
 from carom.bench.results import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.timing import Config, SceneTiming, time_scene
 from carom.bench.timing_journal import TimingJournal
-from carom.runner.cell_score import CellKey, CellResult, cell_key
-from carom.runner.environment import environment
-from carom.runner.journal import Journal
-from carom.runner.plan import chosen_engines
-from carom.runner.results import Cell, Status
-from carom.runner.sweep import Pool, sweep
+from carom.runs.cell_score import CellKey, CellResult, cell_key
+from carom.runs.environment import environment
+from carom.runs.journal import Journal
+from carom.runs.plan import chosen_engines
+from carom.runs.results import Cell, Status
+from carom.runs.sweep import Pool, sweep
 from carom.scene import Scene
 
 __all__ = ["work_precision"]

@@ -24,7 +24,7 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.bench.plan import Plan
     from carom.report.bench_figure import Diagram
-    from carom.runner.sweep import Pool
+    from carom.runs.sweep import Pool
     from carom.scene import Scene
 
 __all__ = ["bench"]
@@ -101,7 +101,7 @@ def bench(
     from carom.report.bench_figure import Diagram
     from carom.report.bench_write import write_bench
     from carom.report.write import require_writable
-    from carom.runner.journal import Journal
+    from carom.runs.journal import Journal
 
     found = _scenes(scenes or [])
     plan = Plan(
@@ -208,9 +208,9 @@ def _axes(asked: list[str] | None, there_are: tuple[Diagram, ...]) -> tuple[Diag
 
 def _pool(plan: Plan, scheduler: str, jobs: int | None) -> Pool:
     if scheduler:
-        from carom.runner.cluster import ClusterPool
+        from carom.runs.cluster import ClusterPool
 
         return ClusterPool(scheduler, plan.time_limit_s)
-    from carom.runner.local import LocalPool
+    from carom.runs.local import LocalPool
 
     return LocalPool(jobs, plan.time_limit_s)

@@ -23,7 +23,7 @@ from carom.cli.options import EngineNames, Jobs, TimeLimit
 from carom.cli.progress import progress_bar
 
 if TYPE_CHECKING:
-    from carom.runner import Results
+    from carom.runs import Results
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
 
@@ -111,7 +111,7 @@ def run(
 
     found = scenes_named(scenes or [])
     if explain:
-        from carom.runner.explain import explain as explained
+        from carom.runs.explain import explain as explained
 
         steps = [seconds(text) for text in dt] if dt else None
         for line in explained(found, engine, steps, profile or None, phases=phases, drawn=report is not None):
@@ -146,7 +146,7 @@ def _cross_check(
     *,
     drawn: bool,
 ) -> Results:
-    from carom.runner import cross_check
+    from carom.runs import cross_check
 
     with progress_bar() as progress:
         return cross_check(
@@ -168,7 +168,7 @@ def _cross_check(
 
 def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
     from carom.comparator import Grade
-    from carom.runner import Status, violates
+    from carom.runs import Status, violates
 
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
     if any(row.status in broken for row in results.rows):

@@ -17,10 +17,10 @@ from carom.conformance.probe import Cut, Grown, Make, Raised, Watch, Watched
 from carom.conformance.violation import Setup, Violation
 from carom.errors import AdapterError
 from carom.registry import load_adapter
-from carom.runner.drive import Timing, observe_run, profile_settings
-from carom.runner.messages import Failure, Request
-from carom.runner.plan import capabilities_of, unsupported_reason
-from carom.runner.process import Crashed, TimedOut, Worker
+from carom.runs.drive import Timing, observe_run, profile_settings
+from carom.runs.messages import Failure, Request
+from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.process import Crashed, TimedOut, Worker
 from carom.scene import Scene
 from carom.scenes import catalogue
 from carom.trace import Setting, Trace

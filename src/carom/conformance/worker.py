@@ -17,9 +17,9 @@ from carom.adapter import AdapterError, CuttableWorld, Observation, World
 from carom.conformance.probe import Cut, Grown, Make, Raised, Watch, Watched
 from carom.errors import CaromError
 from carom.registry import load_adapter
-from carom.runner.messages import Request
-from carom.runner.worker import answer as answer_request
-from carom.runner.worker import serve
+from carom.runs.messages import Request
+from carom.runs.worker import answer as answer_request
+from carom.runs.worker import serve
 
 __all__ = ["main"]
 

@@ -10,7 +10,7 @@ from carom.report import wording
 from carom.report.bench_figure import Diagram, diagram_svg
 from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, unrun_lines
 from carom.report.document import ON_PAPER, Code, Document, Figure, Figures, Lines, Section, Text
-from carom.runner.environment import Environment
+from carom.runs.environment import Environment
 
 __all__ = ["bench_document", "diagrams_of", "making", "stamp_lines"]
 

@@ -45,8 +45,8 @@ from carom.report.tables import (
     spread_table,
 )
 from carom.report.trend import Trend, build_trend
-from carom.runner import Results, default_dts
-from carom.runner.environment import Environment
+from carom.runs import Results, default_dts
+from carom.runs.environment import Environment
 
 __all__ = ["caption", "cross_check_document", "environment_facts"]
 

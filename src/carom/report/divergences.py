@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 from carom.report.grid import Grid, GridCell
 from carom.report.marks import Mark
-from carom.runner import Results
-from carom.runner.execute import MOST_DISCS_DRAWN
+from carom.runs import Results
+from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.trace import Trace
 
 __all__ = ["PAPER_GROUP", "Divergence", "divergences"]

@@ -11,13 +11,13 @@ from typing import NamedTuple
 from carom.comparator.verdict import THRESHOLDS
 from carom.report import wording
 from carom.report.marks import Mark, mark_of
-from carom.runner import Results, Row
+from carom.runs import Results, Row
 from carom.scene import Scene
 from carom.trace import Outcome
 
 __all__ = ["Column", "Grid", "GridCell", "GridRow", "Unrun", "build_grid", "is_own_method", "reasons_of"]
 
-#: Where a column has no row for a scene; `carom.runner` drops a profile whose settings another one has too.
+#: Where a column has no row for a scene; `carom.runs` drops a profile whose settings another one has too.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to hold the run against"
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from carom.comparator import Errors, Score
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
-from carom.runner import Results, Row
+from carom.runs import Results, Row
 
 __all__ = ["FORMAT", "jsonl", "strict"]
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 from carom.report import wording
 from carom.report.grid import Column, is_own_method, reasons_of
 from carom.report.marks import Mark, mark_of
-from carom.runner import Results, Row
+from carom.runs import Results, Row
 
 __all__ = ["junit"]
 

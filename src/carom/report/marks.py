@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 from carom.comparator import Grade
-from carom.runner import Row, Status
+from carom.runs import Row, Status
 
 __all__ = ["Mark", "mark_of"]
 

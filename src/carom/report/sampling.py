@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from carom.comparator import Score
 from carom.report.grid import Column, Grid
-from carom.runner import Results
+from carom.runs import Results
 
 __all__ = ["Agreement", "agreements"]
 

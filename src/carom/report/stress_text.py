@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from carom.report import wording
-from carom.runner.results import Status
+from carom.runs.results import Status
 from carom.stress.methods import Method
 from carom.stress.results import Ending, Line, Spot, StressResults
 

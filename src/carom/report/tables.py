@@ -14,8 +14,8 @@ from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
 from carom.report.document import Column as Head
 from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
 from carom.report.marks import Mark, mark_of
-from carom.runner import Results, Row
-from carom.runner.plan import missing_profile_reason
+from carom.runs import Results, Row
+from carom.runs.plan import missing_profile_reason
 from carom.trace import Setting, Trace, wall_index
 
 __all__ = [

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from carom.comparator.verdict import THRESHOLDS
 from carom.report.grid import Column, Grid
 from carom.report.marks import Mark, mark_of
-from carom.runner import Results, Row
+from carom.runs import Results, Row
 
 __all__ = ["Point", "Series", "Trend", "build_trend"]
 

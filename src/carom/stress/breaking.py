@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from carom.errors import InputError
-from carom.runner.results import Cell, Row, Status
+from carom.runs.results import Cell, Row, Status
 from carom.scene import save_scene
 from carom.stress.attack import Attack, Judgement, Trial
 from carom.stress.methods import Method

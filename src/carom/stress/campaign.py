@@ -13,8 +13,8 @@ from functools import cache, partial
 from pathlib import Path
 
 from carom.errors import InputError, UnknownNameError
-from carom.runner.environment import environment
-from carom.runner.execute import Executor
+from carom.runs.environment import environment
+from carom.runs.execute import Executor
 from carom.scenes import Complaint, all_scenes
 from carom.stress.attack import Attack
 from carom.stress.breaking import Observe, breaking_point

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from carom.runner.results import Cell, Status
+from carom.runs.results import Cell, Status
 from carom.scene import Scene, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
 from carom.stress.breaking import Observe

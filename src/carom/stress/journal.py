@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
-from carom.runner.journal import LineFile
+from carom.runs.journal import LineFile
 from carom.stress.results import Spot
 
 __all__ = ["Journal"]
@@ -17,7 +17,7 @@ FORMAT = 1
 
 
 class Journal(LineFile):
-    """Cells as they finish, one by one; the same rules as for `carom.runner.journal.LineFile`.
+    """Cells as they finish, one by one; the same rules as for `carom.runs.journal.LineFile`.
 
     The first line says which campaign it is of.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.runner.plan import chosen_engines, distinct_profiles, profiles_to_plan
+from carom.runs.plan import chosen_engines, distinct_profiles, profiles_to_plan
 
 __all__ = ["Method", "methods"]
 

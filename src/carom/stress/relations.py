@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.runner.results import Cell, Status
+from carom.runs.results import Cell, Status
 from carom.scene import Disc, Scene, save_scene
 from carom.stress.breaking import NotRunError, Observe
 from carom.stress.methods import Method

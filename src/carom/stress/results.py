@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from carom.runner.environment import Environment
+from carom.runs.environment import Environment
 from carom.stress.methods import Method
 
 __all__ = ["Ending", "Line", "Spot", "StressResults"]

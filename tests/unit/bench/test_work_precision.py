@@ -26,8 +26,8 @@ from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
 from carom.errors import InputError, UnknownNameError
-from carom.runner.journal import Journal, read_journal
-from carom.runner.local import LocalPool
+from carom.runs.journal import Journal, read_journal
+from carom.runs.local import LocalPool
 
 SCENE = """
 name = "mine & yours"

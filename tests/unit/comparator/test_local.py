@@ -12,7 +12,7 @@ from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator.local import local_errors
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
-from carom.runner.drive import observe_run
+from carom.runs.drive import observe_run
 from carom.scenes import catalogue
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
@@ -93,7 +93,7 @@ def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
     stands alone in its step.
     """
     from carom.adapter import Contact, Observation
-    from carom.runner.impacts import ImpactCollector
+    from carom.runs.impacts import ImpactCollector
 
     for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
         if name not in catalogue():

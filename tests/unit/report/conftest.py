@@ -9,9 +9,9 @@ import pytest
 
 from carom.comparator import compare
 from carom.registry import EngineInfo, load_adapter
-from carom.runner import Cell, Results, Row, Status
-from carom.runner.drive import Timing, observe_run
-from carom.runner.environment import Environment
+from carom.runs import Cell, Results, Row, Status
+from carom.runs.drive import Timing, observe_run
+from carom.runs.environment import Environment
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
 from carom.solvers.pic import solve_pic

@@ -23,7 +23,7 @@ from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.render import html as html_of
 from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
-from carom.runner import Results, Status
+from carom.runs import Results, Status
 
 VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
 

@@ -14,8 +14,8 @@ from carom.report.grid import build_grid
 from carom.report.price import price_lines, prices
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import spread_table
-from carom.runner import Results, Row
-from carom.runner.phases import PhaseSpread
+from carom.runs import Results, Row
+from carom.runs.phases import PhaseSpread
 from carom.trace import Trace
 
 

@@ -24,7 +24,7 @@ from carom.report.render import html, terminal
 from carom.report.sampling import agreements
 from carom.report.tables import run_time_table, settings_table
 from carom.report.trend import build_trend
-from carom.runner import Results, Row, Status
+from carom.runs import Results, Row, Status
 
 
 def said(results: Results) -> str:

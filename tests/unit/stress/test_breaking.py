@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from carom import Scene, load_scene, solve_pic
-from carom.runner.results import Cell, Row, Status
+from carom.runs.results import Cell, Row, Status
 from carom.stress.attack import Attack
 from carom.stress.breaking import RESOLUTION, Observe, breaking_point
 from carom.stress.campaign import attacks

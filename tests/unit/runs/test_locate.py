@@ -8,9 +8,9 @@ import pytest
 from carom import Disc, Scene
 from carom.adapter import Capabilities, Engine, Observation, Profile, Setting
 from carom.errors import AdapterError
-from carom.runner import locate
-from carom.runner.drive import observe_run
-from carom.runner.locate import Cutter
+from carom.runs import locate
+from carom.runs.drive import observe_run
+from carom.runs.locate import Cutter
 
 
 class Runner:

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 from carom.errors import UnknownNameError
-from carom.runner import Status, cross_check
-from carom.runner.explain import explain
+from carom.runs import Status, cross_check
+from carom.runs.explain import explain
 from carom.scenes import catalogue
 
 
@@ -73,7 +73,7 @@ def test_what_is_explained_is_what_is_run(profiles: list[str] | None) -> None:
 
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
-    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "MOST_IMPACTS", 3)
+    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "MOST_IMPACTS", 3)
     row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert f"nothing is run: {row.reason}" in plan("classics/gas", engine_names=["pit"])

@@ -8,11 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from carom.registry import EngineInfo
-from carom.runner.cross_check import reference_trace
-from carom.runner.execute import MOST_DISCS_DRAWN, refusal
-from carom.runner.phases import phase_values, shifted_scenes
-from carom.runner.plan import chosen_engines, default_dts, planned_cells, profiles_to_plan
-from carom.runner.results import Cell
+from carom.runs.cross_check import reference_trace
+from carom.runs.execute import MOST_DISCS_DRAWN, refusal
+from carom.runs.phases import phase_values, shifted_scenes
+from carom.runs.plan import chosen_engines, default_dts, planned_cells, profiles_to_plan
+from carom.runs.results import Cell
 from carom.scene import Scene
 from carom.scenes import CatalogueScene
 from carom.solvers.pic import solve_pic

@@ -10,7 +10,7 @@ import pytest
 import carom
 from carom import Disc, Scene, Wall, solve_pic
 from carom.errors import InputError
-from carom.runner.phases import begun_earlier, even_phases, phase_values, pit_miss_probability, shifted_scenes
+from carom.runs.phases import begun_earlier, even_phases, phase_values, pit_miss_probability, shifted_scenes
 from carom.scenes import catalogue
 
 

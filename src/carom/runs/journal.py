@@ -18,8 +18,8 @@ from types import MappingProxyType, TracebackType
 from typing import Any, Self
 
 from carom.errors import InputError
-from carom.runner.cell_score import CellKey, CellResult, Measures
-from carom.runner.results import Status
+from carom.runs.cell_score import CellKey, CellResult, Measures
+from carom.runs.results import Status
 
 __all__ = ["FORMAT", "Journal", "LineFile", "canonical", "decode", "encode", "read_journal"]
 

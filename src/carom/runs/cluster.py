@@ -15,9 +15,9 @@ from typing import Any, Self
 
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.registry import engines
-from carom.runner.cell_score import CellResult, versions_of
-from carom.runner.results import Cell
-from carom.runner.sweep import WorkersByEngine, carry_out
+from carom.runs.cell_score import CellResult, versions_of
+from carom.runs.results import Cell
+from carom.runs.sweep import WorkersByEngine, carry_out
 
 __all__ = ["ClusterError", "ClusterPool"]
 

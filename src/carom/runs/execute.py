@@ -13,11 +13,11 @@ from typing import Self, TypeVar
 
 from carom.errors import AdapterError
 from carom.registry import load_adapter, unavailable_reason
-from carom.runner.drive import Timing, profile_settings
-from carom.runner.messages import Failure, Request
-from carom.runner.plan import capabilities_of, unsupported_reason
-from carom.runner.process import Crashed, TimedOut, Worker
-from carom.runner.results import Cell, Row, Status
+from carom.runs.drive import Timing, profile_settings
+from carom.runs.messages import Failure, Request
+from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.process import Crashed, TimedOut, Worker
+from carom.runs.results import Cell, Row, Status
 from carom.trace import Trace
 
 __all__ = ["MOST_DISCS_DRAWN", "Executor", "drawn", "refusal"]

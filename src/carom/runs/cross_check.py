@@ -12,12 +12,12 @@ from carom.comparator.believed import estimate_horizon
 from carom.comparator.finite import not_finite
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
-from carom.runner.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
-from carom.runner.environment import environment
-from carom.runner.execute import Executor
-from carom.runner.phases import PhaseSpread, Shifted, phase_values, shifted_scenes, spread_of
-from carom.runner.plan import chosen_engines, planned_cells
-from carom.runner.results import Cell, Results, Row, Status
+from carom.runs.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
+from carom.runs.environment import environment
+from carom.runs.execute import Executor
+from carom.runs.phases import PhaseSpread, Shifted, phase_values, shifted_scenes, spread_of
+from carom.runs.plan import chosen_engines, planned_cells
+from carom.runs.results import Cell, Results, Row, Status
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, deviation
 from carom.solvers.pic import solve_pic

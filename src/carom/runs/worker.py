@@ -1,6 +1,6 @@
 """The worker process: takes requests on standard input, runs them on an engine, answers on what was standard output.
 
-Run as ``python -m carom.runner.worker`` by `carom.runner.process` only. Engines print, abort and hang; here they do it
+Run as ``python -m carom.runs.worker`` by `carom.runs.process` only. Engines print, abort and hang; here they do it
 to nobody else. What they print goes where standard error goes, which the parent keeps for the reason of a crash.
 """
 
@@ -17,8 +17,8 @@ from typing import Any, BinaryIO
 
 from carom.errors import CaromError
 from carom.registry import load_adapter
-from carom.runner.drive import observe_run, time_run
-from carom.runner.messages import Failure, Request, Task
+from carom.runs.drive import observe_run, time_run
+from carom.runs.messages import Failure, Request, Task
 
 __all__ = ["answer", "main", "serve"]
 

@@ -8,9 +8,9 @@ from enum import Enum
 
 from carom.comparator import Grade, Horizon, Score
 from carom.registry import EngineInfo
-from carom.runner.drive import Timing
-from carom.runner.environment import Environment
-from carom.runner.phases import PhaseSpread
+from carom.runs.drive import Timing
+from carom.runs.environment import Environment
+from carom.runs.phases import PhaseSpread
 from carom.scene import Scene
 from carom.scenes import KnownAnswer
 from carom.trace import Trace

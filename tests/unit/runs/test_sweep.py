@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-import carom.runner.sweep
+import carom.runs.sweep
 from carom import Disc, Scene
-from carom.runner.cell_score import CellResult, cell_key
-from carom.runner.journal import Journal, canonical
-from carom.runner.local import LocalPool
-from carom.runner.results import Cell, Status
-from carom.runner.sweep import BATCH_CELLS, batches, sweep
+from carom.runs.cell_score import CellResult, cell_key
+from carom.runs.journal import Journal, canonical
+from carom.runs.local import LocalPool
+from carom.runs.results import Cell, Status
+from carom.runs.sweep import BATCH_CELLS, batches, sweep
 
 
 @pytest.fixture
@@ -119,11 +119,11 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
     """
     from distributed import LocalCluster
 
-    from carom.runner.cluster import ClusterPool
+    from carom.runs.cluster import ClusterPool
 
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     cells = [*cells_of(scene, ("pit", "pic"), 32), *cells_of(scene, ("aborts",), 2)]
-    monkeypatch.setattr(carom.runner.sweep, "BATCH_CELLS", 8)
+    monkeypatch.setattr(carom.runs.sweep, "BATCH_CELLS", 8)
     with LocalPool(2) as here, Journal(tmp_path / "here.jsonl") as journal:
         sweep(cells, here, journal)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:  # type: ignore[no-untyped-call] # distributed has no types
@@ -146,7 +146,7 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
 @pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
 def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where no scheduler answers, one error says so with the address."""
-    from carom.runner import cluster
+    from carom.runs import cluster
 
     monkeypatch.setattr(cluster, "CONNECT_S", 0.5)
     with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):

@@ -11,7 +11,7 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.runner import Status, default_dts
+from carom.runs import Status, default_dts
 from carom.trace import Outcome
 
 pytestmark = pytest.mark.usefixtures("hostile")
@@ -250,7 +250,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
-    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "SAMPLING", ("aborts", "tuned"))
+    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "SAMPLING", ("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
     assert row.score is not None
@@ -259,7 +259,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
 
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
-    monkeypatch.setattr(sys.modules["carom.runner.cross_check"], "MOST_IMPACTS", 100)
+    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "MOST_IMPACTS", 100)
     endless = Scene(
         name="endless",
         discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],

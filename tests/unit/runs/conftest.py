@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from carom import registry
-from carom.runner import cell_score
+from carom.runs import cell_score
 
 HOSTILE = """
 import os, sys, time

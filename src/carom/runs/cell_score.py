@@ -12,12 +12,12 @@ from importlib import metadata
 from carom.comparator import compare
 from carom.errors import AdapterError, InputError
 from carom.registry import engines, load_adapter
-from carom.runner.cross_check import reference_trace
-from carom.runner.drive import observe_run
-from carom.runner.execute import refusal
-from carom.runner.messages import Failure
-from carom.runner.phases import begun_earlier
-from carom.runner.results import Cell, Row, Status
+from carom.runs.cross_check import reference_trace
+from carom.runs.drive import observe_run
+from carom.runs.execute import refusal
+from carom.runs.messages import Failure
+from carom.runs.phases import begun_earlier
+from carom.runs.results import Cell, Row, Status
 from carom.scene import Scene
 from carom.trace import Trace
 

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
-from carom.runner.early_end import FreeFlight
-from carom.runner.impacts import ImpactCollector, gravity_of
-from carom.runner.locate import Cutter
+from carom.runs.early_end import FreeFlight
+from carom.runs.impacts import ImpactCollector, gravity_of
+from carom.runs.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 

@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from carom.adapter import Adapter, Capabilities, ContactTimes, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import EngineInfo, engines, load_adapter
-from carom.runner.drive import profile_settings
-from carom.runner.results import Cell
+from carom.runs.drive import profile_settings
+from carom.runs.results import Cell
 from carom.scene import Scene
 
 __all__ = [

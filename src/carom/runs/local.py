@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Self
 
-from carom.runner.cell_score import CellResult
-from carom.runner.results import Cell
-from carom.runner.sweep import WorkersByEngine, carry_out
+from carom.runs.cell_score import CellResult
+from carom.runs.results import Cell
+from carom.runs.sweep import WorkersByEngine, carry_out
 
 __all__ = ["LocalPool"]
 

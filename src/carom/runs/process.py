@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from types import TracebackType
 from typing import Any, Generic, NoReturn, Self, TypeVar
 
-from carom.runner.messages import Task
+from carom.runs.messages import Task
 
 __all__ = ["Crashed", "TimedOut", "Worker"]
 
@@ -36,7 +36,7 @@ class Worker(Generic[Answer]):
         module: The module that the process runs, which answers every request with an `Answer`.
     """
 
-    def __init__(self, module: str = "carom.runner.worker") -> None:
+    def __init__(self, module: str = "carom.runs.worker") -> None:
         self._module = module
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False

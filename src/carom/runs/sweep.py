@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
-from carom.runner.cell_score import CellKey, CellResult, ScoreTask, cell_key, failed, refused, result_of
-from carom.runner.journal import Journal
-from carom.runner.process import Crashed, TimedOut, Worker
-from carom.runner.results import Cell, Status
+from carom.runs.cell_score import CellKey, CellResult, ScoreTask, cell_key, failed, refused, result_of
+from carom.runs.journal import Journal
+from carom.runs.process import Crashed, TimedOut, Worker
+from carom.runs.results import Cell, Status
 
 __all__ = ["Pool", "WorkersByEngine", "batches", "carry_out", "sweep"]
 
@@ -22,7 +22,7 @@ Progress = Callable[[int, int, str], None]
 
 
 class Pool(AbstractContextManager["Pool"], Protocol):
-    """Where cells are carried out: here (`carom.runner.local`) or on a cluster (`carom.runner.cluster`)."""
+    """Where cells are carried out: here (`carom.runs.local`) or on a cluster (`carom.runs.cluster`)."""
 
     def score_all(self, batches: Sequence[Sequence[Cell]]) -> Iterator[list[CellResult]]:
         """Carry out all batches, several at a time, and yield results as they come, in no order."""

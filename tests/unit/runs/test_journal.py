@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError
-from carom.runner.cell_score import CellKey, CellResult, Measures
-from carom.runner.journal import Journal, canonical, decode, encode, read_journal
-from carom.runner.results import Status
+from carom.runs.cell_score import CellKey, CellResult, Measures
+from carom.runs.journal import Journal, canonical, decode, encode, read_journal
+from carom.runs.results import Status
 
 KEY = CellKey("ab" * 32, "pit", "tuned", 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 
@@ -97,7 +97,7 @@ def test_two_processes_do_not_write_one_journal(tmp_path: Path) -> None:
     """While one process has a journal open, another is refused; when it is gone, however, the way is free."""
     path = tmp_path / "journal.jsonl"
     code = (
-        "import sys; from pathlib import Path; from carom.runner.journal import Journal\n"
+        "import sys; from pathlib import Path; from carom.runs.journal import Journal\n"
         f"journal = Journal(Path({str(path)!r})); print('open', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:

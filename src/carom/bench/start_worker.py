@@ -1,0 +1,101 @@
+"""What the benchmark of starts measures, in an interpreter of its own: run by `carom.bench.start`, as text.
+
+Only what versions of Carom have in common stands here. The arguments are what to do ("scene": make a scene of discs;
+"load": from a JSON file; "check": look for overlaps in what is a scene already; "arrays": make `DiscArrays` and look
+for overlaps in them), how the discs lie, and how many there are. Printed are the processor time, in seconds, by how
+much the most memory that the process has had grew meanwhile, in MiB, and how it ended.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.errors import CaromError
+from carom.scene import Disc, Scene, load_scene
+
+
+def arranged(arrangement: str, n: int) -> dict[str, Any]:
+    """Return positions, radii and masses of discs, in an order of their own."""
+    rng = np.random.default_rng(1)
+    rank = rng.permutation(n)
+    lattice = 2.0 * np.stack(np.divmod(rank, math.isqrt(n - 1) + 1), axis=1)
+    position, radius, mass = lattice, np.full(n, 0.9), np.ones(n)
+    match arrangement:
+        case "column":
+            position = np.stack([np.zeros(n), 2.0 * rank], axis=1)
+        case "random":
+            position, radius = lattice + rng.uniform(-0.4, 0.4, (n, 2)), np.full(n, 0.5)
+        case "ratio 1:1e6":
+            radius = 10.0 ** rng.uniform(-6, 0, n)
+            radius[:2] = 0.999e-6, 0.999
+        case "outlier":
+            position = lattice.copy()
+            position[0] = 1e12, 1e12
+        case "one place":
+            position = np.zeros((n, 2))
+        case "one place, immovable":
+            position, mass = np.zeros((n, 2)), np.full(n, math.inf)
+    return {"position_m": position, "radius_m": radius, "mass_kg": mass}
+
+
+def _discs(columns: dict[str, Any]) -> list[dict[str, Any]]:
+    names = list(columns)
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(names, row, strict=True)) for row in rows]
+
+
+def _prepared(what: str, columns: dict[str, Any]) -> Callable[[], object]:
+    """Return what is to be measured."""
+    if what == "arrays":
+        try:
+            from carom import DiscArrays
+        except ImportError:  # an earlier version
+            from carom.solvers.disc_arrays import DiscArrays  # type: ignore[import-not-found, no-redef]
+            from carom.solvers.overlap import require_apart  # type: ignore[import-not-found]
+        else:
+            require_apart = DiscArrays.require_apart
+        velocity = np.zeros_like(columns["position_m"])
+        return lambda: require_apart(
+            DiscArrays(columns["position_m"], velocity, columns["radius_m"], columns["mass_kg"])
+        )
+    discs = _discs(columns)
+    if what == "check":
+        scene = Scene.model_construct(
+            name="start", duration_s=1.0, discs=tuple(Disc.model_construct(**disc) for disc in discs), walls=()
+        )
+        scene.__dict__.update(restitution=1.0, wall_restitution=1.0)
+        return lambda: scene.model_post_init(None)
+    if what == "load":
+        path = Path(tempfile.mkdtemp()) / "scene.json"
+        text = json.dumps({"name": "start", "discs": discs, "duration_s": 1.0})
+        path.write_text(text.replace("Infinity", '"inf"'), encoding="utf-8")
+        return lambda: load_scene(path)
+    return lambda: Scene(name="start", discs=discs, duration_s=1.0)
+
+
+def _main(what: str, arrangement: str, count: str) -> None:
+    measured = _prepared(what, arranged(arrangement, int(count)))
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    begin = time.process_time()
+    try:
+        measured()
+        ended = "accepted"
+    except CaromError as error:
+        ended = f"refused in {len(str(error).splitlines())} lines"
+    seconds = time.process_time() - begin
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory
+    print(seconds, grown / 1024, ended, sep="\t")
+
+
+if __name__ == "__main__":
+    _main(*sys.argv[1:])
