@@ -31,9 +31,9 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
     """Return a certified run as what JSON can hold; a number's truth is within its radius of it."""
     trace, degeneracy = certified.trace, certified.degeneracy
     trouble = degeneracy and dataclasses.asdict(degeneracy)
-    if trouble:
-        trouble["kind"] = trouble["kind"].name
-        trouble["latest_s"] = None if math.isinf(trouble["latest_s"]) else trouble["latest_s"]
+    if degeneracy and trouble:
+        latest = None if math.isinf(degeneracy.latest_s) else degeneracy.latest_s
+        trouble |= {"kind": degeneracy.kind.name, "bodies": list(degeneracy.bodies), "latest_s": latest}
     return {
         "format": _FORMAT,
         "scene": trace.scene.model_dump(mode="json"),

@@ -43,7 +43,9 @@ class FrameRun:
         notes: What a user should know of how the run was done.
     """
 
-    def __init__(self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()
+    ) -> None:
         self.clock = clock
         self.log = loop.log
         self.time_s = 0.0
