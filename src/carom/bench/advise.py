@@ -15,10 +15,10 @@ from enum import Enum
 import numpy as np
 
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
+from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.runs.cell_score import Measures, cell_key
 from carom.runs.cross_check import reference_trace
-from carom.runs.phases import even_phases
 from carom.runs.plan import chosen_engines, distinct_profiles
 from carom.runs.results import Cell, Status
 from carom.runs.sweep import Pool, sweep

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.bench.error_kind import ErrorKind
+from carom.comparator.shift import even_phases
 from carom.errors import InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs.phases import even_phases
 from carom.runs.plan import distinct_profiles
 from carom.runs.results import Cell
 from carom.scene import Scene

@@ -10,13 +10,13 @@ from functools import cache, lru_cache
 from importlib import metadata
 
 from carom.comparator import compare
+from carom.comparator.shift import begun_earlier
 from carom.errors import AdapterError, InputError
 from carom.registry import engines, load_adapter
 from carom.runs.cross_check import reference_trace
 from carom.runs.drive import observe_run
 from carom.runs.execute import refusal
 from carom.runs.messages import Failure
-from carom.runs.phases import begun_earlier
 from carom.runs.results import Cell, Row, Status
 from carom.scene import Scene
 from carom.trace import Trace
@@ -151,13 +151,13 @@ class ScoreTask:
             spurious=len(score.spurious),
             undecided=len(score.undecided),
             ambiguous=len(reference.ambiguous),
-            time_error_s=float(score.time_error_s),
-            velocity_error=float(score.velocity_error),
-            direction_error_rad=float(score.direction_error_rad),
-            final_position_error=float(score.final_position_error),
-            final_velocity_error=float(score.final_velocity_error),
-            energy_error=float(score.energy_error),
-            momentum_error=float(score.momentum_error),
+            time_error_s=float(score.total.time_s),
+            velocity_error=float(score.total.velocity),
+            direction_error_rad=float(score.total.direction_rad),
+            final_position_error=float(score.total.final_position),
+            final_velocity_error=float(score.total.final_velocity),
+            energy_error=float(score.total.energy),
+            momentum_error=float(score.total.momentum),
             duration_s=scene.duration_s,
             steps=observed.counts.get("steps", 0),
             outcome=observed.outcome.name.lower(),

@@ -10,12 +10,13 @@ from dataclasses import replace
 from carom.comparator import Horizon, Score, compare
 from carom.comparator.believed import estimate_horizon
 from carom.comparator.finite import not_finite
+from carom.comparator.shift import Shifted, shifted_scenes
 from carom.errors import AdapterError, InputError
 from carom.registry import EngineInfo, load_adapter
 from carom.runs.certification import CERTIFY_SECONDS, Reference, certified_reference, will_certify
 from carom.runs.environment import environment
 from carom.runs.execute import Executor
-from carom.runs.phases import PhaseSpread, Shifted, phase_values, shifted_scenes, spread_of
+from carom.runs.phases import PhaseSpread, phase_values, spread_of
 from carom.runs.plan import chosen_engines, planned_cells
 from carom.runs.results import Cell, Results, Row, Status
 from carom.scene import Scene
