@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.bench.results import Bench, SceneBench
-from carom.report.bench import bench_document, diagrams_of, stamp_lines
+from carom.report.bench import bench_document, diagrams_of
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
 from carom.report.extra import require_report_extra
+from carom.report.made import stamp_lines
 from carom.report.records import strict
 from carom.report.render import html
 from carom.report.svg import alone
@@ -42,7 +43,7 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
     """
     require_report_extra()
     files: dict[Path, str | bytes] = {}
-    label, foot = bench.plan.error.label, (*stamp_lines(bench.environment), bench.command)
+    label, foot = bench.plan.error.label, stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
         for kind in diagrams_of(scene, axes):
             base = folder / f"{_file_name(scene)}-{kind.value}"

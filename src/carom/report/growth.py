@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.report import wording
-from carom.report.bench import making, stamp_lines
 from carom.report.bench_write import value_of
 from carom.report.document import Document, Figure, Figures, Lines, Section, Table
 from carom.report.extra import require_report_extra
+from carom.report.made import making, stamp_lines
 from carom.report.records import strict
 from carom.report.render import html
 from carom.report.svg import alone, drawing, finish, framed, line_style, plain_number, png, render
@@ -42,7 +42,7 @@ def growth_document(growth: Growth) -> Document:
         (
             Section("Cost as work grows", (Figures(figures), *growth_tables(growth))),
             Section("Left out, and why", (Lines(left_out),) if left_out else (), level=3),
-            making(growth.environment, growth.command),
+            *making(growth.environment, growth.command, growth.elapsed_s),
         ),
     )
 
@@ -169,7 +169,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         OSError: The folder can't be written to.
     """
     require_report_extra()
-    foot = (*stamp_lines(growth.environment), growth.command)
+    foot = stamp_lines(growth.environment, growth.command)
     files: dict[Path, str | bytes] = {}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, png = growth_diagram(growth, memory, foot)

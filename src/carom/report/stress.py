@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.report import wording
-from carom.report.cross_check import environment_facts
-from carom.report.document import ON_PAPER, PAGE, Cell, Code, Column, Document, Lines, Section, Table, Text
+from carom.report.document import ON_PAPER, PAGE, Cell, Column, Document, Lines, Section, Table, Text
+from carom.report.made import making
 from carom.report.render import html, markdown
 from carom.report.write import replace_all
 from carom.runs.results import Status
@@ -83,8 +83,7 @@ def stress_document(results: StressResults) -> Document:
         tuple(_summary(results)),
         (
             *(section for kind, lines in _groups(results) for section in _group(results, kind, lines)),
-            Section("Machine and versions", (environment_facts(results.environment, results.elapsed_s),)),
-            Section("Made by", (Code(results.command, ON_PAPER),), level=3),
+            *making(results.environment, results.command, results.elapsed_s),
         ),
     )
 
