@@ -22,7 +22,7 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, own, complaints. "
+            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, complaints. "
             "All by default; --list shows them."
         ),
     ] = None,
@@ -75,8 +75,7 @@ def stress(
     paths = write_stress(results, out)
     print_document(stress_document(results))
     console().print(f"report: {paths.html}", soft_wrap=True)
-    asked = {method.engine: method for method in results.methods if method.engine in (engine or ())}
-    if any(method.unavailable for method in asked.values()):
+    if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(EXIT_UNAVAILABLE)
 
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from carom.comparator import Errors, Score
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
-from carom.runs import Results, Row
+from carom.runs.results import Results, Row
 
 __all__ = ["FORMAT", "jsonl", "strict"]
 
@@ -41,14 +41,14 @@ def jsonl(results: Results) -> str:
 
 
 def _fields(row: Row) -> dict[str, object]:
-    cell, score, trace = row.cell, row.score, row.trace
+    job, score, trace = row.job, row.score, row.trace
     return {
         "format": FORMAT,
-        "scene": cell.scene.name,
-        "engine": cell.engine,
-        "profile": cell.profile,
-        "dt_s": cell.dt_s,
-        "refinement": cell.refinement,
+        "scene": job.scene.name,
+        "engine": job.engine,
+        "profile": job.profile,
+        "dt_s": job.dt_s,
+        "refinement": job.refinement,
         "status": row.status.name.lower(),
         "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
         "grade": row.grade.name.lower() if row.grade else None,

@@ -112,7 +112,7 @@ def _share(scores: Sequence[Score]) -> float:
 
 def _local(grid: Grid, column: Column) -> LocalPrice | None:
     scores: dict[str, Score] = {
-        cell.row.cell.scene.name: cell.row.score
+        cell.row.job.scene.name: cell.row.score
         for cell in grid.cells(column)
         if cell.row is not None and cell.row.score is not None and cell.row.score.horizon_s is not None
     }

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from carom.comparator import Score
 from carom.report.grid import Column, Grid
-from carom.runs import Results
+from carom.runs.results import Results
 
 __all__ = ["Agreement", "agreements"]
 
@@ -34,12 +34,12 @@ class Agreement:
 
 def agreements(results: Results, grid: Grid) -> tuple[Agreement, ...]:
     """Hold every engine that is not Carom's own against the run of PIT; empty where PIT was not run."""
-    if not any(row.cell.engine == "pit" and row.trace is not None for row in results.rows):
+    if not any(row.job.engine == "pit" and row.trace is not None for row in results.rows):
         return ()
     found = []
     for column in grid.columns:
         differences = {
-            cell.row.cell.scene.name: _difference(cell.row.score)
+            cell.row.job.scene.name: _difference(cell.row.score)
             for cell in grid.cells(column)
             if cell.row is not None and cell.row.score is not None and cell.row.score.solver is not None
         }

@@ -14,8 +14,8 @@ from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
 from carom.report.document import Column as Head
 from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
 from carom.report.marks import Mark, mark_of
-from carom.runs import Results, Row
 from carom.runs.plan import missing_profile_reason
+from carom.runs.results import Results, Row
 from carom.trace import Setting, Trace, wall_index
 
 __all__ = [
@@ -78,7 +78,7 @@ def _grid_cell(scene: str, cell: GridCell) -> Cell:
 def profile_table(results: Results, grid: Grid) -> Table:
     """Return engines down, profiles and variants across: what came of each, or why there is nothing."""
     columns = {(column.engine, column.profile): column for column in grid.columns}
-    profiles = tuple(dict.fromkeys(row.cell.profile for row in results.rows))
+    profiles = tuple(dict.fromkeys(row.job.profile for row in results.rows))
     rows = []
     for info in results.engines:
         cells = []
@@ -110,20 +110,20 @@ class _Line(NamedTuple):
 def _lines(results: Results, grid: Grid) -> Iterator[_Line]:
     own = {(column.engine, column.profile): column for column in grid.columns}
     for row in results.rows:
-        yield _Line(row, own[row.cell.engine, row.cell.profile])
+        yield _Line(row, own[row.job.engine, row.job.profile])
 
 
 def spread_table(results: Results, grid: Grid) -> Table:
     """Return every cell that was run at more phases than one; PIC, which no phase can change, is left out."""
     rows = []
     for row, column in _lines(results, grid):
-        spread, dt_s = row.spread, row.cell.dt_s
-        if spread is None or not spread.phases or row.cell.engine == "pic":
+        spread, dt_s = row.spread, row.job.dt_s
+        if spread is None or not spread.phases or row.job.engine == "pic":
             continue
         closed = spread.pit_miss_probability
         rows.append(
             (
-                row.cell.scene.name,
+                row.job.scene.name,
                 column.name,
                 wording.step(dt_s),
                 str(spread.phases),
@@ -200,18 +200,18 @@ def settings_table(results: Results, grid: Grid) -> Table:
         runs = [
             row
             for row in results.rows
-            if (row.cell.engine, row.cell.profile) == (column.engine, column.profile) and row.trace is not None
+            if (row.job.engine, row.job.profile) == (column.engine, column.profile) and row.trace is not None
         ]
         if not runs:
             continue
-        first = min(runs, key=lambda row: row.cell.refinement)
+        first = min(runs, key=lambda row: row.job.refinement)
         values = [
             f"{name} = {wording.setting(value)}" + (f" ({varies})" if (varies := _variation(name, first, runs)) else "")
             for name, value in _settings(first).items()
         ]
         stands_for = profiles.get(column.engine, {}).get(column.profile, "")
         rows.append(
-            (column.name, Cell(stands_for, css="prose"), first.cell.scene.name, Cell("; ".join(values), css="prose"))
+            (column.name, Cell(stands_for, css="prose"), first.job.scene.name, Cell("; ".join(values), css="prose"))
         )
     heads = (Head("engine"), Head("what the profile stands for"), Head("used on"), Head("settings"))
     return Table(heads, tuple(rows), css="settings", only=ON_PAPER)
@@ -224,9 +224,9 @@ def _settings(row: Row) -> Mapping[str, Setting]:
 def _variation(name: str, first: Row, runs: list[Row]) -> str:
     """Say on what a setting depends: two runs of one scene differ in the step, two at one step in the scene."""
     here = _settings(first)[name]
-    scene = first.cell.scene.name
-    with_step = any(row.cell.scene.name == scene and _settings(row).get(name) != here for row in runs)
-    at_same_step = [row for row in runs if row.cell.dt_s == first.cell.dt_s and row.cell.scene.name != scene]
+    scene = first.job.scene.name
+    with_step = any(row.job.scene.name == scene and _settings(row).get(name) != here for row in runs)
+    at_same_step = [row for row in runs if row.job.dt_s == first.job.dt_s and row.job.scene.name != scene]
     with_scene = any(_settings(row).get(name) != here for row in at_same_step)
     on = [what for what, varies in (("step", with_step), ("scene", with_scene)) if varies]
     return f"varies with the {wording.listed(on, 'and the')}" if on else ""
@@ -247,15 +247,15 @@ def _impact_counts(score: Score, _: Row) -> str:
 
 
 def _time_error(score: Score, row: Row) -> str:
-    return f"{wording.seconds(score.time_error_s)} ({wording.steps(score.time_error_s, row.cell.dt_s)})"
+    return f"{wording.seconds(score.time_error_s)} ({wording.steps(score.time_error_s, row.job.dt_s)})"
 
 
 #: The columns of the table of every cell: heading, and what it says of a row. Another one is another line.
 _CELL_COLUMNS: tuple[tuple[str, Callable[[_Line], Cell | str]], ...] = (
-    ("scene", lambda line: line.row.cell.scene.name),
+    ("scene", lambda line: line.row.job.scene.name),
     ("engine", lambda line: line.column.label),
     ("profile", lambda line: line.column.profile),
-    ("step", lambda line: wording.step(line.row.cell.dt_s)),
+    ("step", lambda line: wording.step(line.row.job.dt_s)),
     ("grade", lambda line: mark_cell(mark_of(line.row))),
     (
         "expected / missed / invented",
@@ -281,12 +281,12 @@ def impact_tables(results: Results) -> Iterator[Table]:
     rows = [row for row in results.rows if row.trace is not None and row.score is not None]
     if len(rows) <= MOST_TABLES:
         for row in rows:
-            yield _impact_table(row, row.score, row.trace, results.references[row.cell.scene.name])
+            yield _impact_table(row, row.score, row.trace, results.references[row.job.scene.name])
 
 
 def _impact_table(row: Row, score: Score | None, trace: Trace | None, reference: Trace) -> Table:
     assert score is not None and trace is not None  # noqa: S101, PT018 - the caller chose rows that were run
-    cell = row.cell
+    job = row.job
     by_reference = {error.reference: error for error in score.errors}
     rows: list[tuple[str, ...]] = []
     for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
@@ -317,7 +317,7 @@ def _impact_table(row: Row, score: Score | None, trace: Trace | None, reference:
     return Table(
         (Head("bodies"), *(Head(name, number=True) for name in numbers)),
         tuple(rows),
-        title=f"{cell.scene.name} on {cell.engine} ({cell.profile}), dt = {cell.dt_s:.6g} s: {score.grade.value}",
+        title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
         note="\n".join(reasons_of(row)),
         only=TERMINAL,
     )

@@ -10,8 +10,8 @@ from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
 from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, miss_share, pair_limit
 from carom.errors import InputError
-from carom.runs.local import LocalPool
 from carom.runs.phases import begun_earlier
+from carom.runs.pool import LocalPool
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)

@@ -14,8 +14,8 @@ from carom.report.grid import build_grid
 from carom.report.price import price_lines, prices
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import spread_table
-from carom.runs import Results, Row
 from carom.runs.phases import PhaseSpread
+from carom.runs.results import Results, Row
 from carom.trace import Trace
 
 
@@ -23,8 +23,8 @@ def with_toy(results: Results, change: dict[str, float]) -> Results:
     """The results with the toy engine's velocities after each impact made faster, by scene."""
     rows = []
     for row in results.rows:
-        if row.cell.engine == "toy" and row.trace is not None and row.score is not None:
-            rows.append(rescored(results, row, change.get(row.cell.scene.name, 1.0)))
+        if row.job.engine == "toy" and row.trace is not None and row.score is not None:
+            rows.append(rescored(results, row, change.get(row.job.scene.name, 1.0)))
         else:
             rows.append(row)
     return replace(results, rows=tuple(rows))
@@ -38,9 +38,9 @@ def rescored(results: Results, row: Row, factor: float) -> Row:
     pit = next(
         other.trace
         for other in results.rows
-        if other.cell.engine == "pit" and other.cell.scene == row.cell.scene and other.cell.dt_s == row.cell.dt_s
+        if other.job.engine == "pit" and other.job.scene == row.job.scene and other.job.dt_s == row.job.dt_s
     )
-    score = compare(results.references[row.cell.scene.name], trace, sampling=pit)
+    score = compare(results.references[row.job.scene.name], trace, sampling=pit)
     return replace(row, trace=trace, score=score)
 
 
@@ -67,7 +67,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     score = next(
         row.score
         for row in worse.rows
-        if row.cell.engine == "toy" and row.cell.scene.name == late and row.cell.refinement == 0
+        if row.job.engine == "toy" and row.job.scene.name == late and row.job.refinement == 0
     )
     assert score is not None
     assert score.sampling is not None
@@ -84,7 +84,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
 def test_the_spread_over_phases_is_shown(results: Results) -> None:
     """A cell that was run at many phases shows median, worst and miss share in both documents."""
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
-    rows = tuple(replace(row, spread=spread) if row.cell.engine == "toy" else row for row in results.rows)
+    rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
     view = cross_check_document(wide)
     assert {row[1].text for row in spread_table(wide, build_grid(wide)).shown(Medium.PAGE)[1]} == {"toy tuned"}

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from carom import registry
-from carom.runs import cell_score
+from carom.runs import scoring
 
 HOSTILE = """
 import os, sys, time
@@ -110,7 +110,7 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     (info / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(str(tmp_path))
     registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
-    cell_score._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring._versions.cache_clear()  # noqa: SLF001 - as above
     yield
     registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found
-    cell_score._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring._versions.cache_clear()  # noqa: SLF001 - as above

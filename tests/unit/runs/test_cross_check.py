@@ -1,7 +1,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +10,9 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.runs import Status, default_dts
+from carom.runs import execute, reference
+from carom.runs.job import Method, Status
+from carom.runs.plan import default_dts
 from carom.trace import Outcome
 
 pytestmark = pytest.mark.usefixtures("hostile")
@@ -31,7 +32,7 @@ def scene() -> Scene:
 
 
 def statuses(results: carom.Results) -> dict[str, Status]:
-    return {row.cell.engine: row.status for row in results.rows}
+    return {row.job.engine: row.status for row in results.rows}
 
 
 def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
@@ -46,12 +47,12 @@ def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
         "exits": Status.CRASHED,
         "raises": Status.FAILED,
     }
-    reasons = {row.cell.engine: row.reason for row in results.rows}
+    reasons = {row.job.engine: row.reason for row in results.rows}
     assert "SIGABRT" in reasons["aborts"]
     assert "assertion failed in solver.c:42" in reasons["aborts"]
     assert "exit code 7" in reasons["exits"]
     assert "ZeroDivisionError: inertia" in reasons["raises"]
-    assert next(row.grade for row in results.rows if row.cell.engine == "pic") is Grade.EXACT
+    assert next(row.grade for row in results.rows if row.job.engine == "pic") is Grade.EXACT
 
 
 def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
@@ -66,7 +67,7 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
     results = carom.cross_check(
         [scene], ["pit", "hangs-when-timed"], dts=[0.1], profiles=["tuned"], time_limit_s=3.0, jobs=1
     )
-    rows = {row.cell.engine: row for row in results.rows}
+    rows = {row.job.engine: row for row in results.rows}
     hung = rows["hangs-when-timed"]
     assert hung.untimed.startswith("timed out: ")
     assert "3 s" in hung.untimed
@@ -118,7 +119,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
     results = carom.cross_check(
         [walled, fast, soft, falling], ["missing", "only-discs", "broken"], dts=[0.1], profiles=["tuned"], timing=False
     )
-    reasons = {(row.cell.scene.name, row.cell.engine): (row.status, row.reason) for row in results.rows}
+    reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
     assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
     assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
@@ -154,7 +155,7 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     for row in results.rows:
         assert row.score is not None
         assert row.score.horizon_s == pytest.approx(rest_s, rel=1e-12)
-        assert (row.score.grade is Grade.EXACT) == (row.cell.engine == "pic")
+        assert (row.score.grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
 def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
@@ -219,13 +220,13 @@ def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> Non
     """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
     assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
     results = carom.cross_check([scene], ["pit"], timing=False)
-    assert [(row.cell.dt_s, row.cell.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
+    assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
 def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
     """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
     results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False)
-    assert [(row.cell.engine, row.cell.profile) for row in results.rows] == [
+    assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "default"),
         ("pic", "tuned"),
         ("pit", "tuned"),
@@ -238,7 +239,7 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
     results = carom.cross_check(
         [scene], ["pic", "pit"], dts=[0.1], profiles=["tuned"], progress=lambda *call: calls.append(call)
     )
-    ratios = {row.cell.engine: row.time_ratio for row in results.rows}
+    ratios = {row.job.engine: row.time_ratio for row in results.rows}
     assert ratios["pit"] == 1.0
     assert ratios["pic"] is not None
     assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
@@ -250,7 +251,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
-    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "SAMPLING", ("aborts", "tuned"))
+    monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
     assert row.score is not None
@@ -259,7 +260,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
 
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
-    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "MOST_IMPACTS", 100)
+    monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
     endless = Scene(
         name="endless",
         discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],
@@ -274,7 +275,7 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
 def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
     """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
     results = carom.cross_check([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False)
-    failed = {row.cell.profile: row.reason for row in results.rows if row.cell.engine == "bad-profile"}
+    failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]
     assert statuses(results)["pit"] is Status.RAN
