@@ -27,9 +27,13 @@ PROFILES = {
     "pybullet": [*USUAL_PROFILES, "cylinder"],
     "mujoco": [*USUAL_PROFILES, "cylinder"],
 }
+#: The two that share least; the others are as long again each.
+EACH_TIME = {"pit", "pymunk"}
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name", [name if name in EACH_TIME else pytest.param(name, marks=pytest.mark.long) for name in NAMES]
+)
 def test_adapter_conforms_but_for_its_known_failures(name: str, tmp_path: Path) -> None:
     """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
     if reason := unavailable_reason(load_adapter(name).engine):

@@ -44,7 +44,11 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     What Carom depends on is lent by this environment, at the end of the path: nothing has to be downloaded.
     """
     folder = tmp_path_factory.mktemp("fresh")
-    wheels = [_wheel(source, folder) for source in (ROOT, HERE, HERE / "broken")]
+    # Building leaves metadata beside the sources, which would be an installed adapter to every other test.
+    author, twin = folder / "author", folder / "twin"
+    shutil.copytree(HERE, author, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__", "broken"))
+    shutil.copytree(HERE / "broken", twin, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__"))
+    wheels = [_wheel(source, folder) for source in (ROOT, author, twin)]
     venv.create(folder / "venv", with_pip=False)
     prefix = folder / "venv"
     python = prefix / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")

@@ -7,6 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 
+import pytest
+
 Pytest = Callable[..., subprocess.CompletedProcess[str]]
 
 #: Of each adapter of the twin: a case that finds its lie, and what the failure must say.
@@ -96,6 +98,7 @@ NOT_DECLARED = {
 }
 
 
+@pytest.mark.long
 def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
     """Built, installed from its wheel and named by its distribution, the adapter passes but for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
@@ -109,6 +112,7 @@ def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest:
     assert "the scene has walls, which this method does not support" in done.stdout
 
 
+@pytest.mark.long
 def test_each_lie_is_found_and_told_with_value_expected_and_scene(fresh_python: Path, tmp_path: Path) -> None:
     """Each lie of the broken twin fails its case, with the value, the expected value, the scene and how to see it."""
     failures = _failures(fresh_python, tmp_path)

@@ -33,7 +33,7 @@ def galperin(k: int) -> EventDrivenRun:
     return run
 
 
-@pytest.mark.parametrize("k", range(8))
+@pytest.mark.parametrize("k", [*range(6), *(pytest.param(k, marks=pytest.mark.long) for k in (6, 7))])
 def test_galperin_counts_the_digits_of_pi(k: int) -> None:
     """The number of impacts is floor(10^k pi), and the light disc's last velocity is that of the unfolded billiard.
 
@@ -106,6 +106,7 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
     assert np.max(np.abs(speeds)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
 
 
+@pytest.mark.long
 def test_ten_million_impacts_keep_energy_and_distance() -> None:
     """Over 1e7 impacts the energy is never off by more than 1e-12, and no overlap is deeper than roundings explain.
 
@@ -191,7 +192,7 @@ def oracle(start: DiscArrays, impacts: int) -> list[tuple[float, int, int]]:
     return events
 
 
-@pytest.mark.parametrize("block", range(4))
+@pytest.mark.parametrize("block", [0, *(pytest.param(block, marks=pytest.mark.long) for block in (1, 2, 3))])
 def test_a_brute_force_oracle_finds_the_same_impacts(block: int) -> None:
     """Brute force by textbook formulas finds the same impacts in thousands of random scenes, while it can be trusted.
 

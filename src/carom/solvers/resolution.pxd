@@ -13,9 +13,16 @@ cdef extern from *:
     #include <math.h>
     #define carom_UNKNOWN HUGE_VAL
     #define carom_ULP 0x1p-52
+    #define carom_FARTHEST 0x1p49
     """
     const double UNKNOWN "carom_UNKNOWN"  # known to no time at all
     const double ULP "carom_ULP"
+    const double FARTHEST "carom_FARTHEST"
+
+
+cdef inline bint are_told_apart(double x1, double y1, double x2, double y2, double reach) noexcept nogil:
+    """Return whether floats tell apart the centres of two discs in contact."""
+    return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= FARTHEST * reach
 
 
 cdef inline double size_of(double x, double y, double radius) noexcept nogil:

@@ -6,6 +6,7 @@ from libc.math cimport sqrt
 from carom.physics.impact_law cimport pair_push
 from carom.solvers.event_driven.layout cimport Before, Clock, Disc, Index, State, Wall
 from carom.solvers.event_driven.record cimport record_pair, record_wall
+from carom.solvers.resolution cimport are_told_apart
 
 
 cdef inline double reported_time(const Clock *clock, double time) noexcept nogil:
@@ -64,6 +65,7 @@ cdef inline void collide_pair(State *s, Index i, Index j, double time, bint want
     a.last = <int>j
     b.last = <int>i
     distance2 = dx * dx + dy * dy
+    s.counts.too_far += not are_told_apart(a.x, a.y, b.x, b.y, a.radius + b.radius)
     s.virial -= push * distance2
     s.counts.predictions += <Index>(a.inverse_mass > 0.0) + <Index>(b.inverse_mass > 0.0)
     if unlikely(wanted):  # which keeps it out of the way of a run without a record

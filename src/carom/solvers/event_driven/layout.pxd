@@ -219,6 +219,7 @@ cdef struct Counts:
     Index epoch_impacts  # in this epoch
     Index at_instant  # impacts since time last advanced
     Index predicted  # discs that have been predicted since the epoch began
+    Index too_far  # impacts of discs so far out that floats do not tell their centres apart: a run with one is refused
 
 cdef struct State:  # all that a run consists of
     Disc *discs

@@ -14,6 +14,7 @@ from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
 from carom.solvers.event_driven.recorded import RecordedImpacts
 from carom.solvers.impact_log import standstill_impacts
+from carom.solvers.resolution import too_far_out
 from carom.solvers.run import require_time
 from carom.trace import Outcome
 
@@ -127,7 +128,7 @@ class EventDrivenRun:
             progress: Called now and then with the number of impacts so far and the time reached.
 
         Raises:
-            InputError: `time_s` is NaN.
+            InputError: `time_s` is NaN, or two discs met so far out that floats do not tell their centres apart.
         """
         require_time(time_s)
         ended = _PAUSE
@@ -137,6 +138,8 @@ class EventDrivenRun:
                 progress(self.impacts, self._kernel.clock["reported"])
         reached_s = time_s if ended == _DONE and time_s < math.inf else self._kernel.clock["reported"]
         self.time_s = max(self.time_s, reached_s)
+        if self._kernel.counts["too_far"]:
+            raise too_far_out()
         return _OUTCOMES[ended]
 
     def positions(self) -> NDArray[np.float64]:

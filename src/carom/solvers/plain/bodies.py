@@ -12,7 +12,14 @@ from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
-from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
+from carom.solvers.resolution import (
+    are_told_apart,
+    clock_resolution,
+    pair_resolution,
+    size_of,
+    too_far_out,
+    wall_resolution,
+)
 from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -174,8 +181,13 @@ class Bodies:
 
         The normal is the line of centres as it stands: overlapped, where the impact is found late. The restitution is
         the scene's, if none is given.
+
+        Raises:
+            InputError: They are so far out that floats do not tell their centres apart.
         """
         e = self.restitution if restitution is None else restitution
+        if not are_told_apart(self.x[i], self.y[i], self.x[j], self.y[j], self.radius[i] + self.radius[j]):
+            raise too_far_out()
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
         before_i, before_j = self._velocity(i), self._velocity(j)
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still

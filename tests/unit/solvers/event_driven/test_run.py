@@ -10,9 +10,11 @@ import pytest
 from tests.forms import needs_extension
 from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
 
-from carom import Outcome, solve_pic, solve_pic_framewise
+from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.disc_arrays import DiscArrays
+from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.run import AllPairsRun
 
 pytestmark = needs_extension
 
@@ -183,3 +185,15 @@ def test_progress_samples_and_stops() -> None:
     stopped = solve_pic(scene, max_impacts=7)
     assert stopped.outcome is Outcome.MAX_IMPACTS
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
+
+
+@pytest.mark.parametrize("form", [EventDrivenRun, AllPairsRun])
+def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: type[EventDrivenRun | AllPairsRun]) -> None:
+    """Two discs that meet after 1.8e16 m, where floats are 2 m apart, have no normal: an error says so."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
+        Disc(position_m=(3.0, 0.0), velocity_m_s=(1.0 - 2.0**-53, 0.0), radius_m=0.5),
+    ]
+    run = form(Scene(name="far", discs=discs, duration_s=1e17))
+    with pytest.raises(InputError, match="do not tell their centres apart"):
+        run.advance_to(1e17)

@@ -1,0 +1,105 @@
+"""Coverage of the compiled code: ``make coverage-compiled``; ``python -m tests.compiled_coverage`` hands on arguments.
+
+The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd
+file and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several
+modules inline counts once, as reached by whichever.
+
+Branches are those of the C code: a comparison in a loop has two, a chain of `and` one pair a link; and in what Python
+calls (`def`) there is one more for each error that Cython looks for.
+"""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+BUILD = ROOT / "build/coverage"
+
+#: What is run where nothing else is asked for.
+TESTS = ("tests/unit", "tests/validation")
+
+#: Counts of each line, and of each of its branches, by file.
+Lines = dict[str, dict[int, int]]
+Branches = dict[str, dict[tuple[int, int], int]]
+
+
+def build() -> Path:
+    """Build the package with counters, and return where it lies."""
+    shutil.rmtree(BUILD, ignore_errors=True)
+    library = BUILD / "lib"
+    command = [sys.executable, "setup.py", "--quiet", "build", "--build-base", str(BUILD), "--build-lib", str(library)]
+    environment = {**os.environ, "CAROM_COVERAGE": "1", "CAROM_REQUIRE_EXTENSION": "1"}
+    subprocess.run(command, cwd=ROOT, check=True, env=environment)
+    return library
+
+
+def counted(notes: Path) -> list[dict[str, Any]]:
+    """Return what gcov says of a module, source by source."""
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(
+            ["gcov", "--json-format", "--branch-probabilities", str(notes)], cwd=folder, check=True, capture_output=True
+        )
+        (written,) = Path(folder).glob("*.gcov.json.gz")
+        with gzip.open(written, "rt", encoding="utf-8") as file:
+            files: list[dict[str, Any]] = json.load(file)["files"]
+            return files
+
+
+def collect() -> tuple[Lines, Branches]:
+    """Return the counts of all sources, over all modules."""
+    lines: Lines = defaultdict(lambda: defaultdict(int))
+    branches: Branches = defaultdict(lambda: defaultdict(int))
+    for notes in sorted(BUILD.rglob("*.gcno")):
+        for source in counted(notes):
+            name = str(source["file"])
+            if not name.endswith((".pyx", ".pxd")):
+                continue
+            if "carom/" not in name:  # a probe of the tests
+                continue
+            name = name[name.index("carom/") :]
+            for line in source["lines"]:
+                lines[name][line["line_number"]] += line["count"]
+                for k, branch in enumerate(line["branches"]):
+                    branches[name][line["line_number"], k] += branch["count"]
+    return lines, branches
+
+
+def share(counts: list[int]) -> str:
+    """Return how many are above 0, of how many, as a table shows it."""
+    reached = sum(count > 0 for count in counts)
+    return f"{reached:6d} of {len(counts):5d} {100 * reached / max(len(counts), 1):5.1f} %"
+
+
+def table(lines: Lines, branches: Branches) -> str:
+    """Return a row for each source: lines and branches reached, and the lines that were not."""
+    rows = [f"{'source':48}{'lines':>24}{'branches':>24}  lines never reached"]
+    for name in sorted(lines):
+        never = ", ".join(str(number) for number, count in sorted(lines[name].items()) if count == 0)
+        reached = share(list(lines[name].values())), share(list(branches[name].values()))
+        rows.append(f"{name:48}{reached[0]:>24}{reached[1]:>24}  {never}")
+    every_line = [count for counts in lines.values() for count in counts.values()]
+    every_branch = [count for counts in branches.values() for count in counts.values()]
+    rows.append(f"{'all':48}{share(every_line):>24}{share(every_branch):>24}")
+    return "\n".join(rows)
+
+
+def main(arguments: list[str]) -> int:
+    """Build, run the tests, print the table; return what pytest returned."""
+    library = build()
+    command = [sys.executable, "-m", "pytest", "-q", "-n", "auto", "--dist", "worksteal", *(arguments or TESTS)]
+    done = subprocess.run(command, cwd=ROOT, check=False, env={**os.environ, "PYTHONPATH": str(library)})
+    sys.stdout.write(table(*collect()) + "\n")
+    return done.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
