@@ -53,7 +53,7 @@ def test_the_journal_of_another_form_is_refused(tmp_path: Path) -> None:
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
     result = stress("small", "-e", "pit", "--resume", "--out", tmp_path)
     assert result.exit_code == 2
-    assert "its quick is True, and this one's False; name another --out" in " ".join(result.output.split())
+    assert "its quick is True, and this one's False; name another folder" in " ".join(result.output.split())
 
 
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,12 +9,12 @@ import typer
 
 from carom.bench.error_kind import ErrorKind
 from carom.cli.common import (
-    EXIT_INTERRUPTED,
     command_line,
     console,
     guarded,
     plain_scenes_named,
     print_document,
+    resumable,
     seconds,
 )
 from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
@@ -121,24 +121,15 @@ def bench(
     require_writable(out)
     pool = _pool(plan, scheduler, jobs)
     scored = out / "journal.jsonl"
-    try:
-        with (
-            score_journal(scored, resume=resume) as journal,
-            timing_journal(out / "timings.jsonl", resume=resume) as timings,
-            progress_bar() as progress,
-        ):
-            result = work_precision(
-                found,
-                plan,
-                pool,
-                journal=journal,
-                timings=timings,
-                progress=progress,
-                command=command_line(),
-            )
-    except KeyboardInterrupt:
-        typer.echo(f"carom: interrupted; what is finished is in {scored}, and --resume goes on from there", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+    with (
+        resumable(scored),
+        score_journal(scored, resume=resume) as journal,
+        timing_journal(out / "timings.jsonl", resume=resume) as timings,
+        progress_bar() as progress,
+    ):
+        result = work_precision(
+            found, plan, pool, journal=journal, timings=timings, progress=progress, command=command_line()
+        )
     paths = write_bench(result, out, shown)
     print_document(bench_document(result))
     console().print(f"page: {paths.html}", soft_wrap=True)

@@ -16,11 +16,13 @@ from carom.cli.common import (
     console,
     guarded,
     print_document,
+    resumable,
     scenes_named,
     seconds,
 )
 from carom.cli.options import EngineNames, Jobs, TimeLimit
 from carom.cli.progress import progress_bar
+from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.runs.results import Results
@@ -70,6 +72,9 @@ def run(
             "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run into the folder of --report that was ended.")
+    ] = False,
     jobs: Jobs = None,
     time_limit: TimeLimit = 60.0,
     timing: Annotated[
@@ -108,6 +113,7 @@ def run(
     from carom.report.cross_check import cross_check_document
     from carom.runs.execute import execute
     from carom.runs.explain import explain as explained
+    from carom.runs.observed import observed_journal
     from carom.runs.plan import Options, plan_of
 
     options = Options(
@@ -127,14 +133,25 @@ def run(
         for line in explained(plan):
             typer.echo(line)
         return
-    if report is not None:
+    if report is None:
+        if resume:
+            raise InputError("--resume goes on with what lies in the folder of --report: name it")
+        with progress_bar() as progress:
+            results = execute(plan, progress=progress, command=command_line())
+        print_document(cross_check_document(results))
+    else:
         require_writable(report)
-    with progress_bar() as progress:
-        results = execute(plan, progress=progress, command=command_line())
-    document = cross_check_document(results)
-    paths = None if report is None else write_report(results, report, document)
-    print_document(document)
-    if paths is not None:
+        path = report / "journal.jsonl"
+        with (
+            resumable(path),
+            observed_journal(path, options, resume=resume) as journal,
+            progress_bar() as progress,
+        ):
+            results = execute(plan, journal=journal, progress=progress, command=command_line())
+            document = cross_check_document(results)
+            paths = write_report(results, report, document)
+            journal.discard()  # the report holds it all
+        print_document(document)
         console().print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:

@@ -13,11 +13,14 @@ from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
+from carom.runs.journal import Journal
+from carom.runs.observed import Observed
 from carom.runs.phases import Shifted, phase_values, shifted_scenes, spread_of
 from carom.runs.plan import Options, Plan, plan_of, require_positive, trace_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
+from carom.runs.scoring import job_key
 from carom.runs.timing import Measure
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, deviation
@@ -85,57 +88,83 @@ def cross_check(
     return execute(plan_of(scenes, Options(engine_names, **options)), pool, progress=progress, command=command)
 
 
-def execute(plan: Plan, pool: Pool | None = None, *, progress: Progress | None = None, command: str = "") -> Results:
-    """Carry out the plan of a cross-check; arguments as those of `cross_check`."""
+def execute(
+    plan: Plan,
+    pool: Pool | None = None,
+    *,
+    journal: Journal[Observed] | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Results:
+    """Carry out the plan of a cross-check.
+
+    Args:
+        plan: What is to be run.
+        pool: Where; it stays open. By default processes of this machine, which are ended.
+        journal: What was observed already, and where more of it goes.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command line to print in the report.
+    """
     started, options = time.perf_counter(), plan.options
     references = _references(plan, progress)
     held = {name: found for name, found in references.items() if isinstance(found, Reference)}
     jobs = [job for job in plan.jobs if job.scene.name in held]
-    sampling = list({(job.scene.name, job.dt_s): replace(job, method=PIT_METHOD) for job in jobs}.values())
-    others = [job for job in jobs if job.method != PIT_METHOD]
     shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
-    count = _Count(progress, len(sampling) + len(others) + sum(map(len, shifted.values())) + len(timed))
     own: AbstractContextManager[Pool]
     own = LocalPool(options.jobs, options.time_limit_s) if pool is None else nullcontext(pool)
     with own as asked:
-        pit = {_key(job): (job, found) for job, found in _observed(sampling, asked, count, samples=options.samples)}
-        rows = {key: _row(job, found, held, found.value) for key, (job, found) in pit.items()}
-        for job, found in _observed(others, asked, count, samples=options.samples):
-            rows[_key(job)] = _row(job, found, held, pit[_key(replace(job, method=PIT_METHOD))][1].value)
-        rows |= _spread(rows, shifted, held, asked, count)
-        rows |= _timed([rows[_key(job)] for job in timed], asked, count)
+        observer = _Observer(asked, journal, progress, samples=options.samples)
+        observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
+        observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+        rows = _scored(jobs, held, observer)
+        rows |= _spread(rows, shifted, held, observer)
+        rows |= _timed([rows[_key(job)] for job in timed], observer)
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
-    return Results(
-        rows=_with_ratios([rows[_key(job)] for job in plan.jobs]),
-        references={name: reference.trace for name, reference in held.items()},
-        known={
-            name: (answer, deviation(held[name].pic or held[name].trace, answer, held[name].trace.scene))
-            for name, answer in plan.answers.items()
-            if name in held
-        },
-        engines=plan.engines,
-        environment=environment(plan.engines),
-        command=command,
-        elapsed_s=time.perf_counter() - started,
-        certified={name: one.certified for name, one in held.items() if one.certified is not None},
-        horizons={name: one.horizon_s for name, one in held.items() if one.horizon_s is not None},
-        phases=options.phases,
-    )
+    return _results(plan, [rows[_key(job)] for job in plan.jobs], held, command, time.perf_counter() - started)
 
 
-class _Count:
-    """Tells how far a cross-check has come."""
+class _Observer:
+    """Has jobs run, keeps what came of them in the journal, and tells how far a cross-check has come."""
 
-    def __init__(self, progress: Progress | None, total: int) -> None:
-        self._progress, self._total, self._done = progress, total, 0
+    def __init__(
+        self, pool: Pool, journal: Journal[Observed] | None, progress: Progress | None, *, samples: bool
+    ) -> None:
+        self.pool, self.total = pool, 0
+        self._journal, self._progress, self._samples, self._done = journal, progress, samples, 0
 
-    def add(self, what: str, done: int = 1) -> None:
+    def count(self, what: str, done: int = 1) -> None:
         self._done += done
         if self._progress is not None:
-            self._progress(self._done, self._total, what)
+            self._progress(self._done, self.total, what)
+
+    def each(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
+        """Yield what came of each job as it comes.
+
+        States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
+        """
+        todo = []
+        for job in jobs:
+            drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
+            known = self._journal.entries.get((job_key(job), drawn)) if self._journal else None
+            if known is None:
+                todo.append((job.engine, (job, drawn)))
+            else:
+                self.count(f"{job.scene.name} on {job.engine}")
+                yield job, known.answer
+        for several in self.pool.each(todo, _observe):
+            if self._journal is not None:
+                self._journal.add(Observed(job_key(job), drawn, answer) for job, drawn, answer in several)
+            for job, _, answer in several:
+                self.count(f"{job.scene.name} on {job.engine}")
+                yield job, answer
+
+
+def _observe(job_drawn: tuple[Job, bool], asker: Asker) -> Iterator[tuple[Job, bool, Answer[Trace]]]:
+    job, drawn = job_drawn
+    yield job, drawn, trace_of(job, asker, samples=drawn)
 
 
 def _key(job: Job) -> Key:
@@ -156,20 +185,19 @@ def _references(plan: Plan, progress: Progress | None) -> dict[str, Reference | 
     return found
 
 
-def _observed(jobs: Sequence[Job], pool: Pool, count: _Count, *, samples: bool) -> Iterator[tuple[Job, Answer[Trace]]]:
-    """Run jobs and yield what came of each as it comes.
+def _sampling(job: Job) -> Job:
+    """Return PIT on the same scene at the same step: what sampling alone costs there."""
+    return replace(job, method=PIT_METHOD)
 
-    States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
-    """
 
-    def work(job: Job, asker: Asker) -> Iterator[tuple[Job, Answer[Trace]]]:
-        drawn = samples and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
-        yield job, trace_of(job, asker, samples=drawn)
-
-    for several in pool.each(((job.engine, job) for job in jobs), work):
-        for job, answer in several:
-            count.add(f"{job.scene.name} on {job.engine}")
-            yield job, answer
+def _scored(jobs: Sequence[Job], held: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
+    """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
+    sampling = {_key(one): one for one in map(_sampling, jobs)}
+    pit = {_key(job): answer for job, answer in observer.each(sampling.values())}
+    rows = {key: _row(sampling[key], answer, held, answer.value) for key, answer in pit.items()}
+    for job, answer in observer.each(job for job in jobs if job.method != PIT_METHOD):
+        rows[_key(job)] = _row(job, answer, held, pit[_key(_sampling(job))].value)
+    return rows
 
 
 def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Trace | None) -> Row:
@@ -194,18 +222,16 @@ def _spread(
     rows: Mapping[Key, Row],
     shifted: Mapping[Key, Sequence[Shifted]],
     held: Mapping[str, Reference],
-    pool: Pool,
-    count: _Count,
+    observer: _Observer,
 ) -> dict[Key, Row]:
     """Run every job that ran at its phases, too, and return its row with the spread of its errors."""
     ran = {key: several for key, several in shifted.items() if rows[key].status is Status.RAN}
-    if not shifted:
-        return {}
-    count.add("phases", sum(len(several) for key, several in shifted.items() if key not in ran))
+    if len(ran) < len(shifted):
+        observer.count("phases", sum(len(several) for key, several in shifted.items() if key not in ran))
     jobs = [(key, one, replace(rows[key].job, scene=one.scene)) for key, several in ran.items() for one in several]
     home = {id(job): (key, one) for key, one, job in jobs}
     scores: dict[Key, list[Score]] = {key: [] for key in ran}
-    for job, answer in _observed([job for *_, job in jobs], pool, count, samples=False):
+    for job, answer in observer.each((job for *_, job in jobs), shifted=True):
         key, one = home[id(job)]
         if answer.value is not None:
             scores[key].append(compare(one.reference, answer.value, horizon=held[key[0]].horizon_s))
@@ -214,15 +240,34 @@ def _spread(
     }
 
 
-def _timed(rows: Sequence[Row], pool: Pool, count: _Count) -> dict[Key, Row]:
+def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running."""
     timed = {}
     for row in rows:
         if row.status is Status.RAN:
-            answer = pool.ask(Measure(row.job))
+            answer = observer.pool.ask(Measure(row.job))
             timed[_key(row.job)] = replace(row, timing=answer.value, untimed=answer.said)
-        count.add(f"{row.job.scene.name} on {row.job.engine}")
+        observer.count(f"{row.job.scene.name} on {row.job.engine}")
     return timed
+
+
+def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], command: str, elapsed_s: float) -> Results:
+    return Results(
+        rows=_with_ratios(rows),
+        references={name: reference.trace for name, reference in held.items()},
+        known={
+            name: (answer, deviation(held[name].pic or held[name].trace, answer, held[name].trace.scene))
+            for name, answer in plan.answers.items()
+            if name in held
+        },
+        engines=plan.engines,
+        environment=environment(plan.engines),
+        command=command,
+        elapsed_s=elapsed_s,
+        certified={name: one.certified for name, one in held.items() if one.certified is not None},
+        horizons={name: one.horizon_s for name, one in held.items() if one.horizon_s is not None},
+        phases=plan.options.phases,
+    )
 
 
 def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:

@@ -58,7 +58,8 @@ class Journal(Closing, Generic[T]):
         self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))  # type: ignore[valid-type] # a type that is a value
         self._key = key
         if not resume and path.exists() and path.stat().st_size:
-            raise InputError(f"{path} holds results already: go on with them by --resume, or name another --out")
+            raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
+        self._own_folder = not path.parent.exists()
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
@@ -81,8 +82,16 @@ class Journal(Closing, Generic[T]):
         self._entries.update((self._key(entry), entry) for entry in found)
 
     def close(self) -> None:
-        """Close the file; the lock goes with it."""
+        """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
+        if not self._entries:
+            self.discard()
+            if self._own_folder and not any(self.path.parent.iterdir()):
+                self.path.parent.rmdir()
         os.close(self._file)
+
+    def discard(self) -> None:
+        """Remove the file: what it was kept for is finished and lies elsewhere."""
+        self.path.unlink(missing_ok=True)
 
     def _append(self, lines: Iterable[bytes]) -> None:
         data = b"".join(line + b"\n" for line in lines)
@@ -101,7 +110,7 @@ class Journal(Closing, Generic[T]):
         there = json.loads(head) if _is_json(head) else None
         if there != stamp:
             what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
-            raise InputError(f"{self.path} is no journal of this work: {what}; name another --out")
+            raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
         found: dict[Hashable, T] = {}
         for number, line in enumerate(lines, start=2):
             try:
@@ -109,7 +118,9 @@ class Journal(Closing, Generic[T]):
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
-                message = f"{self.path}, line {number}: {where}: {first['msg']}; remove the line, or name another --out"
+                message = (
+                    f"{self.path}, line {number}: {where}: {first['msg']}; remove the line, or name another folder"
+                )
                 raise InputError(message) from None
             found[self._key(entry)] = entry
         return found
@@ -147,7 +158,7 @@ def _lock(file: int, path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of by the system when the process ends, however
     except OSError:
         raise InputError(
-            f"{path} is being written by another process; end that one first, or name another --out"
+            f"{path} is being written by another process; end that one first, or name another folder"
         ) from None
 
 

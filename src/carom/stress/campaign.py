@@ -109,7 +109,7 @@ def stress(
     every = [(task, method) for task in tasks for method in columns]
     with stress_journal(out / JOURNAL, stamp, resume=resume) as journal, LocalPool(asked.jobs, asked.limit_s) as pool:
         if not resume and scenes.exists() and any(scenes.iterdir()):
-            raise InputError(f"{scenes} holds files already: name another --out, or go on with a campaign by --resume")
+            raise InputError(f"{scenes} holds files already: name another folder, or go on with a campaign by --resume")
         todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
         done = len(every) - len(todo)
 

@@ -156,11 +156,13 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
         ([], plan, InputError, "no scene"),
         ([scene, scene], plan, InputError, "two scenes have the name 'oblique'"),
         ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
-        ([scene], replace(plan, target=0.0), InputError, "target must be a positive number, got 0"),
-        ([scene], replace(plan, budget_s=math.nan), InputError, "budget must be a positive number, got nan"),
     ):
         with pytest.raises(error, match=words):
             work_precision(scenes, wrong, LocalPool(1))
+    for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
+        words = f"{name.removesuffix('_s')} must be .*, got {value:g}"
+        with pytest.raises(InputError, match=words):
+            replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
 
 def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,13 @@ from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.runs import execute, reference
-from carom.runs.job import Method, Status
-from carom.runs.plan import default_dts
-from carom.trace import Outcome
+from carom.runs.job import Job, Method, Status
+from carom.runs.observe import Observe
+from carom.runs.observed import observed_journal
+from carom.runs.plan import Options, default_dts, plan_of
+from carom.runs.pool import InProcess
+from carom.scenes import catalogue
+from carom.trace import Outcome, Trace
 
 pytestmark = pytest.mark.usefixtures("hostile")
 
@@ -279,3 +284,57 @@ def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]
     assert statuses(results)["pit"] is Status.RAN
+
+
+def contents(trace: Trace) -> dict[str, object]:
+    """Return what a trace holds, arrays with their types as bytes."""
+    samples = vars(trace.samples).items() if trace.samples else ()
+    values = {**vars(trace), **{f"samples.{name}": value for name, value in samples}, "samples": None}
+    return {
+        name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+        for name, value in values.items()
+    }
+
+
+def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
+    options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
+    plan, path = plan_of([scene], options), tmp_path / "journal.jsonl"
+    whole = execute.execute(plan, InProcess())
+
+    def end(done: int, _total: int, _what: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), observed_journal(path, options) as journal:
+        execute.execute(plan, InProcess(), journal=journal, progress=end)
+    before = len(path.read_bytes().splitlines()) - 1
+    ran: list[Job] = []
+    carry_out = Observe.carry_out
+
+    def noted(task: Observe) -> Trace:
+        ran.append(task.job)
+        return carry_out(task)
+
+    monkeypatch.setattr(Observe, "carry_out", noted)
+    with observed_journal(path, options, resume=True) as journal:
+        again = execute.execute(plan, InProcess(), journal=journal)
+    assert before == 3
+    assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
+    for one, other in zip(whole.rows, again.rows, strict=True):
+        assert one.trace is not None
+        assert other.trace is not None
+        assert contents(one.trace) == contents(other.trace)
+        assert repr(one.score) == repr(other.score)
+        assert one.spread == other.spread
+
+
+def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
+    """A journal of other steps is refused, and the message says which; how many jobs run at a time does not matter."""
+    path = tmp_path / "journal.jsonl"
+    options = Options(["pit"], [0.1], jobs=1, timing=False)
+    with observed_journal(path, options) as journal:
+        execute.execute(plan_of([catalogue()["paper/late"]], options), InProcess(), journal=journal)
+    observed_journal(path, replace(options, jobs=2), resume=True).close()
+    with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
+        observed_journal(path, replace(options, dts=[0.2]), resume=True)

@@ -85,8 +85,9 @@ def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
 def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
     """A journal of another campaign, of another kind or of none is refused, and the message says in what it differs."""
     path = tmp_path / "journal.jsonl"
-    stress_journal(path, {"quick": True}, resume=False).close()
-    with pytest.raises(InputError, match="its quick is True, and this one's False; name another --out"):
+    with stress_journal(path, {"quick": True}, resume=False) as journal:
+        journal.add(SPOTS)
+    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
         stress_journal(path, {"quick": False}, resume=True)
     with pytest.raises(InputError, match="its journal is Spot, and this one's Scored"):
         score_journal(path, resume=True)
@@ -110,6 +111,12 @@ def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str)
         journal.add([result(0.3)])
     assert path.read_bytes().startswith(whole)
     assert steps_in(path) == [0.1, 0.2, 0.3]
+
+
+def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> None:
+    """What was ended before anything was finished leaves no journal, and no folder that it made itself."""
+    score_journal(tmp_path / "new" / "journal.jsonl").close()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
