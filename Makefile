@@ -6,8 +6,8 @@ INSTALLED := $(VENV)/installed
 BUILT := $(VENV)/built
 REPORT ?= reports/latest
 #: What the extension is made of; each .pyx is a module of it.
-SOURCES := $(shell find src -name '*.pyx' -o -name '*.pxd')
-MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter %.pyx,$(SOURCES))))
+SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd')
+MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in build/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
@@ -77,4 +77,4 @@ $(BUILT): $(INSTALLED) $(SOURCES)
 clean:
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
-	find src -name '*.so' -delete
+	find src tests -name '*.so' -delete

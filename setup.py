@@ -1,4 +1,7 @@
-"""Builds the compiled extension: every .pyx below src is a module of it. All else stands in pyproject.toml."""
+"""Builds the compiled extension: every .pyx below src is a module of it. All else stands in pyproject.toml.
+
+Where the extension is built in place, so is what the tests call its inlined functions by.
+"""
 
 from __future__ import annotations
 
@@ -33,6 +36,8 @@ DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
 #: What Cython would add to each module that takes arrays, once for all of them.
 SHARED = "carom._cython"
 
+PROBE = "tests.probe"
+
 #: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
 if COVERAGE:
@@ -48,13 +53,15 @@ class OptionalBuild(build_ext):
     def run(self) -> None:
         """Build all modules or none; say so, and go on, where that fails."""
         inplace = self.inplace
+        if not inplace:
+            self.extensions = [module for module in self.extensions if module.name != PROBE]
         try:
             super().run()
         except Exception as error:
             if REQUIRED:
                 raise
             self.warn(f"the extension was not built, plain Python will serve: {error}")
-            for folder in [self.build_lib, *(["src"] if inplace else [])]:
+            for folder in [self.build_lib, *(["src", "."] if inplace else [])]:
                 for module in self.extensions:  # one of an earlier build must not serve
                     Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
             self.extensions = []
@@ -72,7 +79,7 @@ def _extension(name: str, source: str, sources: list[str]) -> Extension:
     )
 
 
-sources = sorted(path.as_posix() for path in Path("src").rglob("*.p[yx][xd]"))
+sources = sorted(path.as_posix() for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("tests").glob("probe.pyx")])
 extensions = [
     _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)
     for path in sources

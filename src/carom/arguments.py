@@ -17,6 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
 
+#: As tuples made once: as unions made at each call, these alone took a tenth of a solve of two discs.
+_TEXTS = (str, bytes)
+_TRUTH_VALUES = (bool, np.bool_)
+
 
 def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = False) -> float:
     """Return an argument as a finite float.
@@ -31,7 +35,7 @@ def number(name: str, value: Any, *, least: float = -math.inf, positive: bool = 
         InputError: It is no such number.
     """
     try:
-        if isinstance(value, bool | np.bool_ | str | bytes):
+        if isinstance(value, _TRUTH_VALUES + _TEXTS):
             raise TypeError
         found = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -50,7 +54,7 @@ def count(name: str, value: Any, *, least: int = 0) -> int:
         InputError: It is no such number.
     """
     try:
-        if isinstance(value, bool | np.bool_):
+        if isinstance(value, _TRUTH_VALUES):
             raise TypeError
         found = operator.index(value)
     except TypeError:
@@ -67,7 +71,7 @@ def times(name: str, values: Any) -> list[float]:
         InputError: It is no list of such.
     """
     try:
-        if isinstance(values, str | bytes):
+        if isinstance(values, _TEXTS):
             raise TypeError
         items = list(values)
     except TypeError:

@@ -21,8 +21,10 @@ __all__ = [
     "Samples",
     "Setting",
     "Trace",
+    "body_name",
     "impact_array",
     "kinetic_energy",
+    "pair_name",
     "wall_body",
     "wall_index",
 ]
@@ -79,6 +81,16 @@ def wall_body(wall: int) -> int:
 def wall_index(body: int) -> int:
     """Return which wall a body number below 0 is: k of the k-th wall, the inverse of `wall_body`."""
     return -1 - body
+
+
+def body_name(body: int) -> str:
+    """Return what a body is called: a disc, or a wall, by its number among its kind."""
+    return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
+
+
+def pair_name(impact: np.void) -> str:
+    """Return what the two bodies of an impact are called."""
+    return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
 
 
 class Outcome(Enum):

@@ -45,8 +45,8 @@ def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     assert not score.missed
     assert not score.spurious
     # A normal turns by v dt / R: the error of the time counts times v / R, which is at most 20 here.
-    assert abs(score.time_error_s) < width(engine, EXACT)
-    assert score.velocity_error < 20 * width(engine, EXACT)
+    assert abs(score.total.time_s) < width(engine, EXACT)
+    assert score.total.velocity < 20 * width(engine, EXACT)
 
 
 @pytest.mark.parametrize("dt_s", [1 / 10, 1 / 60, 1 / 1000])

@@ -58,7 +58,7 @@ def test_continuous_integration_refuses_to_do_without_the_extension(tree: Path, 
 def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: Path) -> None:
     """After a change of a source the tests say what to do; doing it is enough, also where a file is only renamed."""
     tree = copy_of_the_tree(tmp_path)
-    for module in (tree / "src").rglob("*.pyx"):
+    for module in tree.rglob("*.pyx"):
         if module.name != "built.pyx":  # the one that stands for all: the others would only take time
             module.unlink()
     command = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", "--force")
@@ -89,12 +89,12 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the processor's features from /proc/cpuinfo")
 def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
     """Built for this very processor, with its multiply-add, the extension passes the tests of all bits."""
-    base, lib = tmp_path / "native", tmp_path / "native/lib"
-    build = (sys.executable, "setup.py", "--quiet", "build", "--build-base", base, "--build-lib", lib)
-    run(*build, env={"CAROM_REQUIRE_EXTENSION": "1", "CFLAGS": "-march=native"})
+    tree = copy_of_the_tree(tmp_path)
+    build = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace")
+    run(*build, cwd=tree, env={"CAROM_REQUIRE_EXTENSION": "1", "CFLAGS": "-march=native"})
     if platform.machine() == "x86_64" and " avx " in Path("/proc/cpuinfo").read_text():
-        assert "vmulsd" in run("objdump", "-d", lib / "carom/physics/probe.abi3.so").stdout  # or nothing was tested
-    native = {"PYTHONPATH": str(lib)}
-    found = run(sys.executable, "-c", "import carom.built; print(carom.built.__file__)", env=native).stdout
-    assert Path(found.strip()).is_relative_to(lib)
-    run(sys.executable, "-m", "pytest", "-q", "-n", "0", *IDENTITY, env=native)
+        assert "vmulsd" in run("objdump", "-d", tree / "tests/probe.abi3.so").stdout  # or nothing was tested
+    native = {"PYTHONPATH": str(tree / "src")}
+    found = run(sys.executable, "-c", "import carom.built; print(carom.built.__file__)", cwd=tree, env=native).stdout
+    assert Path(found.strip()).is_relative_to(tree)
+    run(sys.executable, "-m", "pytest", "-q", "-n", "0", *IDENTITY, cwd=tree, env=native)

@@ -321,7 +321,7 @@ def _chord(degrees: float) -> float:
     return 2 * math.sin(math.radians(degrees) / 2)
 
 
-EXACT, SAMPLED, INACCURATE, WRONG = Grade.EXACT, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG
+EXACT, CLOSE, SAMPLED, INACCURATE, WRONG = Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG
 
 #: Radii that a disc at `SPEED` goes from the last impact to the end, and in a step.
 FLOWN, STEP = SPEED * (END_S - LAST_S) / LENGTH, SPEED * DT / LENGTH
@@ -384,7 +384,17 @@ FAULTS: tuple[Fault, ...] = (
         "delayed",
         delayed,
         _ladder(
-            {0: EXACT, 1e-11: EXACT, 0.3: SAMPLED, 1: SAMPLED, 1.1: INACCURATE, 20: INACCURATE},
+            {
+                0: EXACT,
+                1e-11: EXACT,
+                1e-6: CLOSE,
+                0.0099: CLOSE,
+                0.0101: SAMPLED,
+                0.3: SAMPLED,
+                1: SAMPLED,
+                1.1: INACCURATE,
+                20: INACCURATE,
+            },
             lambda steps: {Verdict.LATE: steps * DT, Verdict.MISPLACED: steps * STEP},
         ),
     ),
@@ -392,7 +402,7 @@ FAULTS: tuple[Fault, ...] = (
         "hasty",
         hasty,
         _ladder(
-            {0: EXACT, 1e-11: EXACT, 1e-6: INACCURATE, 0.5: INACCURATE, 20: INACCURATE},
+            {0: EXACT, 1e-11: EXACT, 1e-6: CLOSE, 0.0099: CLOSE, 0.0101: INACCURATE, 0.5: INACCURATE, 20: INACCURATE},
             lambda steps: {Verdict.EARLY: steps * DT, Verdict.MISPLACED: steps * STEP},
         ),
     ),
@@ -468,9 +478,9 @@ FAULTS: tuple[Fault, ...] = (
     Fault(
         "drifting",
         drifting,
-        # Disc 0 drifts longest without an impact: from the first one on.
+        # Disc 0 drifts longest without an impact: from the first one on. PIT, a step late, ends up to `STEP` off.
         _ladder(
-            {0: EXACT, 1e-13: EXACT, 1e-6: INACCURATE, 0.01: INACCURATE, 10: INACCURATE},
+            {0: EXACT, 1e-13: EXACT, 1e-6: CLOSE, 0.01: INACCURATE, 10: INACCURATE},
             lambda radii: {Verdict.MISPLACED: radii * END_S, Verdict.DRIFTS: radii * (END_S - FIRST_S)},
         ),
     ),
@@ -478,7 +488,7 @@ FAULTS: tuple[Fault, ...] = (
         "dragging",
         dragging,
         _ladder(
-            {0: EXACT, 1e-13: EXACT, 1e-6: INACCURATE, 0.01: INACCURATE, 1: INACCURATE},
+            {0: EXACT, 1e-13: EXACT, 1e-6: CLOSE, 0.01: INACCURATE, 1: INACCURATE},
             lambda part: {Verdict.MISPLACED: part * FLOWN, Verdict.DRIFTS: part * FLOWN},
         ),
     ),
@@ -513,7 +523,7 @@ FAULTS: tuple[Fault, ...] = (
         "carried off",
         carried_off,
         _ladder(
-            {0: EXACT, 1e-13: EXACT, 1e-6: INACCURATE, 1: INACCURATE, 2000: INACCURATE},
+            {0: EXACT, 1e-13: EXACT, 1e-6: CLOSE, 1: INACCURATE, 2000: INACCURATE},
             lambda radii: {Verdict.MISPLACED: radii, Verdict.DRIFTS: radii},
         ),
     ),

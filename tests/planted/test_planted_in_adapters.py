@@ -128,7 +128,7 @@ def test_states_that_move_otherwise_than_their_velocities_are_followed_to_the_en
     assert row.trace is not None
     assert row.score is not None
     assert row.trace.counts["steps_skipped"] == 0
-    assert row.score.final_position_error == pytest.approx(FREE_OFF[fault], rel=1e-9)
+    assert row.score.total.final_position == pytest.approx(FREE_OFF[fault], rel=1e-9)
     assert row.grade is Grade.INACCURATE
     assert not row.score.equals_pit
     assert {Verdict.MISPLACED, Verdict.DRIFTS} <= set(row.score.verdicts)

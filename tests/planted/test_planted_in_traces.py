@@ -20,7 +20,7 @@ BETWEEN_S = (FIRST_S + LAST_S) / 2
 ROWS = [pytest.param(fault, row, id=f"{fault.name}-{row.size:g}") for fault in FAULTS for row in fault.table]
 
 #: From best to worst. What is not graded has no place among them, and no fault of the table may lead there.
-WORSENING = [Grade.EXACT, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG]
+WORSENING = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG]
 
 #: Faults that leave a run in agreement with itself, so that only a reference shows them: another path.
 ANOTHER_PATH = {"delayed", "hasty", "tunnelling"}

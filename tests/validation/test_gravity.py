@@ -463,10 +463,10 @@ def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first
     )
     score = compare(reference, euler, sampling=solve_pit(scene, frame_rate_hz=1 / dt))
     expected = np.hypot(*pull) * dt * scene.duration_s / 2
-    assert score.final_position_error * scene.discs[0].radius_m == pytest.approx(expected, rel=1e-11)
+    assert score.total.final_position * scene.discs[0].radius_m == pytest.approx(expected, rel=1e-11)
     sign = 1 if velocity_first else -1
     assert (position - reference.final_position_m[0]) @ pull == pytest.approx(sign * expected * np.hypot(*pull))
-    assert score.final_velocity_error <= 4 * steps * 2.0**-53  # a rounding a step, of speeds below 4 times the start's
+    assert score.total.final_velocity <= 4 * steps * 2.0**-53  # a rounding a step, of speeds below 4 times the start's
 
 
 def test_a_pair_that_falls_shows_the_collision_alone() -> None:

@@ -15,10 +15,10 @@ from enum import Enum
 import numpy as np
 
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
+from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.registry import chosen_engines
 from carom.runs.job import Job, Method, Progress
-from carom.runs.phases import even_phases
 from carom.runs.plan import distinct_methods
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace

@@ -9,7 +9,7 @@ from enum import Enum
 
 import numpy as np
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 
 __all__ = ["CONFIDENCE", "Convergence", "Order", "fit_order", "fit_power", "student_quantile"]
 

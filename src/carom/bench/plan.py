@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.bench.error_kind import ErrorKind
+from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.registry import EngineInfo
 from carom.runs.job import Job
-from carom.runs.phases import even_phases
 from carom.runs.plan import distinct_methods, profiles_to_plan, sorted_out
 from carom.scene import Scene
 

@@ -10,7 +10,7 @@ from carom.bench.convergence import Order
 from carom.bench.noise import Noise
 from carom.bench.plan import BenchPlan
 from carom.bench.timing import At, CellTiming
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Method

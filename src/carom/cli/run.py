@@ -33,6 +33,7 @@ __all__ = ["FailOn", "run"]
 class FailOn(StrEnum):
     """The best grade that counts as a violation."""
 
+    CLOSE = "close"
     SAMPLED = "sampled"
     INACCURATE = "inaccurate"
     WRONG = "wrong"

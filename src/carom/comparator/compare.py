@@ -12,9 +12,10 @@ from carom.comparator.convention import match_outcome
 from carom.comparator.finite import not_finite
 from carom.comparator.grade import equals_pit, grade
 from carom.comparator.local import local_errors
-from carom.comparator.measure import Measured, measure
+from carom.comparator.measure import measure
 from carom.comparator.order import order_of
-from carom.comparator.scales import Scales, scales_of
+from carom.comparator.sampling import paid_by, paid_of, price_of_sampling
+from carom.comparator.scales import scales_of
 from carom.comparator.score import Score
 from carom.comparator.verdict import Evidence, findings
 from carom.errors import InputError
@@ -54,8 +55,11 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     scales = scales_of(reference.scene, reference)
     believed, until_s = reach = reach_of(reference, horizon)
     measured = measure(reference, observed, scales, reach)
-    sampled = None if sampling is None else measure(reference, sampling, scales, reach)
-    against_pit = None if sampling is None else _against_pit(sampling, observed, scales, until_s)
+    sampled = against_pit = price = None
+    if sampling is not None:
+        sampled = measure(reference, sampling, scales, reach)
+        against_pit = measure(sampling, observed, scales, reach_of(sampling, until_s))
+        price = price_of_sampling(reference, sampling, sampled, scales, reach)
     # Where a disc comes to rest the reference ends, and with it free flight.
     rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
     broken = not_finite(observed)
@@ -64,6 +68,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         observed=observed,
         measured=measured,
         sampling=sampled,
+        price=price,
         scales=scales,
         believed=believed,
         until_s=until_s,
@@ -79,21 +84,15 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         missed=measured.alignment.missed,
         spurious=measured.alignment.spurious,
         undecided=measured.alignment.undecided,
-        time_error_s=measured.worst_time_s,
-        velocity_error=measured.worst_velocity,
-        direction_error_rad=measured.worst_direction_rad,
-        final_position_error=measured.final_position_error,
-        final_velocity_error=measured.final_velocity_error,
-        energy_error=measured.energy_error,
-        momentum_error=measured.momentum_error,
-        sampling_velocity_error=math.nan if sampled is None else sampled.worst_velocity,
-        sampling_missed=None if sampled is None else len(sampled.alignment.missed),
-        findings=findings(evidence),
-        grade=grade(evidence),
-        scales=scales,
         total=measured.largest,
         sampling=None if sampled is None else sampled.largest,
-        solver=None if against_pit is None else against_pit.largest,
+        against_pit=None if against_pit is None else against_pit.largest,
+        pit_missed=None if sampled is None else len(sampled.alignment.missed),
+        price_paid=_price_paid(evidence),
+        findings=findings(evidence),
+        grade=grade(evidence),
+        float_bits=observed.float_bits,
+        scales=scales,
         equals_pit=against_pit is not None and equals_pit(evidence, against_pit),
         edits=evidence.order.edits,
         beyond_horizon=len(reference.impacts) - believed,
@@ -104,6 +103,10 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     )
 
 
-def _against_pit(sampling: Trace, observed: Trace, scales: Scales, until_s: float) -> Measured:
-    """Measure a trace against PIT at the same step, up to the same horizon."""
-    return measure(sampling, observed, scales, reach_of(sampling, until_s))
+def _price_paid(evidence: Evidence) -> float:
+    if evidence.price is None:
+        return math.nan
+    if evidence.broken:
+        return math.inf
+    paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.believed)
+    return paid_by(paid, evidence.price, evidence.rounding)

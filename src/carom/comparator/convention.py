@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.scene import Scene
-from carom.trace import Trace, wall_body, wall_index
+from carom.trace import Trace, body_name, wall_body
 
 __all__ = ["ConventionMatch", "Group", "Outcome", "admissible_outcomes", "first_group", "match_outcome"]
 
@@ -270,4 +270,4 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
 
 def _name(contact: Contact) -> str:
     first, second, _ = contact
-    return f"{first} on {second}" if second >= 0 else f"{first} on wall {wall_index(second)}"
+    return f"{first} on {second if second >= 0 else body_name(second)}"

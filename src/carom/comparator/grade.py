@@ -3,15 +3,32 @@
 from __future__ import annotations
 
 import math
+from enum import Enum
 
 from carom.comparator.consistency import Consistency
 from carom.comparator.measure import Measured
-from carom.comparator.score import Grade
+from carom.comparator.sampling import Price, changes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence
 from carom.trace import Outcome
 
-__all__ = ["equals_pit", "grade"]
+__all__ = ["Grade", "equals_pit", "grade"]
+
+
+class Grade(Enum):
+    """A grade that a reader can use, from best to worst but for the last; the value is the sentence shown."""
+
+    EXACT = "exact: to the rounding of the floats that the method declares"
+    CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
+    SAMPLED = "sampled: no worse than PIT at the same step"
+    INACCURATE = "inaccurate: finds every impact, but early, or worse than PIT at the same step, or contradicts itself"
+    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
+    UNGRADED = "not graded: no unique answer, or nothing to decide by"
+
+    def is_at_least_as_bad_as(self, other: Grade) -> bool:
+        """Whether this grade is no better than another; what is not graded is neither better nor worse than any."""
+        order = list(Grade)
+        return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
 
 
 def grade(evidence: Evidence) -> Grade:
@@ -20,19 +37,26 @@ def grade(evidence: Evidence) -> Grade:
         return Grade.WRONG
     if evidence.convention is None and _is_wrong(evidence):
         return Grade.WRONG
+    if evidence.nothing_compared:
+        return Grade.UNGRADED
     if not _own_path_holds(evidence):
         return Grade.INACCURATE
-    if evidence.convention is not None or evidence.nothing_compared:
+    if evidence.convention is not None:
         return Grade.UNGRADED
     if _is_exact(evidence):
         return Grade.EXACT
-    if evidence.sampling is None:
+    if evidence.sampling is None or evidence.price is None:
         return Grade.UNGRADED
-    if not _impacts_are_sampled(evidence, evidence.sampling):
+    close, sampled = _impacts_are_close(evidence, evidence.price), _impacts_are_sampled(evidence, evidence.sampling)
+    if not (close or sampled):
         return Grade.INACCURATE
     if evidence.measured.alignment.undecided:
         return Grade.UNGRADED
-    return Grade.SAMPLED if _end_is_sampled(evidence, evidence.sampling) else Grade.INACCURATE
+    if close and _ends_as_well(evidence, *_part(evidence.price)):
+        return Grade.CLOSE
+    paid = evidence.sampling.largest
+    as_pit = sampled and _ends_as_well(evidence, paid.energy, paid.final_position, paid.final_velocity)
+    return Grade.SAMPLED if as_pit else Grade.INACCURATE
 
 
 def equals_pit(evidence: Evidence, against_pit: Measured) -> bool:
@@ -42,12 +66,11 @@ def equals_pit(evidence: Evidence, against_pit: Measured) -> bool:
         evidence: The evidence.
         against_pit: What was measured of the run against PIT.
     """
-    alignment, bits = against_pit.alignment, evidence.observed.float_bits
-    rounding = THRESHOLDS.rounding_of(bits)
+    alignment = against_pit.alignment
     return (
         not (alignment.missed or alignment.spurious or alignment.undecided)
         and _own_path_holds(evidence)
-        and _agrees(against_pit, rounding, rounding * evidence.scales.time_s, evidence.place_rounding(bits))
+        and _agrees(evidence, against_pit, evidence.rounding * evidence.scales.time_s)
     )
 
 
@@ -61,27 +84,24 @@ def _is_wrong(evidence: Evidence) -> bool:
 
 def _own_path_holds(evidence: Evidence) -> bool:
     """Whether a run agrees with itself, but for what sampling and the floats that it declares explain."""
-    own, bits = evidence.consistency, evidence.observed.float_bits
-    if own is None:
-        return False
-    return own.excess.size <= evidence.place_rounding(bits) and _is_consistent(evidence, own, bits)
+    own = evidence.consistency
+    return own is not None and own.excess.size <= evidence.place_rounding and _is_consistent(evidence, own)
 
 
 def _is_exact(evidence: Evidence) -> bool:
-    measured, own, rounding = evidence.measured, evidence.consistency, THRESHOLDS.rounding
-    place = evidence.place_rounding()
+    measured, own = evidence.measured, evidence.consistency
     return (
         own is not None
         and not measured.alignment.undecided
-        and _agrees(measured, rounding, rounding * evidence.scales.time_s, place)
-        and own.position.size <= place
-        and _is_consistent(evidence, own, 64)
+        and _agrees(evidence, measured, evidence.rounding_s)
+        and own.position.size <= evidence.place_rounding
+        and _is_consistent(evidence, own)
     )
 
 
-def _is_consistent(evidence: Evidence, own: Consistency, float_bits: int) -> bool:
-    """Whether a run agrees with itself in all but its positions, to the rounding of floats of a width."""
-    rounding = THRESHOLDS.rounding_of(float_bits)
+def _is_consistent(evidence: Evidence, own: Consistency) -> bool:
+    """Whether a run agrees with itself in all but its positions."""
+    rounding = evidence.rounding
     return (
         own.velocity.size <= rounding
         and own.stamp_s <= rounding * evidence.scales.time_s
@@ -91,14 +111,31 @@ def _is_consistent(evidence: Evidence, own: Consistency, float_bits: int) -> boo
     )
 
 
-def _agrees(measured: Measured, rounding: float, rounding_s: float, place: float) -> bool:
+def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
     """Whether nothing that was measured is more than rounding; beyond a horizon the end is not measured, and NaN."""
+    errors, largest = measured.errors, measured.largest
     return (
-        all(abs(error.time_s) <= rounding_s and error.velocity <= rounding for error in measured.errors)
-        and abs(measured.energy_error) <= rounding
-        and not measured.final_velocity_error > rounding
-        and not measured.final_position_error > place
+        all(abs(error.time_s) <= rounding_s and error.velocity <= evidence.rounding for error in errors)
+        and abs(largest.energy) <= min(evidence.rounding, THRESHOLDS.energy)
+        and not largest.final_velocity > evidence.rounding
+        and not largest.final_position > evidence.place_rounding
     )
+
+
+def _impacts_are_close(evidence: Evidence, price: Price) -> bool:
+    """Whether each impact is off by a small part of a step, and of the price of sampling up to it, at most."""
+    step_s = evidence.observed.dt_s or price.dt_s
+    allowed = THRESHOLDS.close * price.velocity + evidence.rounding
+    return all(
+        abs(error.time_s) <= THRESHOLDS.close * step_s and error.velocity <= allowed[error.reference]
+        for error in evidence.measured.errors
+    )
+
+
+def _part(price: Price) -> tuple[float, float, float]:
+    """Return what a run that is close may be off by at its end."""
+    part = THRESHOLDS.close
+    return part * price.energy, part * price.final_position, part * price.final_velocity
 
 
 def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
@@ -108,8 +145,8 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
     there. An impact that PIT misses leaves both discs on their old paths: the velocities are off by all of its change.
     """
     observed, local_s = evidence.observed, evidence.local.time_s
-    rounding = THRESHOLDS.rounding_of(observed.float_bits)
-    rounding_s = rounding * evidence.scales.time_s
+    rounding, rounding_s = evidence.rounding, evidence.rounding * evidence.scales.time_s
+    changed = changes(evidence.reference, evidence.scales)
     own = {error.reference: error for error in evidence.measured.errors}
     pit = {error.reference: error for error in sampling.errors}
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
@@ -118,7 +155,7 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
         found, paid = own.get(index), pit.get(index)
         if paid is not None:
             late_s, early_s = max(late_s, paid.time_s), max(early_s, -paid.time_s)
-        velocity = max(velocity, _change(evidence, index) if paid is None else paid.velocity)
+        velocity = max(velocity, float(changed[index]) if paid is None else paid.velocity)
         if found is None:
             continue
         # Where PIT misses the impact, there is no lateness to hold its own against.
@@ -150,29 +187,22 @@ def _is_too_early(time_s: float, local_s: float, latest_s: float, earliest_s: fl
     return local_s < -rounding_s or not -time_s <= max(latest_s, earliest_s) + rounding_s
 
 
-def _change(evidence: Evidence, index: int) -> float:
-    """What an impact of the reference changes of a velocity, the more changed one, over the scene's speed."""
-    impact = evidence.reference.impacts[index]
-    changes = (
-        math.hypot(*(impact[f"velocity_{body}_after"] - impact[f"velocity_{body}_before"]))
-        for body in ("first", "second")
-    )
-    return max(changes) / evidence.scales.speed_m_s
+def _ends_as_well(evidence: Evidence, energy: float, position: float, velocity: float) -> bool:
+    """Whether a run ends no further off than this, or as its own impacts, which are good enough, make it end.
 
-
-def _end_is_sampled(evidence: Evidence, sampling: Measured) -> bool:
-    """Whether a run ends no worse than PIT, or as its own impacts, which are no worse than PIT's, make it end."""
-    measured, own, bits = evidence.measured, evidence.consistency, evidence.observed.float_bits
-    rounding, place = THRESHOLDS.rounding_of(bits), evidence.place_rounding(bits)
-    energy = max(abs(sampling.energy_error) + rounding, THRESHOLDS.energy)
-    if not abs(measured.energy_error) <= energy:
+    Args:
+        evidence: The evidence.
+        energy: Error of the kinetic energy at the end that is allowed; a millionth is, in any case.
+        position: Distance from the final place that is; what was not measured is NaN, and allows nothing.
+        velocity: Error of the final velocity that is; as the place.
+    """
+    found, own = evidence.measured.largest, evidence.consistency
+    if not abs(found.energy) <= max(abs(energy) + evidence.rounding, THRESHOLDS.energy):
         return False
     falls = any(evidence.reference.scene.gravity_m_s2)
-    if own is not None and not (falls or own.unchecked) and own.position.size <= place:
+    if own is not None and not (falls or own.unchecked) and own.position.size <= evidence.place_rounding:
         return True
-    # What was not measured of PIT is NaN, and allows nothing.
-    paid = (0.0 if math.isnan(x) else x for x in (sampling.final_velocity_error, sampling.final_position_error))
-    velocity, position = paid
-    return (
-        not measured.final_velocity_error > velocity + rounding and not measured.final_position_error > position + place
+    velocity, position = (0.0 if math.isnan(x) else x for x in (velocity, position))
+    return not (
+        found.final_velocity > velocity + evidence.rounding or found.final_position > position + evidence.place_rounding
     )

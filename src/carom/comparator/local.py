@@ -103,7 +103,7 @@ def own_states(trace: Trace) -> NDArray[np.void]:
 
 
 def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Score each impact of a trace from the trace's own state before it."""
+    """Score each impact of a trace from the trace's own state before it: of straight paths, so none under gravity."""
     impacts, scene = trace.impacts, trace.scene
     count = len(impacts)
     first, second = impacts["first"], impacts["second"]
@@ -116,6 +116,7 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     v1, v2 = impacts["velocity_first_before"], impacts["velocity_second_before"]
     # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
     known = np.isfinite(p1).all(axis=1) & np.isfinite(p2).all(axis=1) & np.isfinite(start) & finite_impacts(trace)
+    known &= not any(scene.gravity_m_s2)
     m1, m2 = mass[first], np.where(wall, math.inf, mass[np.maximum(second, 0)])
     restitution = np.where(wall, scene.wall_restitution, scene.restitution)
     wait = np.full(count, math.nan)

@@ -1,4 +1,4 @@
-"""Where an error begins to count. Every threshold of a verdict stands here."""
+"""Where an error begins to count, and where a grade ends. Every threshold of a verdict or a grade stands here."""
 
 from __future__ import annotations
 
@@ -19,8 +19,13 @@ class Thresholds:
     Attributes:
         rounding: Times over the scene's duration, velocities over its speed, positions over its reach. The known
             answers are reproduced to this.
-        rounding_32: The same for what a method that computes in 32-bit floats may differ from PIT by: a hundred of its
-            units in the last place. To be exact, or to conform, it must keep to `rounding` like everybody else.
+        rounding_32: The same for a method that declares 32-bit floats: a hundred of its units in the last place.
+        close: What part of a step a time, and what part of the price of sampling a velocity may be off by to be called
+            close. At a hundredth of a step and a hundredth of the price, a method would have to look a hundred times a
+            step to do as well by sampling: it solves for the instant, or cuts its steps.
+        phases: At how many phases of a step PIT is run for that price. Evenly spread, so that one of them finds each
+            impact within a sixteenth of the latest instant possible, and none of the phases at which PIT misses it is
+            overlooked where they are more than a sixteenth of all.
         direction_rad: A direction wrong by more than this is called wrong: a degree, about what shows in a picture.
         energy: Energy over the energy at the start. Float64 engines drift by 1e-13 and float32 ones by 1e-7 through
             rounding; a millionth is neither.
@@ -28,11 +33,13 @@ class Thresholds:
 
     rounding: float = 1e-12
     rounding_32: float = 1e-5
+    close: float = 0.01
+    phases: int = 16
     direction_rad: float = math.radians(1.0)
     energy: float = 1e-6
 
     def rounding_of(self, float_bits: int) -> float:
-        """Return what counts as rounding where a method of this width of floats is held against PIT."""
+        """Return what counts as rounding in floats of a width."""
         return self.rounding if float_bits >= 64 else self.rounding_32
 
     def place_rounding_of(self, float_bits: int, steps: float) -> float:

@@ -5,18 +5,56 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import Enum
 
 from carom.comparator.consistency import Consistency, Slip
 from carom.comparator.convention import ConventionMatch
 from carom.comparator.local import LocalErrors
 from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
+from carom.comparator.sampling import Price
 from carom.comparator.scales import Scales, largest
-from carom.comparator.score import Finding, Verdict
 from carom.comparator.thresholds import THRESHOLDS, place_rounding
-from carom.trace import Outcome, Trace, wall_index
+from carom.trace import Outcome, Trace, pair_name
 
-__all__ = ["THRESHOLDS", "Evidence", "findings"]
+__all__ = ["Evidence", "Finding", "Verdict", "findings"]
+
+
+class Verdict(Enum):
+    """What is wrong, if anything; the value is the sentence shown. The first four are the source paper's cases."""
+
+    MISSED = "an impact is missed"
+    LATE = "found late: wrong time and path"
+    WRONG_DIRECTION = "wrong direction after the bounce"
+    MULTIPLE_MISSED = "several impacts are missed"
+    EARLY = "found before it happens"
+    WRONG_VELOCITY = "velocities after an impact are off"
+    WRONG_ORDER = "impacts come in the wrong order"
+    SPURIOUS = "impacts are invented that do not happen"
+    ENERGY_GAINED = "energy is gained"
+    ENERGY_LOST = "energy is lost"
+    CUT_SHORT = "the run ended before the scene did"
+    CONVENTION = "the scene has no unique answer"
+    UNDECIDED = "too close to the end of the run to be decided"
+    UNCOMPARED = "there is no PIT at this step to hold it against"
+    MISPLACED = "discs end in the wrong place"
+    WRONG_END = "discs end with the wrong velocity"
+    DRIFTS = "discs move otherwise than their velocities say"
+    TURNS = "velocities change where no impact is reported"
+    WRONG_STAMP = "impacts are stamped outside the step that reports them"
+    WRONG_NORMAL = "the normals reported are not those of the impacts"
+    MOMENTUM = "momentum is gained or lost at an impact"
+    NOT_FINITE = "a number is NaN or infinite"
+    NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
+    CONFORMS = "agrees with the reference to rounding"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One verdict and the numbers it was derived from, as a sentence."""
+
+    verdict: Verdict
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -28,6 +66,7 @@ class Evidence:
         observed: The trace that is judged.
         measured: What was measured of it.
         sampling: What was measured of PIT at the same step; None where that was not run.
+        price: What PIT pays at worst over the phases of that step; None as well.
         scales: The scene's own scales.
         believed: How many of the reference's impacts are within the horizon.
         until_s: The horizon, seconds; infinite where the whole run is compared.
@@ -43,6 +82,7 @@ class Evidence:
     observed: Trace
     measured: Measured
     sampling: Measured | None
+    price: Price | None
     scales: Scales
     believed: int
     until_s: float
@@ -69,9 +109,21 @@ class Evidence:
         completed = self.observed.outcome is Outcome.COMPLETED
         return not completed or self.observed.end_time_s < duration_s * (1.0 - THRESHOLDS.rounding)
 
-    def place_rounding(self, float_bits: int = 64) -> float:
+    @property
+    def rounding(self) -> float:
+        """What counts as rounding in the floats that the method declares."""
+        return THRESHOLDS.rounding_of(self.observed.float_bits)
+
+    @property
+    def rounding_s(self) -> float:
+        """The same of a time, seconds; in a run of many steps no more than is called close."""
+        rounding_s = self.rounding * self.scales.time_s
+        return min(rounding_s, THRESHOLDS.close * self.observed.dt_s) if self.observed.dt_s else rounding_s
+
+    @property
+    def place_rounding(self) -> float:
         """What rounding makes of a position in all steps of the run, over the scene's length."""
-        return place_rounding(self.scales, self.observed, float_bits)
+        return place_rounding(self.scales, self.observed, self.observed.float_bits)
 
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
@@ -87,7 +139,8 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
         found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.until_s:.6g} s; {first}"))
     if not found:
-        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found"))
+        floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
+        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found{floats}"))
     return tuple(found)
 
 
@@ -126,12 +179,12 @@ def _hits(evidence: Evidence) -> Iterator[Finding]:
         first = reference.impacts[alignment.missed[0]]
         reason = (
             f"{len(alignment.missed)} of {evidence.believed}, the first at {first['time_s']:.6g} s "
-            f"between {_bodies(first)}"
+            f"between {pair_name(first)}"
         )
         yield Finding(kind, reason)
     if alignment.spurious:
         first = observed.impacts[alignment.spurious[0]]
-        reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {_bodies(first)}"
+        reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {pair_name(first)}"
         yield Finding(Verdict.SPURIOUS, reason)
     if alignment.undecided:
         first = reference.impacts[alignment.undecided[0]]
@@ -147,8 +200,8 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
     edits = f"{order.edits} or more" if order.edits == MOST_EDITS else str(order.edits)
     yield Finding(
         Verdict.WRONG_ORDER,
-        f"{len(order.inverted)} inverted, edit distance {edits}; first that of {_bodies(impacts[a])} before "
-        f"that of {_bodies(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
+        f"{len(order.inverted)} inverted, edit distance {edits}; first that of {pair_name(impacts[a])} before "
+        f"that of {pair_name(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
     )
 
 
@@ -158,7 +211,7 @@ def _timing(evidence: Evidence) -> Iterator[Finding]:
     late = largest((error.time_s for error in errors if error.time_s > 0.0), default=0.0)
     early = largest((-error.time_s for error in errors if error.time_s < 0.0), default=0.0)
     for verdict, worst in ((Verdict.LATE, late), (Verdict.EARLY, early)):
-        if worst > THRESHOLDS.rounding * evidence.scales.time_s:
+        if worst > evidence.rounding_s:
             yield Finding(verdict, f"by up to {_seconds(worst, evidence)}")
 
 
@@ -166,14 +219,14 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
     errors = evidence.measured.errors
     turned = largest((error.direction_rad for error in errors), default=0.0)
     worst = max(errors, key=lambda error: error.velocity, default=None)
-    if worst is not None and worst.velocity > THRESHOLDS.rounding:
+    if worst is not None and worst.velocity > evidence.rounding:
         reason = f"by up to {worst.velocity:.3g} of the scene's speed"
-        if worst.normal_rad > THRESHOLDS.rounding:
+        if worst.normal_rad > evidence.rounding:
             reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
-    energy_error = evidence.measured.energy_error
+    energy_error = evidence.measured.largest.energy
     if abs(energy_error) > THRESHOLDS.energy:
         verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
         yield Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start")
@@ -183,34 +236,34 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
     """Where the run ended, against the reference; beyond a horizon it was not measured."""
     if not evidence.ends_compared:
         return
-    place, velocity = evidence.measured.final_position_error, evidence.measured.final_velocity_error
-    if place > evidence.place_rounding():
+    place, velocity = evidence.measured.largest.final_position, evidence.measured.largest.final_velocity
+    if place > evidence.place_rounding:
         yield Finding(Verdict.MISPLACED, f"by up to {place:.3g} of the largest radius")
-    if velocity > THRESHOLDS.rounding:
+    if velocity > evidence.rounding:
         yield Finding(Verdict.WRONG_END, f"by up to {velocity:.3g} of the scene's speed")
 
 
 def _own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
-    own, bits = evidence.consistency, evidence.observed.float_bits
+    own = evidence.consistency
     if own is None:
         return
-    if own.position.size > evidence.place_rounding(bits):
+    if own.position.size > evidence.place_rounding:
         reason = f"by up to {own.position.size:.3g} of the largest radius, {_since(own.position)}"
-        if own.excess.size > evidence.place_rounding(bits):
+        if own.excess.size > evidence.place_rounding:
             reason += f"; {own.excess.size:.3g} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
-    if own.velocity.size > THRESHOLDS.rounding_of(bits):
+    if own.velocity.size > evidence.rounding:
         reason = f"by up to {own.velocity.size:.3g} of the scene's speed, {_since(own.velocity)}"
         yield Finding(Verdict.TURNS, reason)
-    if own.momentum > THRESHOLDS.rounding_of(bits):
+    if own.momentum > evidence.rounding:
         reason = f"by up to {own.momentum:.3g} of the scene's speed, for the centre of mass of the two discs"
         yield Finding(Verdict.MOMENTUM, reason)
 
 
 def _reports(evidence: Evidence) -> Iterator[Finding]:
     """What the run reports of its impacts and its own states contradict."""
-    own, rounding = evidence.consistency, THRESHOLDS.rounding_of(evidence.observed.float_bits)
+    own, rounding = evidence.consistency, evidence.rounding
     if own is None:
         return
     if own.stamp_s > rounding * evidence.scales.time_s:
@@ -229,8 +282,3 @@ def _seconds(time_s: float, evidence: Evidence) -> str:
 
 def _since(slip: Slip) -> str:
     return f"disc {slip.disc} after {slip.since_s:.6g} s"
-
-
-def _bodies(impact: object) -> str:
-    first, second = int(impact["first"]), int(impact["second"])  # type: ignore[index] # a row of a structured array
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"

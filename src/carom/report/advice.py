@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from carom.bench.advise import RESOLUTION, Advice, Advised, Attempt, Cause, HardImpact
 from carom.report import wording
 from carom.report.document import Document, Section, Table
-from carom.trace import wall_index
+from carom.trace import body_name
 
 __all__ = ["advice_document", "advice_sentences", "advice_table"]
 
@@ -42,8 +42,7 @@ def _rate(dt_s: float) -> str:
 
 
 def _hardest(impact: HardImpact, impacts: int) -> str:
-    other = f"disc {impact.second}" if impact.second >= 0 else f"wall {wall_index(impact.second)}"
-    where = f"disc {impact.first} and {other} at {wording.number(impact.time_s, 4)} s"
+    where = f"{body_name(impact.first)} and {body_name(impact.second)} at {wording.number(impact.time_s, 4)} s"
     which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
     window = impact.limit.window
     if window is None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.bench.results import Curve, Point, SceneBench
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
 

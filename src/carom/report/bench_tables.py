@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from carom.bench.convergence import Order
 from carom.bench.noise import Noise, Spread
 from carom.bench.results import Curve, Point, SceneBench
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.bench_figure import is_floor
 from carom.report.document import Table

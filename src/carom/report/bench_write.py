@@ -14,7 +14,7 @@ from carom.bench.results import Bench, SceneBench
 from carom.report.bench import bench_document, diagrams_of, stamp_lines
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
 from carom.report.extra import require_report_extra
-from carom.report.jsonl import strict
+from carom.report.records import strict
 from carom.report.render import html
 from carom.report.write import replace_all
 

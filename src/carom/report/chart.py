@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.grid import Column
 from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render

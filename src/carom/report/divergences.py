@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from carom.report.grid import Grid, GridCell
@@ -64,8 +65,8 @@ def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
     if score is None or not rank:
         return (0, 0.0, False, 0.0, 0.0)
     counted = (len(score.missed) + len(score.spurious)) / max(1, score.expected)
-    velocity = score.velocity_error if score.velocity_error == score.velocity_error else 0.0
-    return (rank, counted, not cell.column.own, velocity, abs(score.energy_error))
+    velocity = 0.0 if math.isnan(score.total.velocity) else score.total.velocity
+    return (rank, counted, not cell.column.own, velocity, abs(score.total.energy))
 
 
 def _with_traces(results: Results, cells: list[GridCell]) -> tuple[Divergence, ...]:

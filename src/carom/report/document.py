@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from typing import TypeVar
 
 __all__ = [
     "EVERYWHERE",
@@ -34,6 +35,9 @@ __all__ = [
     "Table",
     "Text",
 ]
+
+
+Item = TypeVar("Item")
 
 
 class Medium(Enum):
@@ -150,6 +154,23 @@ class Table:
             for k, name in enumerate(head)
         )
         return cls(columns, tuple(rows), title, note)
+
+    @classmethod
+    def made(
+        cls,
+        columns: Sequence[tuple[Column | str, Callable[[Item], Cell | str]]],
+        items: Iterable[Item],
+        *,
+        title: str = "",
+        note: str = "",
+        folded: str = "",
+        css: str = "",
+        only: Media = EVERYWHERE,
+    ) -> Table:
+        """Return a table with a row an item; each column is its heading and what it says of an item."""
+        heads = tuple(head if isinstance(head, Column) else Column(head) for head, _ in columns)
+        rows = tuple(tuple(say(item) for _, say in columns) for item in items)
+        return cls(heads, rows, title, note, folded, css, only)
 
     def shown(self, medium: Medium) -> tuple[tuple[Column, ...], tuple[tuple[Cell, ...], ...]]:
         """Return columns and rows as a medium shows them."""

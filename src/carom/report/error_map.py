@@ -71,8 +71,8 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
         radius_second=1.0,
     )
     exact, sampled = pic_ensemble(pairs), pit_ensemble(pairs, 1.0, 3)
-    error = np.hypot(*(sampled.velocity_first - exact.velocity_first).T) / advance
-    found = np.isfinite(sampled.time_s)
+    error = np.hypot(*(sampled["velocity_first_after"] - exact["velocity_first_after"]).T) / advance
+    found = np.isfinite(sampled["time_s"])
     column = np.minimum((along * _COLUMNS).astype(np.intp), _COLUMNS - 1)
     row = np.minimum((offset * _ROWS).astype(np.intp), _ROWS - 1)
     cell, cells = row * _COLUMNS + column, _ROWS * _COLUMNS

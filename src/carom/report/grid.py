@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.marks import Mark, mark_of
 from carom.runs.results import Results, Row
@@ -130,9 +130,9 @@ class Grid:
 
     @property
     def marks(self) -> tuple[Mark, ...]:
-        """The marks that a reader of this grid needs explained: the four grades, and whatever else occurs."""
+        """The marks that a reader of this grid needs explained: the grades, and whatever else occurs."""
         present = {cell.mark for row in self.rows for cell in row.cells}
-        grades = {Mark.EXACT, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG}
+        grades = {Mark.EXACT, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG}
         return tuple(mark for mark in Mark if mark in present | grades)
 
 
@@ -207,14 +207,13 @@ def _figure(row: Row | None) -> tuple[str, str]:
     if not score.errors:
         return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
-    late = abs(score.time_error_s) > THRESHOLDS.rounding * score.scales.time_s
-    if score.velocity_error <= THRESHOLDS.rounding and late:
-        away = wording.steps(abs(score.time_error_s), row.job.dt_s)
-        return f"{away} {'late' if score.time_error_s > 0 else 'early'}", away.replace(" steps", " dt").replace(
-            " step", " dt"
-        )
-    shown = wording.number(score.velocity_error)
-    return f"Δv {shown}", shown
+    time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
+    if score.total.velocity <= rounding and abs(time_s) > rounding * score.scales.time_s:
+        away = wording.steps(abs(time_s), row.job.dt_s)
+        return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
+    shown = wording.number(score.total.velocity)
+    paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"
+    return f"Δv {shown}{paid}", shown
 
 
 def _unrun(results: Results, own: Mapping[str, bool], scene_count: int) -> tuple[Unrun, ...]:

@@ -16,7 +16,7 @@ from carom.report.bench_figure import PNG_DPI
 from carom.report.bench_write import alone, value_of
 from carom.report.document import Document, Figure, Figures, Lines, Section, Table
 from carom.report.extra import require_report_extra
-from carom.report.jsonl import strict
+from carom.report.records import strict
 from carom.report.render import html
 from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
 from carom.report.write import replace_all

@@ -15,6 +15,9 @@ class Mark(Enum):
     """What came of a cell. Each has a symbol of its own, so that colour is never the only sign."""
 
     EXACT = ("exact", "✓", Grade.EXACT, "green")
+    EXACT_32 = ("exact, 32 bits", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
+    EXACT_16 = ("exact, 16 bits", "✓", "to the rounding of the 16-bit floats that the method declares", "green")
+    CLOSE = ("close", "≃", Grade.CLOSE, "green")
     SAMPLED = ("sampled", "≈", Grade.SAMPLED, "cyan")
     INACCURATE = ("inaccurate", "▲", Grade.INACCURATE, "yellow")
     WRONG = ("wrong", "✗", Grade.WRONG, "bold red")
@@ -37,15 +40,16 @@ class Mark(Enum):
     @property
     def css(self) -> str:
         """Class of the mark in the HTML report."""
-        return self.word.replace(" ", "-")
+        return self.word.partition(",")[0].replace(" ", "-")
 
     @property
     def ran(self) -> bool:
         """Whether the engine gave an answer that was held against the reference."""
-        return self in {Mark.EXACT, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG, Mark.UNGRADED}
+        return self in _OF_GRADE.values() or self in _OF_WIDTH.values()
 
 
 _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
+_OF_WIDTH = {32: Mark.EXACT_32, 16: Mark.EXACT_16}
 _OF_STATUS = {status: Mark[status.name] for status in Status if status is not Status.RAN}
 
 
@@ -55,4 +59,7 @@ def mark_of(row: Row | None) -> Mark:
         return Mark.ABSENT
     if row.status is not Status.RAN:
         return _OF_STATUS[row.status]
-    return Mark.UNSCORED if row.grade is None else _OF_GRADE[row.grade]
+    if row.score is None:
+        return Mark.UNSCORED
+    mark = _OF_GRADE[row.score.grade]
+    return _OF_WIDTH.get(row.score.float_bits, mark) if mark is Mark.EXACT else mark

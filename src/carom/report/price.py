@@ -1,161 +1,126 @@
-"""How much of each engine's error is the price of sampling, and how much its own."""
+"""What each engine pays of the price of sampling, and what error is left that sampling does not explain."""
 
 from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from carom.comparator import Score
-from carom.comparator.verdict import THRESHOLDS
 from carom.report import wording
+from carom.report.document import Cell, Table
+from carom.report.document import Column as Head
 from carom.report.grid import Column, Grid
 
-__all__ = ["LocalPrice", "Price", "price_lines", "prices"]
-
-
-@dataclass(frozen=True)
-class LocalPrice:
-    """Local errors beyond any horizon: of all impacts of the scenes that have one, or none that is believed.
-
-    Attributes:
-        impacts: How many were scored.
-        sampling: Median over impacts of what PIT would err from the engine's own state, over the scene's speed.
-        own: Median over impacts of the error against that.
-        scenes: Names of the scenes.
-    """
-
-    impacts: int
-    sampling: float
-    own: float
-    scenes: tuple[str, ...]
+__all__ = ["Price", "price_table", "prices"]
 
 
 @dataclass(frozen=True)
 class Price:
-    """An engine's profile at each scene's coarsest step.
+    """An engine's profile at each scene's coarsest step, held against PIT there.
 
     Attributes:
         column: The engine and profile.
-        scenes: In how many scenes both it and PIT find an impact in common.
-        exact: In how many of these its velocities are right to rounding.
-        equal: In how many of these it equals PIT to rounding.
-        sampling: Median over the other scenes of the largest velocity error of PIT, over the scene's speed.
-        own: Median over those of the largest velocity error against PIT.
-        share: Sampling's part of the velocity error, 0 to 1: the mean over those scenes that have one, so that one in
-            which a small error has grown large does not drown the others. NaN without any.
-        missed: How many impacts it misses, in all scenes held against PIT.
-        pit_missed: How many PIT misses there.
-        local: Local errors, where a scene has a horizon.
+        scores: Its scores by name of the scene, where the scene has one answer and PIT was run.
     """
 
     column: Column
-    scenes: int
-    exact: int
-    equal: int
-    sampling: float
-    own: float
-    share: float
-    missed: int
-    pit_missed: int
-    local: LocalPrice | None
+    scores: dict[str, Score]
+
+    @property
+    def paid(self) -> list[float]:
+        """The price paid in each scene that has one."""
+        return [score.price_paid for score in self.scores.values() if not math.isnan(score.price_paid)]
+
+    @property
+    def equal(self) -> list[Score]:
+        """Those in which it finds PIT's very impacts, with PIT's errors, to rounding."""
+        return [score for score in self.scores.values() if score.equals_pit]
+
+    @property
+    def different(self) -> list[str]:
+        """Names of the scenes in which it does not."""
+        return [name for name, score in self.scores.items() if not score.equals_pit]
+
+    @property
+    def worse(self) -> list[Score]:
+        """Those in which it pays more than PIT at worst, by more than rounding."""
+        return [score for score in self.scores.values() if score.price_paid > 1 and not score.equals_pit]
+
+    @property
+    def beside_pit(self) -> float:
+        """Largest difference from PIT where it equals PIT: velocity over the speed, or time over the duration."""
+        errors = [(score.against_pit, score.scales.time_s) for score in self.equal if score.against_pit is not None]
+        found = [number for e, duration_s in errors for number in (e.velocity, abs(e.time_s) / duration_s)]
+        return max((number for number in found if not math.isnan(number)), default=0.0)
+
+    @property
+    def own(self) -> list[float]:
+        """The velocity error that sampling does not explain, in each scene that has one."""
+        found = (score.own_velocity for score in self.scores.values())
+        return [error for error in found if error is not None and not math.isnan(error)]
+
+    @property
+    def local_own(self) -> list[float]:
+        """The same of each impact from the engine's own state before it, in scenes that are believed to a horizon."""
+        return [
+            min(error, beside_pit)
+            for score in self.scores.values()
+            if score.horizon_s is not None
+            for error, beside_pit in zip(score.local.velocity, score.local.solver_velocity, strict=True)
+            if math.isfinite(error) and math.isfinite(beside_pit)
+        ]
 
 
 def prices(grid: Grid) -> tuple[Price, ...]:
-    """Return the price of sampling for every engine that is not Carom's own; empty where PIT was not run."""
+    """Return what every engine pays that is not Carom's own; empty where PIT was not run."""
     found = []
     for column in grid.columns:
-        scores = [
-            cell.row.score
-            for cell in grid.cells(column)
-            if cell.row is not None
-            and cell.row.score is not None
-            and cell.row.score.sampling is not None
-            and cell.row.score.convention is None  # of a scene without a unique answer there is no error
-        ]
-        common = [score for score in scores if not math.isnan(score.sampling_share) or score.equals_pit]
-        common = [score for score in common if score.errors]
-        if column.own or not scores:
-            continue
-        wrong = [score for score in common if score.total.velocity > THRESHOLDS.rounding]
-        found.append(
-            Price(
-                column=column,
-                scenes=len(common),
-                exact=len(common) - len(wrong),
-                equal=sum(score.equals_pit for score in common),
-                sampling=_middle([score.sampling.velocity for score in wrong if score.sampling]),
-                own=_middle([score.solver.velocity for score in wrong if score.solver]),
-                share=_share(common),
-                missed=sum(len(score.missed) for score in scores),
-                pit_missed=sum(score.sampling_missed or 0 for score in scores),
-                local=_local(grid, column),
-            )
-        )
+        ran = {cell.row.job.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
+        scores = {n: s for n, s in ran.items() if s is not None and s.sampling is not None and s.convention is None}
+        if scores and not column.own:
+            found.append(Price(column, scores))
     return tuple(found)
 
 
-def _middle(values: Sequence[float]) -> float:
-    known = [value for value in values if not math.isnan(value)]
-    return statistics.median(known) if known else 0.0
+def price_table(found: Iterable[Price]) -> Table:
+    """Return a row an engine: what it pays of the price of sampling, and what is its own."""
+    return Table.made(_COLUMNS, found)
 
 
-def _share(scores: Sequence[Score]) -> float:
-    shares = [
-        1.0 if score.equals_pit else score.sampling_share
-        for score in scores
-        if score.total.velocity > THRESHOLDS.rounding and (score.equals_pit or not math.isnan(score.sampling_share))
-    ]
-    return statistics.fmean(shares) if shares else math.nan
+def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | str]:
+    """Return what a column says of numbers, one a scene or an impact: the median, with the least and the greatest."""
+
+    def say(price: Price) -> Cell | str:
+        known = numbers(price)
+        if not known:
+            return wording.ABSENT
+        low, high = wording.number(min(known)), wording.number(max(known))
+        return Cell(wording.number(statistics.median(known)), f"({low} to {high})" if low != high else "")
+
+    return say
 
 
-def _local(grid: Grid, column: Column) -> LocalPrice | None:
-    scores: dict[str, Score] = {
-        cell.row.job.scene.name: cell.row.score
-        for cell in grid.cells(column)
-        if cell.row is not None and cell.row.score is not None and cell.row.score.horizon_s is not None
-    }
-    sampling, own = [], []
-    for score in scores.values():
-        for price, rest in zip(score.local.sampling_velocity, score.local.solver_velocity, strict=True):
-            if math.isfinite(price) and math.isfinite(rest):
-                sampling.append(float(price))
-                own.append(float(rest))
-    if not sampling:
-        return None
-    return LocalPrice(len(sampling), statistics.median(sampling), statistics.median(own), tuple(scores))
+def _of(count: int, price: Price) -> str:
+    return f"{count} of {len(price.scores)}"
 
 
-def price_lines(found: Sequence[Price]) -> Iterator[str]:
-    """Return one sentence for each engine: how much of its error is the price of sampling."""
-    for entry in found:
-        name, scenes = entry.column.name, wording.count(entry.scenes, "scene")
-        if not entry.scenes:
-            yield f"{name}: it has no impact in common with PIT, so there is nothing to take apart."
-            continue
-        missed = f"it misses {wording.count(entry.missed, 'impact')}, PIT {entry.pit_missed}"
-        exact = f"right to rounding in {entry.exact} of {scenes}; elsewhere " if entry.exact else ""
-        others = wording.count(entry.scenes - entry.exact, "scene")
-        numbers = f"median over {others} of the largest: {wording.number(entry.sampling)} for sampling, "
-        numbers += f"{wording.number(entry.own)} of its own"
-        if entry.equal == entry.scenes:
-            line = f"{name}: it equals PIT to rounding in all of {scenes}, so all of its error is the price of sampling"
-        elif math.isnan(entry.share):
-            yield f"{name}: its velocities are right to rounding, so it pays no price of sampling; {missed}."
-            continue
-        else:
-            line = (
-                f"{name}: {exact}{wording.percent(entry.share)} of its velocity error is the price of sampling, "
-                "mean of scenes"
-            )
-        if 0 < entry.equal < entry.scenes:
-            line += f", and in {entry.equal} of {scenes} all of it, to rounding"
-        line = f"{line} ({numbers}); {missed}."
-        if entry.local is not None:
-            local = entry.local
-            line += (
-                f" Locally, over {wording.count(local.impacts, 'impact')} of {wording.listed(local.scenes)}: median "
-                f"{wording.number(local.sampling)} for sampling, {wording.number(local.own)} of its own."
-            )
-        yield line
+def _equal(price: Price) -> Cell:
+    # The longer list is not the one to read.
+    short = 0 < len(price.different) <= len(price.equal)
+    return Cell(_of(len(price.equal), price), f"not {wording.listed(price.different)}" if short else "")
+
+
+#: The columns: heading, and what it says of an engine. Another one is another line.
+_COLUMNS: tuple[tuple[Head | str, Callable[[Price], Cell | str]], ...] = (
+    ("engine", lambda price: price.column.name),
+    ("price paid, median", _over(lambda price: price.paid)),
+    ("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
+    ("worse than PIT", lambda price: _of(len(price.worse), price)),
+    ("equals PIT", _equal),
+    ("of its own, median", _over(lambda price: price.own)),
+    ("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
+    ("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
+    ("of its own from its own states", _over(lambda price: price.local_own)),
+)

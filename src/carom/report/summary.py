@@ -3,44 +3,23 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.grid import Grid
 from carom.report.marks import Mark
-from carom.report.sampling import Agreement
+from carom.report.price import Price
 from carom.runs.results import Results
 
-__all__ = ["Summary", "summarise"]
+__all__ = ["summarise"]
 
 #: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
 MOSTLY = 0.5
 
 
-@dataclass(frozen=True)
-class Summary:
-    """The sentences that stand first in every format.
-
-    Attributes:
-        reference: What PIC, the reference, is worth here.
-        counts: How many runs got which grade.
-        agreement: Which engines equal PIT; empty where none was held against it.
-    """
-
-    reference: str
-    counts: str
-    agreement: str
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """All sentences there are, in order."""
-        return tuple(sentence for sentence in (self.reference, self.counts, self.agreement) if sentence)
-
-
-def summarise(results: Results, grid: Grid, found: tuple[Agreement, ...]) -> Summary:
-    """Derive the sentences."""
-    return Summary(_reference(results), _counts(grid), _agreement(found))
+def summarise(results: Results, grid: Grid, found: tuple[Price, ...]) -> tuple[str, ...]:
+    """Return the sentences that stand first in every format: what PIC is worth here, the grades, and who is PIT."""
+    return tuple(filter(None, (_reference(results), _counts(grid), _agreement(found))))
 
 
 def _reference(results: Results) -> str:
@@ -68,18 +47,21 @@ def _counts(grid: Grid) -> str:
     ran = sum(n for mark, n in tally.items() if mark.ran)
     parts = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
     not_run = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and tally[mark]]
-    sentence = f"Of {wording.count(ran, what)} at {grid.step_phrase}: {', '.join(parts)}."
+    sentence = f"Of {wording.count(ran, what)} at {grid.step_phrase}: {'; '.join(parts)}."
     if not ran:
         sentence = f"No {what} at {grid.step_phrase} could be scored."
-    return f"{sentence} Not scored: {', '.join(not_run)}." if not_run else sentence
+    return f"{sentence} Not scored: {'; '.join(not_run)}." if not_run else sentence
 
 
-def _agreement(found: tuple[Agreement, ...]) -> str:
-    close = [entry for entry in found if entry.equal and entry.equal >= MOSTLY * entry.scenes]
+def _agreement(found: tuple[Price, ...]) -> str:
+    close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
     if not close:
         return ""
-    shares = [f"of {entry.column.name} in {entry.equal} of {wording.count(entry.scenes, 'scene')}" for entry in close]
-    largest = wording.number(max(entry.largest for entry in close))
+    shares = [
+        f"of {entry.column.name} in {len(entry.equal)} of {wording.count(len(entry.scores), 'scene')}"
+        for entry in close
+    ]
+    largest = wording.number(max(entry.beside_pit for entry in close))
     does = "it does" if len(close) == 1 else "they do"
     return (
         f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "

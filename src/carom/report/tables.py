@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import statistics
-from collections.abc import Callable, Iterator, Mapping
-from typing import NamedTuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple, TypeAlias, TypeVar
 
-from carom.comparator import Score
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator import Errors, ImpactError, Score
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
 from carom.report.document import Column as Head
 from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
 from carom.report.marks import Mark, mark_of
+from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
-from carom.trace import Setting, Trace, wall_index
+from carom.scenes import KnownAnswer
+from carom.trace import Setting, Trace, pair_name
 
 __all__ = [
     "cell_table",
@@ -33,6 +36,10 @@ __all__ = [
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
+
+
+Item = TypeVar("Item")
+Columns: TypeAlias = Sequence[tuple[Head | str, Callable[[Item], Cell | str]]]
 
 
 def mark_cell(mark: Mark, note: str = "") -> Cell:
@@ -102,10 +109,6 @@ class _Line(NamedTuple):
     row: Row
     column: Column
 
-    @property
-    def score(self) -> Score | None:
-        return self.row.score
-
 
 def _lines(results: Results, grid: Grid) -> Iterator[_Line]:
     own = {(column.engine, column.profile): column for column in grid.columns}
@@ -113,83 +116,75 @@ def _lines(results: Results, grid: Grid) -> Iterator[_Line]:
         yield _Line(row, own[row.job.engine, row.job.profile])
 
 
+def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[_Line], str]:
+    """Return what a column says of a row's spread over phases, and its step."""
+    return lambda line: "" if line.row.spread is None else say(line.row.spread, line.row.job.dt_s)
+
+
+_SPREAD_COLUMNS: Columns[_Line] = (
+    ("scene", lambda line: line.row.job.scene.name),
+    ("engine", lambda line: line.column.name),
+    ("step", lambda line: wording.step(line.row.job.dt_s)),
+    ("phases", _spread(lambda spread, _: str(spread.phases))),
+    ("velocity error, median", _spread(lambda spread, _: wording.number(spread.velocity_median))),
+    ("velocity error, worst", _spread(lambda spread, _: wording.number(spread.velocity_worst))),
+    ("time error, median", _spread(lambda spread, dt_s: wording.steps(spread.time_median_s, dt_s))),
+    ("time error, worst", _spread(lambda spread, dt_s: wording.steps(spread.time_worst_s, dt_s))),
+    ("missed", _spread(lambda spread, _: wording.percent(spread.miss_probability))),
+    ("PIT must miss", _spread(lambda spread, _: wording.share(spread.pit_miss_probability))),
+)
+
+
 def spread_table(results: Results, grid: Grid) -> Table:
     """Return every cell that was run at more phases than one; PIC, which no phase can change, is left out."""
-    rows = []
-    for row, column in _lines(results, grid):
-        spread, dt_s = row.spread, row.job.dt_s
-        if spread is None or not spread.phases or row.job.engine == "pic":
-            continue
-        closed = spread.pit_miss_probability
-        rows.append(
-            (
-                row.job.scene.name,
-                column.name,
-                wording.step(dt_s),
-                str(spread.phases),
-                wording.number(spread.velocity_median),
-                wording.number(spread.velocity_worst),
-                wording.steps(spread.time_median_s, dt_s),
-                wording.steps(spread.time_worst_s, dt_s),
-                wording.percent(spread.miss_probability),
-                "" if math.isnan(closed) else wording.percent(closed),
-            )
-        )
-    return Table(
-        (
-            Head("scene"),
-            Head("engine"),
-            Head("step"),
-            Head("phases"),
-            Head("velocity error, median"),
-            Head("velocity error, worst"),
-            Head("time error, median"),
-            Head("time error, worst"),
-            Head("missed"),
-            Head("PIT must miss"),
-        ),
-        tuple(rows),
-        folded=wording.count(len(rows), "cell"),
-        css="cells",
-        only=ON_PAPER,
-    )
+    lines = [
+        line
+        for line in _lines(results, grid)
+        if line.row.spread is not None and line.row.spread.phases and line.row.job.engine != "pic"
+    ]
+    return Table.made(_SPREAD_COLUMNS, lines, folded=wording.count(len(lines), "cell"), css="cells", only=ON_PAPER)
+
+
+def _known_deviation(item: tuple[str, tuple[KnownAnswer, float]]) -> str:
+    deviation = item[1][1]
+    sign = "✓" if deviation <= THRESHOLDS.rounding else "✗"
+    return f"{sign} {'an impact is missing or wrong' if math.isinf(deviation) else wording.number(deviation)}"
+
+
+def _known_source(item: tuple[str, tuple[KnownAnswer, float]]) -> Cell:
+    answer = item[1][0]
+    convention = f". Convention: {answer.convention}" if answer.convention else ""
+    return Cell(f"{answer.source}{convention}", css="prose")
 
 
 def known_table(results: Results) -> Table:
     """Return every known answer, in the order of the scenes, with PIC's deviation from it."""
-    rows = []
-    for name, (answer, deviation) in results.known.items():
-        sign = "✓" if deviation <= THRESHOLDS.rounding else "✗"
-        found = "an impact is missing or wrong" if math.isinf(deviation) else wording.number(deviation)
-        source = f"{answer.source}. Convention: {answer.convention}" if answer.convention else answer.source
-        impacts = "not known" if answer.count is None else str(answer.count)
-        rows.append((name, Cell(source, css="prose"), impacts, f"{sign} {found}"))
-    heads = (Head("scene"), Head("source"), Head("impacts", number=True), Head("deviation of PIC", number=True))
-    return Table(heads, tuple(rows), only=ON_PAPER)
+    columns: Columns[tuple[str, tuple[KnownAnswer, float]]] = (
+        ("scene", lambda item: item[0]),
+        ("source", _known_source),
+        (Head("impacts", number=True), lambda item: "not known" if item[1][0].count is None else str(item[1][0].count)),
+        (Head("deviation of PIC", number=True), _known_deviation),
+    )
+    return Table.made(columns, results.known.items(), only=ON_PAPER)
 
 
 def run_time_table(grid: Grid) -> Table:
     """Return the run times that were measured, at each scene's coarsest step, in units of what PIT takes."""
-    found = []
-    for column in grid.columns:
-        ratios = [cell.row.time_ratio for cell in grid.cells(column) if cell.row and cell.row.time_ratio is not None]
-        if ratios:
-            found.append((column, statistics.median(ratios), min(ratios), max(ratios), len(ratios)))
-    slowest = max((median for _, median, *_ in found), default=1.0)
-    return Table(
-        (Head("engine"), Head("median", number=True), Head("least to greatest"), Head("scenes", number=True)),
-        tuple(
-            (
-                column.name,
-                Cell(wording.ratio(median), part=median / slowest),
-                f"{wording.ratio(low)} to {wording.ratio(high)}",
-                str(scenes),
-            )
-            for column, median, low, high, scenes in found
-        ),
-        css="times",
-        only=ON_PAPER,
+    cells = {column: [cell.row for cell in grid.cells(column) if cell.row] for column in grid.columns}
+    ratios = {column: [row.time_ratio for row in rows if row.time_ratio is not None] for column, rows in cells.items()}
+    found = [(column, times) for column, times in ratios.items() if times]
+    slowest = max((statistics.median(times) for _, times in found), default=1.0)
+    columns: Columns[tuple[Column, list[float]]] = (
+        ("engine", lambda item: item[0].name),
+        (Head("median", number=True), lambda item: _meter(statistics.median(item[1]), slowest)),
+        ("least to greatest", lambda item: f"{wording.ratio(min(item[1]))} to {wording.ratio(max(item[1]))}"),
+        (Head("scenes", number=True), lambda item: str(len(item[1]))),
     )
+    return Table.made(columns, found, css="times", only=ON_PAPER)
+
+
+def _meter(ratio: float, of: float) -> Cell:
+    return Cell(wording.ratio(ratio), part=ratio / of)
 
 
 def settings_table(results: Results, grid: Grid) -> Table:
@@ -232,26 +227,30 @@ def _variation(name: str, first: Row, runs: list[Row]) -> str:
     return f"varies with the {wording.listed(on, 'and the')}" if on else ""
 
 
-def _scored(say: Callable[[Score, Row], str]) -> Callable[[_Line], str]:
+def _scored(say: Callable[[Score], str]) -> Callable[[_Line], str]:
     """Return what a column says of a row that was scored; others are absent."""
-    return lambda line: wording.ABSENT if line.score is None else say(line.score, line.row)
+    return lambda line: wording.ABSENT if line.row.score is None else say(line.row.score)
 
 
-def _matched(say: Callable[[Score, Row], str]) -> Callable[[_Line], str]:
-    """Return what a column says of a row that has an impact in common with the reference; others are absent."""
-    return _scored(lambda score, row: say(score, row) if score.errors else wording.ABSENT)
+def _metric(name: str) -> Callable[[_Line], str]:
+    """Return what a column says of one of the metrics, whose unit its name tells."""
+
+    def say(line: _Line) -> str:
+        if line.row.score is None:
+            return wording.ABSENT
+        error: float = getattr(line.row.score.total, name)
+        if name.endswith("_s") and not math.isnan(error):
+            return f"{wording.seconds(error)} ({wording.steps(error, line.row.job.dt_s)})"
+        if name.endswith("_rad") and not math.isnan(error):
+            return f"{wording.number(math.degrees(error), 3)}°"
+        return wording.number(error, 3)
+
+    return say
 
 
-def _impact_counts(score: Score, _: Row) -> str:
-    return f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"
-
-
-def _time_error(score: Score, row: Row) -> str:
-    return f"{wording.seconds(score.time_error_s)} ({wording.steps(score.time_error_s, row.job.dt_s)})"
-
-
-#: The columns of the table of every cell: heading, and what it says of a row. Another one is another line.
-_CELL_COLUMNS: tuple[tuple[str, Callable[[_Line], Cell | str]], ...] = (
+#: The columns of the table of every cell: heading, and what it says of a row. Another one is another line; every metric
+#: of `Errors` has its own.
+_CELL_COLUMNS: Columns[_Line] = (
     ("scene", lambda line: line.row.job.scene.name),
     ("engine", lambda line: line.column.label),
     ("profile", lambda line: line.column.profile),
@@ -259,68 +258,82 @@ _CELL_COLUMNS: tuple[tuple[str, Callable[[_Line], Cell | str]], ...] = (
     ("grade", lambda line: mark_cell(mark_of(line.row))),
     (
         "expected / missed / invented",
-        _scored(lambda score, _: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
+        _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
     ),
-    ("time error", _matched(_time_error)),
-    ("velocity error", _matched(lambda score, _: wording.number(score.velocity_error, 3))),
-    ("direction error", _matched(lambda score, _: f"{wording.number(math.degrees(score.direction_error_rad), 3)}°")),
-    ("energy error", _scored(lambda score, _: wording.number(score.energy_error, 3))),
+    ("price paid", _scored(lambda score: wording.number(score.price_paid, 3))),
+    *((metric.metadata["name"], _metric(metric.name)) for metric in dataclasses.fields(Errors)),
     ("verdicts", lambda line: Cell("; ".join(reasons_of(line.row)), css="prose")),
 )
 
 
 def cell_table(results: Results, grid: Grid) -> Table:
     """Return every cell that was asked for, at every step."""
-    rows = tuple(tuple(say(line) for _, say in _CELL_COLUMNS) for line in _lines(results, grid))
-    heads = tuple(Head(head) for head, _ in _CELL_COLUMNS)
-    return Table(heads, rows, folded=wording.count(len(rows), "cell"), css="cells", only=PAGE)
+    folded = wording.count(len(results.rows), "cell")
+    return Table.made(_CELL_COLUMNS, _lines(results, grid), folded=folded, css="cells", only=PAGE)
+
+
+class _Found(NamedTuple):
+    """An impact of the reference, or one that a run has invented, and what the run has of it."""
+
+    bodies: str
+    time_s: float | None
+    error: ImpactError | None
+    otherwise: str
+
+    @property
+    def true_time(self) -> str:
+        return "does not happen" if self.time_s is None else f"{self.time_s:.9g}"
+
+
+def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
+    """Return what a column says of an impact that was found, from its true time and its errors."""
+    return lambda impact: "" if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
+
+
+_IMPACT_COLUMNS: Columns[_Found] = (
+    ("bodies", lambda impact: impact.bodies),
+    (
+        Head("PIC, s", number=True),
+        lambda impact: impact.true_time,
+    ),
+    (
+        Head("reported, s", number=True),
+        lambda impact: impact.otherwise or _found(lambda time, e: f"{time + e.reported_time_s:.9g}")(impact),
+    ),
+    (Head("path turned, s", number=True), _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9))),
+    (Head("velocity error", number=True), _found(lambda _, e: f"{e.velocity:.3g}")),
+    (Head("direction, degrees", number=True), _found(lambda _, e: f"{math.degrees(e.direction_rad):.3g}")),
+    (Head("restitution", number=True), _found(lambda _, e: _unless_nan(e.restitution, 6))),
+)
 
 
 def impact_tables(results: Results) -> Iterator[Table]:
     """Yield a table of impacts for each row that was run, where there are few enough rows to read one by one."""
     rows = [row for row in results.rows if row.trace is not None and row.score is not None]
-    if len(rows) <= MOST_TABLES:
-        for row in rows:
-            yield _impact_table(row, row.score, row.trace, results.references[row.job.scene.name])
-
-
-def _impact_table(row: Row, score: Score | None, trace: Trace | None, reference: Trace) -> Table:
-    assert score is not None and trace is not None  # noqa: S101, PT018 - the caller chose rows that were run
-    job = row.job
-    by_reference = {error.reference: error for error in score.errors}
-    rows: list[tuple[str, ...]] = []
-    for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
-        time = float(impact["time_s"])
-        bodies = _bodies(int(impact["first"]), int(impact["second"]))
-        error = by_reference.get(k)
-        if error is None:
-            rows.append((bodies, f"{time:.9g}", _not_found(k, score), "", "", "", ""))
-            continue
-        rows.append(
-            (
-                bodies,
-                f"{time:.9g}",
-                f"{time + error.reported_time_s:.9g}",
-                "" if math.isnan(error.effective_time_s) else f"{time + error.effective_time_s:.9g}",
-                f"{error.velocity:.3g}",
-                f"{math.degrees(error.direction_rad):.3g}",
-                "" if math.isnan(error.restitution) else f"{error.restitution:.6g}",
+    if len(rows) > MOST_TABLES:
+        return
+    for row in rows:
+        if row.trace is not None and row.score is not None:
+            job, reference = row.job, results.references[row.job.scene.name]
+            left_out = len(reference.impacts) - MOST_IMPACTS
+            more = f"\n{left_out} more impacts are not shown" if left_out > 0 else ""
+            yield Table.made(
+                _IMPACT_COLUMNS,
+                _impacts(row.score, row.trace, reference),
+                title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: "
+                f"{row.score.grade.value}",
+                note="\n".join(reasons_of(row)) + more,
+                only=TERMINAL,
             )
-        )
-    if len(reference.impacts) > MOST_IMPACTS:
-        rows.append((f"and {len(reference.impacts) - MOST_IMPACTS} more", "", "", "", "", "", ""))
+
+
+def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:
+    found = {error.reference: error for error in score.errors}
+    for k, impact in enumerate(reference.impacts[:MOST_IMPACTS]):
+        otherwise = "" if k in found else _not_found(k, score)
+        yield _Found(pair_name(impact), float(impact["time_s"]), found.get(k), otherwise)
     for k in score.spurious:
-        impact = trace.impacts[k]
-        bodies = _bodies(int(impact["first"]), int(impact["second"]))
-        rows.append((bodies, "does not happen", f"{float(impact['time_s']):.9g}", "", "", "", ""))
-    numbers = ("PIC, s", "reported, s", "path turned, s", "velocity error", "direction, degrees", "restitution")
-    return Table(
-        (Head("bodies"), *(Head(name, number=True) for name in numbers)),
-        tuple(rows),
-        title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
-        note="\n".join(reasons_of(row)),
-        only=TERMINAL,
-    )
+        yield _Found(pair_name(trace.impacts[k]), None, None, f"{float(trace.impacts[k]['time_s']):.9g}")
 
 
 def _not_found(k: int, score: Score) -> str:
@@ -329,5 +342,5 @@ def _not_found(k: int, score: Score) -> str:
     return "not found" if k in score.undecided else "missed"
 
 
-def _bodies(first: int, second: int) -> str:
-    return f"{first} - {second}" if second >= 0 else f"{first} - wall {wall_index(second)}"
+def _unless_nan(value: float, digits: int) -> str:
+    return "" if math.isnan(value) else f"{value:.{digits}g}"

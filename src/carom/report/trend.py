@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from carom.comparator.verdict import THRESHOLDS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report.grid import Column, Grid
 from carom.report.marks import Mark, mark_of
 from carom.runs.results import Results, Row
@@ -104,12 +105,12 @@ def _choose(rows: _Rows, names: list[str]) -> tuple[list[str], tuple[tuple[str, 
     chosen, exact, missed, without, other = [], [], [], [], []
     for name in names:
         scores = [row.score for (scene, _, _), row in rows.items() if scene == name and row.score is not None]
-        sampling = [score.sampling_velocity_error for score in scores]
+        sampling = [math.nan if score.sampling is None else score.sampling.velocity for score in scores]
         if not scores or any(mark_of(row) is Mark.UNGRADED for (scene, _, _), row in rows.items() if scene == name):
             other.append(name)
         elif not scores[0].expected:
             without.append(name)
-        elif any(error != error for error in sampling):
+        elif any(map(math.isnan, sampling)):
             missed.append(name)
         elif max(sampling) <= THRESHOLDS.rounding:
             exact.append(name)
@@ -128,9 +129,9 @@ def _point(rows: _Rows, column: Column, refinement: int, names: list[str], chose
     own = {name: rows[name, column, refinement] for name in names if (name, column, refinement) in rows}
     marks = [mark_of(row) for row in own.values()]
     errors = [
-        score.velocity_error
+        score.total.velocity
         for name in chosen
-        if name in own and (score := own[name].score) is not None and score.velocity_error == score.velocity_error
+        if name in own and (score := own[name].score) is not None and not math.isnan(score.total.velocity)
     ]
     return Point(
         median=statistics.median(errors) if errors else None,

@@ -18,6 +18,7 @@ __all__ = [
     "ratio",
     "seconds",
     "setting",
+    "share",
     "step",
     "steps",
 ]
@@ -75,6 +76,11 @@ def steps(error_s: float, dt_s: float) -> str:
 def percent(share: float) -> str:
     """Return a share in per cent."""
     return ABSENT if math.isnan(share) else f"{number(100.0 * share)} %"
+
+
+def share(part: float) -> str:
+    """Return a share in per cent, and nothing where there is none."""
+    return "" if math.isnan(part) else percent(part)
 
 
 def ratio(value: float | None) -> str:

@@ -11,8 +11,8 @@ from carom.errors import InputError
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Document
 from carom.report.extra import require_report_extra
-from carom.report.jsonl import jsonl
 from carom.report.junit import junit
+from carom.report.records import records
 from carom.report.render import html, markdown
 from carom.runs.results import Results
 
@@ -45,7 +45,7 @@ def write_report(results: Results, folder: Path, document: Document | None = Non
     document = document or cross_check_document(results)
     folder = Path(folder)
     paths = ReportPaths(*(folder / name for name in ("index.html", "report.md", "results.jsonl", "junit.xml")))
-    texts = (html(document), markdown(document), jsonl(results), junit(results))
+    texts = (html(document), markdown(document), records(results), junit(results))
     folder.mkdir(parents=True, exist_ok=True)
     replace_all(dict(zip(paths, texts, strict=True)))
     return paths

@@ -9,13 +9,14 @@ from dataclasses import replace
 from typing import Any
 
 from carom.comparator import Score, compare
+from carom.comparator.shift import Shifted, shifted_scenes
 from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Journal
 from carom.runs.observed import Observed
-from carom.runs.phases import Shifted, phase_values, shifted_scenes, spread_of
+from carom.runs.phases import phase_values, spread_of
 from carom.runs.plan import Options, Plan, plan_of, require_positive, trace_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify

@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from carom.comparator.shift import shifted_scenes
 from carom.registry import EngineInfo
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job, Method
-from carom.runs.phases import phase_values, shifted_scenes
+from carom.runs.phases import phase_values
 from carom.runs.plan import Plan, refusal
 from carom.runs.reference import reference_trace
 from carom.scene import Scene
@@ -65,7 +66,7 @@ def _pic(scene: Scene, trace: Trace) -> str:
     if scene.gravity_m_s2 != (0.0, 0.0):
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
     if len(scene.discs) == 2 and not scene.walls:
-        return f"two discs, so the closed form, without queue, cells or compiler: {found}"
+        return f"two discs, so the closed form, without queue or cells: {found}"
     if trace.counts.get("compiled"):
         return f"many discs, so the compiled kernel with cells{walls}: {found}"
     return f"event-driven in plain Python, as loading the compiler would take longer than the run{walls}: {found}"

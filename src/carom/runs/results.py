@@ -50,13 +50,9 @@ class Row:
         return self.score.grade if self.score else None
 
 
-#: From best to worst; what has no unique answer has no place in the order.
-_WORSENING = (Grade.EXACT, Grade.SAMPLED, Grade.INACCURATE, Grade.WRONG)
-
-
 def violates(row: Row, fail_on: Grade) -> bool:
     """Whether the row's grade is `fail_on` or worse; a row that was not run, or not graded, violates nothing."""
-    return row.grade in _WORSENING[_WORSENING.index(fail_on) :]
+    return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 
 
 @dataclass(frozen=True)

@@ -14,12 +14,12 @@ from importlib import metadata
 from pathlib import Path
 
 from carom.comparator import compare
+from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.registry import engines, load_adapter
 from carom.runs.job import Answer, Job, Method, Progress, UnsupportedError
 from carom.runs.journal import Journal
 from carom.runs.observe import observe_run
-from carom.runs.phases import begun_earlier
 from carom.runs.plan import refusal
 from carom.runs.pool import Asker, Pool
 from carom.runs.reference import reference_trace
@@ -157,13 +157,13 @@ class ScoreJob:
             spurious=len(score.spurious),
             undecided=len(score.undecided),
             ambiguous=len(reference.ambiguous),
-            time_error_s=float(score.time_error_s),
-            velocity_error=float(score.velocity_error),
-            direction_error_rad=float(score.direction_error_rad),
-            final_position_error=float(score.final_position_error),
-            final_velocity_error=float(score.final_velocity_error),
-            energy_error=float(score.energy_error),
-            momentum_error=float(score.momentum_error),
+            time_error_s=float(score.total.time_s),
+            velocity_error=float(score.total.velocity),
+            direction_error_rad=float(score.total.direction_rad),
+            final_position_error=float(score.total.final_position),
+            final_velocity_error=float(score.total.final_velocity),
+            energy_error=float(score.total.energy),
+            momentum_error=float(score.total.momentum),
             duration_s=scene.duration_s,
             steps=observed.counts.get("steps", 0),
             outcome=observed.outcome.name.lower(),

@@ -6,24 +6,27 @@ part are predicted again. All impacts come in their order, however many there ar
 
 from __future__ import annotations
 
+import functools
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain import two_discs as plain_two_discs
 from carom.solvers.request import ALWAYS, Request
 from carom.solvers.units import run_in_ordinary_units
-from carom.trace import Trace
+from carom.trace import IMPACT_DTYPE, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from carom.scene import Scene
+    from carom.scene import Disc, Scene
     from carom.solvers.run import Progress, Run
 
 __all__ = ["pic_run", "solve_pic"]
+
+#: Of two discs that don't meet, and of two that do.
+_IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
 def pic_run(scene: Scene, request: Request | None = None) -> Run:
@@ -91,7 +94,7 @@ def solve_pic(
         progress=progress,
     )
     if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
-        trace = _solve_two_discs(scene, request.end_s)
+        trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
         if trace is not None:
             return trace
     run = pic_run(scene, request)
@@ -114,31 +117,30 @@ def solve_pic(
     )
 
 
-def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
-    """Run a scene of two discs and no wall: by its closed form, without queue or cells; None for unusual sizes."""
-    if extension_available():
-        from carom.solvers import two_discs
+@functools.cache
+def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes] | None]:
+    from carom.solvers import two_discs
 
-        solve = two_discs.solve
-    else:
-        solve = plain_two_discs.solve
+    return two_discs.solve
+
+
+def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
+    """Run a scene of two discs and no wall by its closed form, without queue or cells; None where it does not serve."""
     first, second = scene.discs
-    solved = solve(first, second, scene.restitution, end_s)
-    if solved is None:
+    solution = _compiled_solve()(first, second, scene.restitution, end_s)
+    if solution is None:
         return None
-    solution = np.frombuffer(solved, plain_two_discs.SOLUTION_DTYPE)
-    impacts_per_disc = solution["impacts_per_disc"][0]
-    count = int(impacts_per_disc[0])
+    impacts = np.frombuffer(solution[0], IMPACT_DTYPE)
+    position_m, velocity_m_s = np.frombuffer(solution[1]).reshape(2, 2, 2)
     return Trace(
         method="pic",
         scene=scene,
-        impacts=solution["impact"][:count],
-        final_position_m=solution["final_position_m"][0],
-        final_velocity_m_s=solution["final_velocity_m_s"][0],
+        impacts=impacts,
+        final_position_m=position_m,
+        final_velocity_m_s=velocity_m_s,
         end_time_s=end_s,
-        counts={"impacts": count, "predictions": count + 1},
-        impacts_per_disc=impacts_per_disc,
-        notes=extension_notes(),
+        counts={"impacts": len(impacts), "predictions": len(impacts) + 1},
+        impacts_per_disc=_IMPACTS_PER_DISC[len(impacts)],
     )
 
 

@@ -140,7 +140,7 @@ def _until(scene: Scene, until_s: object) -> float:
 
 def _window(window_s: Any) -> tuple[float, float]:
     try:
-        begin, end = (float(time_s) for time_s in window_s)
+        begin, end = map(float, window_s)
     except (TypeError, ValueError, OverflowError):
         begin = end = math.nan
     if math.isnan(begin) or math.isnan(end):

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
 from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, miss_share, pair_limit
+from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.runs.phases import begun_earlier
 from carom.runs.pool import LocalPool
 
 DEGREE = math.radians(1)

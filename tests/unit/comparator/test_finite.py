@@ -106,7 +106,7 @@ def test_the_reason_names_field_row_and_value() -> None:
     impacts["velocity_first_after"][1, 0] = math.nan
     score = compare(REFERENCE, dataclasses.replace(trace, impacts=impacts))
     assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
-    assert score.velocity_error == math.inf
+    assert score.total.velocity == math.inf
     assert score.errors[0].velocity == 0
 
 

@@ -87,7 +87,7 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
         assert score.grade is Grade.EXACT
         assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
         assert score.beyond_horizon == len(pic.impacts) - 30
-        assert math.isnan(score.final_position_error)
+        assert math.isnan(score.total.final_position)
     for broken in (spoilt(pic, 40, velocity_first_after=(99.0, 99.0)), dropped(pic, 45)):
         assert compare(pic, broken, horizon=horizon_s).grade is Grade.INACCURATE
     assert compare(pic, dropped(pic, 10), horizon=horizon_s).missed == (10,)

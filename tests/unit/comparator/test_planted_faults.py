@@ -59,8 +59,8 @@ def test_late_by_three_tenths_of_a_step(reference: Trace) -> None:
     assert score.total.time_s / DT == pytest.approx(0.3, abs=fault_size(1 / DT))
     assert [error.time_s != 0.0 for error in score.errors].count(True) == 1
     assert score.total.velocity == 0
-    assert score.solver is not None
-    assert score.solver.time_s == score.total.time_s
+    assert score.against_pit is not None
+    assert score.against_pit.time_s == score.total.time_s
     assert not score.equals_pit
 
 

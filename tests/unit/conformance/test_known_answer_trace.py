@@ -21,7 +21,7 @@ def test_a_known_answer_and_pic_are_the_same_trace(name: str) -> None:
     assert score.grade is Grade.EXACT
     # A graze turns its normal by 1 / sqrt(1 - .999^2), 22 times the rounding of its positions.
     assert max((error.normal_rad for error in score.errors), default=0.0) < 1e-11
-    assert score.final_position_error < 1e-11
+    assert score.total.final_position < 1e-11
 
 
 def test_an_answer_that_does_not_tell_every_impact_makes_no_trace() -> None:

@@ -7,19 +7,14 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from tests.forms import needs_extension
 
 from carom.bench.time_of_impact import CLASSES, pairs_of_class
-from carom.extension import extension_available
 from carom.physics.double_double import two_diff, two_prod, two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import encounter, exact_pair_time, pair_time
 from carom.physics.wall_time import wall_time
 
-if extension_available():
-    from carom.physics import probe
-
-pytestmark = needs_extension
+probe = pytest.importorskip("tests.probe")
 
 
 def test_every_operation_is_rounded_to_a_double() -> None:

@@ -16,10 +16,11 @@ from xml.etree import ElementTree as ET
 import pytest
 from rich.console import Console
 
-from carom.errors import MissingExtraError
+from carom.errors import InputError, MissingExtraError
 from carom.report import ReportPaths, write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
+from carom.report.records import read_records
 from carom.report.render import html as html_of
 from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
@@ -175,25 +176,43 @@ def test_a_missing_extra_is_named(
 
 
 def test_jsonl_is_strict_and_complete(results: Results, paths: ReportPaths) -> None:
-    """Each row is one line of JSON without NaN or infinity, in order, and carries all it takes to be read alone."""
+    """A line for the whole run, then one a row in order, all JSON without NaN or infinity; the machine is told once."""
 
     def refuse(text: str) -> None:
         raise AssertionError(text)
 
     lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
-    found = [json.loads(line, parse_constant=refuse) for line in lines]
+    head, *found = (json.loads(line, parse_constant=refuse) for line in lines)
     assert [(line["scene"], line["engine"], line["dt_s"]) for line in found] == [
         (row.job.scene.name, row.job.engine, row.job.dt_s) for row in results.rows
     ]
+    assert head["environment"]["processor"] == "A <CPU>"
+    assert not any("environment" in line for line in found)
     for line, row in zip(found, results.rows, strict=True):
         assert line["status"] == row.status.name.lower()
-        assert line["environment"]["processor"] == "A <CPU>"
         assert line["reason"] == row.reason
         assert bool(line["verdicts"]) == (row.status is Status.RAN)
     missed = next(line for line in found if line["scene"] == "paper/missed" and line["engine"] == "pit")
     assert missed["grade"] == "wrong"
     assert missed["missed"] == [0]
-    assert missed["velocity_error"] is None
+    assert missed["total"]["velocity"] is None
+    assert missed["price_paid"] == pytest.approx(1.0)
+    assert read_records(paths.jsonl) == (head, found)
+
+
+def test_json_lines_of_another_format_are_refused_in_a_sentence(paths: ReportPaths, tmp_path: Path) -> None:
+    """Lines of an earlier Carom, of a later one, or cut off, are refused with what they are and what to do."""
+    lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
+    earlier = json.dumps({"format": 1, "scene": "paper/late", "environment": {}})
+    for text, what in (
+        (earlier, "is of format 1"),
+        ("\n".join(lines[:-1]), f"has {len(lines) - 2} of {len(lines) - 1} rows"),
+        ("", "is of format None"),
+    ):
+        path = tmp_path / "results.jsonl"
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError, match=f"{what}; this Carom reads .* run the cross-check again"):
+            read_records(path)
 
 
 def test_junit_counts_are_those_of_the_rows(results: Results, paths: ReportPaths) -> None:

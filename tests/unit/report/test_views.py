@@ -20,8 +20,8 @@ from carom.report.grid import build_grid, reasons_of
 from carom.report.junit import junit
 from carom.report.marks import Mark
 from carom.report.paths import exact_paths, observed_paths
+from carom.report.price import prices
 from carom.report.render import html, terminal
-from carom.report.sampling import agreements
 from carom.report.tables import run_time_table, settings_table
 from carom.report.trend import build_trend
 from carom.runs.job import Status
@@ -129,7 +129,7 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
         assert n
         assert f"{n} {grade.name.lower()}" in line
     assert "PIC reproduces all 3 known answers (largest deviation 2.5e-15)." in line
-    assert "3 unsupported, 3 unavailable, 3 crashed, 3 timed out, 3 failed" in line
+    assert "3 unsupported; 3 unavailable; 3 crashed; 3 timed out; 3 failed" in line
     assert "gone is not installed; pip install 'gone'" in line
 
 
@@ -158,9 +158,9 @@ def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Re
 def test_an_engine_that_is_pit_is_found_out(results: Results) -> None:
     """An engine whose impacts are PIT's in every scene is told to be PIT, with the largest difference."""
     grid = build_grid(results)
-    (found,) = agreements(results, grid)
-    assert (found.column.engine, found.equal, found.scenes, found.different) == ("toy", 3, 3, ())
-    assert found.largest == 0.0
+    (found,) = prices(grid)
+    assert (found.column.engine, len(found.equal), len(found.scores), found.different) == ("toy", 3, 3, [])
+    assert found.beside_pit == 0.0
     assert "toy tuned in 3 of 3 scenes" in said(results)
 
 

@@ -20,10 +20,10 @@ def plan(name: str, **options: Any) -> str:
     return "\n".join(explain(plan_of([catalogue()[name]], Options(**options))))
 
 
-def test_two_discs_need_neither_queue_nor_compiler() -> None:
+def test_two_discs_need_no_queue() -> None:
     """Of two discs the plan says that the closed form is enough, and how many frames PIT looks at."""
     text = plan("paper/late", engines=["pit"])
-    assert "the closed form, without queue, cells or compiler" in text
+    assert "the closed form, without queue or cells" in text
     looked_at = re.search(r"(\d+) of 24 frames are looked at", text)
     assert looked_at is not None
     assert 0 < int(looked_at[1]) < 24

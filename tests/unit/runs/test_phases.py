@@ -9,8 +9,9 @@ import pytest
 
 import carom
 from carom import Disc, Scene, Wall, solve_pic
+from carom.comparator.shift import begun_earlier, even_phases, shifted_scenes
 from carom.errors import InputError
-from carom.runs.phases import begun_earlier, even_phases, phase_values, pit_miss_probability, shifted_scenes
+from carom.runs.phases import phase_values, pit_miss_probability
 from carom.scenes import catalogue
 
 

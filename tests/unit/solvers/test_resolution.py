@@ -18,7 +18,7 @@ speeds = st.one_of(st.just(0.0), st.floats(-1e100, 1e100), st.floats(1e-30, 1e-1
 @given(sizes, sizes, speeds, speeds, speeds, st.floats(0, 1e12))
 def test_both_forms_give_the_same_bits(size: float, reach: float, ux: float, uy: float, w: float, time: float) -> None:
     """The compiled resolutions are those of the plain form, to the bit."""
-    probe = pytest.importorskip("carom.solvers.event_driven.probe")
+    probe = pytest.importorskip("tests.probe")
     plain = pair_resolution(size, reach, ux, uy, w), wall_resolution(size, w), clock_resolution(time)
     assert probe.resolutions(size, reach, ux, uy, w, time) == plain
 
@@ -37,7 +37,7 @@ def test_both_forms_of_the_rule_find_the_same_impacts_ambiguous(
     blows: list[tuple[int, float, tuple[float, float]]],
 ) -> None:
     """The compiled rule of what is ambiguous is the plain one."""
-    probe = pytest.importorskip("carom.solvers.event_driven.probe")
+    probe = pytest.importorskip("tests.probe")
     time, impacts = 0.0, []
     for later, resolution, (nx, ny) in blows:
         time += later

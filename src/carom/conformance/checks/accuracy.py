@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 
-from carom.comparator.score import ImpactError, Score
+from carom.comparator import ImpactError, Score
 from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Setup, Violation
 from carom.scenes import catalogue
-from carom.trace import Outcome, Trace, wall_index
+from carom.trace import Outcome, Trace, body_name
 
 __all__ = ["finds_impacts", "times_are_right", "velocities_are_right"]
 
@@ -83,15 +83,15 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
             _raise_velocity(setup, trace, name, score, error, allowed, f"PIT {sampled:.3g}, promised {promise:.3g}")
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # who missed an impact is on another path
-    allowed = (0.0 if located else pit.final_velocity_error) + promise + subject.rounding
-    if not score.final_velocity_error <= allowed:
+    allowed = (0.0 if located else pit.total.final_velocity) + promise + subject.rounding
+    if not score.total.final_velocity <= allowed:
         speed = score.scales.speed_m_s
         known = catalogue()[name].known.final_velocity_m_s or ()
         raise Violation(
             "discs end with wrong velocities",
             expected=f"{' and '.join(map(numbers, known))} m/s to {allowed * speed:.3g} m/s",
             found=f"{' and '.join(map(numbers, trace.final_velocity_m_s.tolist()))} m/s, "
-            f"off by up to {score.final_velocity_error * speed:.3g} m/s",
+            f"off by up to {score.total.final_velocity * speed:.3g} m/s",
             setup=setup,
         )
 
@@ -119,7 +119,7 @@ def _compared(score: Score, pit: Score) -> list[ImpactError]:
 
 
 def _bodies(first: int, second: int) -> str:
-    return f"disc {first} and {f'disc {second}' if second >= 0 else f'wall {wall_index(second)}'}"
+    return f"{body_name(first)} and {body_name(second)}"
 
 
 def _listed(trace: Trace, most: int = 4) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
 from carom.physics.impact_law import pair_push
@@ -53,19 +54,19 @@ class Bodies:
     of it must not depend on who else has met it meanwhile.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.x = [disc.position_m[0] for disc in scene.discs]
-        self.y = [disc.position_m[1] for disc in scene.discs]
-        self.vx = [disc.velocity_m_s[0] for disc in scene.discs]
-        self.vy = [disc.velocity_m_s[1] for disc in scene.discs]
-        self.time = [0.0] * len(scene.discs)
-        self.radius = [disc.radius_m for disc in scene.discs]
-        self.inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
-        self.last_partner: list[int | None] = [None] * len(scene.discs)
-        self.walls = [(*wall.point_m, *wall.normal) for wall in scene.walls]
-        self.restitution = scene.restitution
-        self.wall_restitution = scene.wall_restitution
-
+    def __init__(self, start: Scene | DiscArrays) -> None:
+        if not isinstance(start, DiscArrays):
+            start = start.arrays
+        floats: tuple[list[float], ...] = tuple(
+            array.tolist()
+            for array in (*start.position_m.T, *start.velocity_m_s.T, start.radius_m, 1.0 / start.mass_kg)
+        )
+        self.x, self.y, self.vx, self.vy, self.radius, self.inverse_mass = floats
+        self.time = [0.0] * len(start)
+        self.last_partner: list[int | None] = [None] * len(start)
+        self.walls = start.walls
+        self.restitution = start.restitution
+        self.wall_restitution = start.wall_restitution
         self.epoch = (0.0, 0.0)
 
     def since_start(self, time_s: float) -> float:

@@ -1,18 +1,16 @@
-"""First impacts of many scenes of two discs and no wall, on plain floats: what runs without the compiled extension.
-
-Operation by operation what `carom.solvers.first_impacts` does; a test holds the two to the same bits.
-"""
+"""First impacts of many scenes of two discs and no wall, scene by scene: what runs without the compiled extension."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.extension import Patience
-from carom.physics.impact_law import pair_push
-from carom.physics.pair_time import pair_time
+from carom.solvers.plain.bodies import Bodies
+from carom.trace import IMPACT_DTYPE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,82 +22,34 @@ if TYPE_CHECKING:
 __all__ = ["fill_first_impacts"]
 
 
-class _Disc(NamedTuple):
-    """A disc at an instant; the inverse mass is 0 for one that never moves."""
-
-    x: float
-    y: float
-    vx: float
-    vy: float
-    radius: float
-    inverse_mass: float
-
-
-class _Impact(NamedTuple):
-    """An impact: seconds, and the two discs in contact, before it."""
-
-    time: float
-    first: _Disc
-    second: _Disc
-
-
 def fill_first_impacts(
     first: Sequence[Array],
     second: Sequence[Array],
     restitution: float,
     until: float,
     frames: Array | None,
-    impacts: Sequence[Array],
+    rows: Array,
 ) -> None:
-    """Write the first impact of each scene; arguments as in `carom.solvers.first_impacts.fill_first_impacts`."""
-    time, normal, after_first, after_second = impacts
-    instants = None if frames is None else frames.tolist()
+    """Write the first impact of each scene; arguments as in `carom.solvers.two_discs.fill_first_impacts`."""
     patience = Patience()
-    for k, (one, other) in enumerate(zip(_discs(first), _discs(second), strict=True)):
-        impact = _pic(one, other, until) if instants is None else _pit(one, other, instants)
-        if impact is None:
-            time[k], normal[k] = math.inf, math.nan
-            after_first[k], after_second[k] = (one.vx, one.vy), (other.vx, other.vy)
+    impacts = rows.view(IMPACT_DTYPE)[:, 0]
+    for k in range(len(impacts)):
+        position, velocity, radius, mass = (np.array([a[k], b[k]]) for a, b in zip(first, second, strict=True))
+        pair = {"position_m": position, "velocity_m_s": velocity, "radius_m": radius, "mass_kg": mass}
+        bodies = Bodies(DiscArrays.of_valid(**pair, walls=(), restitution=restitution, wall_restitution=1.0))
+        time = bodies.pair_impact_time(0, 1) if frames is None else _first_overlap(bodies, frames.tolist())
+        if time <= until and time < math.inf:
+            impacts[k] = tuple(bodies.collide(0, 1, time))
         else:
-            time[k], a, b = impact
-            dx, dy = b.x - a.x, b.y - a.y
-            push = pair_push(dx, dy, b.vx - a.vx, b.vy - a.vy, a.inverse_mass + b.inverse_mass, restitution)
-            distance = math.sqrt(dx * dx + dy * dy)
-            normal[k] = dx / distance, dy / distance
-            after_first[k] = a.vx + push * a.inverse_mass * dx, a.vy + push * a.inverse_mass * dy
-            after_second[k] = b.vx - push * b.inverse_mass * dx, b.vy - push * b.inverse_mass * dy
+            impacts[k] = (math.inf, 0, 1, math.nan, *velocity, *velocity)
         patience.look()
 
 
-def _discs(arrays: Sequence[Array]) -> list[_Disc]:
-    position, velocity, radius, mass = arrays
-    return [_Disc(*row) for row in np.column_stack((position, velocity, radius, 1.0 / mass)).tolist()]
-
-
-def _moved(disc: _Disc, wait: float) -> _Disc:
-    if disc.inverse_mass == 0.0:
-        return disc
-    return disc._replace(x=disc.x + disc.vx * wait, y=disc.y + disc.vy * wait)
-
-
-def _pic(a: _Disc, b: _Disc, until: float) -> _Impact | None:
-    time = pair_time(*a[:5], *b[:5])
-    if not time <= until or time == math.inf:
-        return None
-    return _Impact(time, _moved(a, time), _moved(b, time))
-
-
-def _pit(a: _Disc, b: _Disc, instants: list[float]) -> _Impact | None:
-    ux, uy, contact = b.vx - a.vx, b.vy - a.vy, a.radius + b.radius
-    before = instants[0] if instants else 0.0
-    for instant in instants:
-        if instant != before:
-            a, b, before = _moved(a, instant - before), _moved(b, instant - before), instant
-        dx, dy = b.x - a.x, b.y - a.y
-        along, squared = dx * ux + dy * uy, dx * dx + dy * dy
-        if along < 0.0 and math.sqrt(squared) <= contact:
-            return _Impact(instant, a, b)
-        # See the compiled form.
-        if along > 2.0**-20 * math.sqrt(squared) * math.sqrt(ux * ux + uy * uy):
-            return None
-    return None
+def _first_overlap(bodies: Bodies, frames: list[float]) -> float:
+    """Return the instant of the first frame at which both discs approach and touch or overlap; infinity for none."""
+    for instant in frames:
+        bodies.move_to(0, instant)
+        bodies.move_to(1, instant)
+        if bodies.pair_approaches_and_overlaps(0, 1):
+            return instant
+    return math.inf

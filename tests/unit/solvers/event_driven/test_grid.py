@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from carom.bench.gas import hard_disc_gas
 
-probe = pytest.importorskip("carom.solvers.event_driven.probe")
+probe = pytest.importorskip("tests.probe")
 
 #: Discs that a scan looks at in one go, `BATCH` of layout.pxd.
 BATCH = 64

@@ -7,7 +7,7 @@ import pytest
 
 from carom.trace import IMPACT_DTYPE
 
-probe = pytest.importorskip("carom.solvers.event_driven.probe")
+probe = pytest.importorskip("tests.probe")
 
 
 def test_a_recorded_impact_is_a_row_of_a_trace() -> None:

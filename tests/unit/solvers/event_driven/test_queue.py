@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-probe = pytest.importorskip("carom.solvers.event_driven.probe")
+probe = pytest.importorskip("tests.probe")
 
 # Few different times, so that many are the same.
 TIMES = st.sampled_from([0.0, 1.0, 2.0, 3.0, math.inf])

@@ -1,4 +1,4 @@
-"""The rows as JSON lines: every number, for other programs."""
+"""The rows as JSON lines: every number, for other programs. The first line says what all rows were made on and by."""
 
 from __future__ import annotations
 
@@ -6,44 +6,55 @@ import dataclasses
 import json
 import math
 from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from carom.comparator import Errors, Score
+from carom.errors import InputError
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
 from carom.runs.results import Results, Row
 
-__all__ = ["FORMAT", "jsonl", "strict"]
+__all__ = ["FORMAT", "read_records", "records", "strict"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
-FORMAT = 1
-
-_NUMBERS = (
-    "time_error_s",
-    "velocity_error",
-    "direction_error_rad",
-    "final_position_error",
-    "final_velocity_error",
-    "energy_error",
-    "momentum_error",
-    "sampling_velocity_error",
-    "sampling_missed",
-)
+FORMAT = 2
 
 
-def jsonl(results: Results) -> str:
-    """Return one line of strict JSON a row, each with all it takes to be understood on its own."""
-    stamp = {**dataclasses.asdict(results.environment), "command": results.command}
-    lines = [
-        json.dumps(strict({**_fields(row), "environment": stamp}), ensure_ascii=False, allow_nan=False)
-        for row in results.rows
-    ]
-    return "".join(f"{line}\n" for line in lines)
+def records(results: Results) -> str:
+    """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
+    head = {
+        "format": FORMAT,
+        "rows": len(results.rows),
+        "environment": dataclasses.asdict(results.environment),
+        "command": results.command,
+        "elapsed_s": results.elapsed_s,
+    }
+    lines = (head, *map(_fields, results.rows))
+    return "".join(f"{json.dumps(strict(line), ensure_ascii=False, allow_nan=False)}\n" for line in lines)
+
+
+def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return what `records` wrote: the head, and the rows.
+
+    Raises:
+        InputError: The file is of another format, or not whole.
+    """
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    head, rows = (lines[0], lines[1:]) if lines else ({}, [])
+    found = head.get("format")
+    if found != FORMAT or head.get("rows") != len(rows):
+        what = f"has {len(rows)} of {head.get('rows')} rows" if found == FORMAT else f"is of format {found}"
+        raise InputError(
+            f"{path} {what}; this Carom reads whole files of format {FORMAT}: run the cross-check again, or read it "
+            "with the version that wrote it"
+        )
+    return head, rows
 
 
 def _fields(row: Row) -> dict[str, object]:
     job, score, trace = row.job, row.score, row.trace
     return {
-        "format": FORMAT,
         "scene": job.scene.name,
         "engine": job.engine,
         "profile": job.profile,
@@ -61,9 +72,9 @@ def _fields(row: Row) -> dict[str, object]:
         "missed": list(score.missed) if score else None,
         "spurious": list(score.spurious) if score else None,
         "undecided": list(score.undecided) if score else None,
-        **{name: getattr(score, name, None) for name in _NUMBERS},
-        **{name: _errors(getattr(score, name, None)) for name in ("total", "sampling", "solver")},
-        **{name: getattr(score, name, None) for name in ("sampling_share", "equals_pit", "edits")},
+        **{name: _errors(getattr(score, name, None)) for name in ("total", "sampling", "against_pit")},
+        **{name: getattr(score, name, None) for name in ("pit_missed", "price_paid", "own_velocity")},
+        **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
         "horizon_s": score.horizon_s if score else None,
         "beyond_horizon": score.beyond_horizon if score else None,
         "local": _local(score) if score else None,

@@ -1,4 +1,4 @@
-"""Two discs and no wall: the closed form, compiled and plain, is the event-driven run to the bit."""
+"""Two discs and no wall: the closed form is the event-driven run to the bit."""
 
 from __future__ import annotations
 
@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.forms import needs_extension, plain_form
+from tests.forms import plain_form
 
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
-from carom.solvers.plain import two_discs as plain
 from carom.trace import Outcome, Trace
 
 small = st.integers(-8, 8).map(lambda k: k / 4)
@@ -36,17 +35,6 @@ def pairs(draw: st.DrawFn) -> tuple[Disc, Disc]:
 
 ends = st.one_of(st.just(0.0), st.floats(0, 1e3))
 restitutions = st.sampled_from([0.0, 0.5, 1.0])
-
-
-@needs_extension
-@given(pairs(), restitutions, ends)
-def test_the_compiled_form_is_the_plain_form_to_the_bit(two: tuple[Disc, Disc], restitution: float, end: float) -> None:
-    """Both forms give the same bytes, whatever the two discs do, overlapping ones included."""
-    from carom.solvers import two_discs as compiled
-
-    solution = compiled.solve(*two, restitution, end)
-    assert solution == plain.solve(*two, restitution, end)
-    assert solution is None or len(solution) == plain.SOLUTION_DTYPE.itemsize
 
 
 def same(one: Trace, other: Trace) -> bool:

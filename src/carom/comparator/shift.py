@@ -1,0 +1,137 @@
+"""A scene shifted along its own motion, so that nothing changes but when, within a step, its first impact comes.
+
+One phase makes a step look lucky or unlucky: where in a step an impact falls is nobody's merit.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator.finite import not_finite
+from carom.errors import InputError, SceneError
+from carom.scene import Scene
+from carom.solvers.pic import solve_pic
+from carom.trace import Trace, Vector
+
+__all__ = ["Shifted", "begun_earlier", "even_phases", "shifted", "shifted_scenes"]
+
+
+@dataclass(frozen=True)
+class Shifted:
+    """A scene shifted along its own motion, and its reference."""
+
+    phase: float
+    scene: Scene
+    reference: Trace
+
+
+def even_phases(count: int) -> tuple[float, ...]:
+    """Return so many phases, evenly spread over a step, the first of them 0.
+
+    Raises:
+        InputError: `count` is below 1.
+    """
+    if count < 1:
+        raise InputError(f"phases must be 1 or more, got {count}")
+    return tuple(k / count for k in range(count))
+
+
+def shifted(reference: Trace, dt_s: float, phase: float) -> Scene | None:
+    """Return a scene shifted along its own motion to a phase; None where it can't be.
+
+    All discs are taken ``phase * dt`` ahead along their paths, and the duration is shortened by as much; where an
+    impact comes before that, they are taken back by the rest of the step instead.
+
+    Args:
+        reference: The scene's PIC trace.
+        dt_s: The step, seconds.
+        phase: Part of a step, 0 to 1.
+    """
+    scene = reference.scene
+    first = float(reference.impacts["time_s"][0]) if len(reference.impacts) else math.inf
+    ahead = phase * dt_s
+    try:
+        return _shifted(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
+    except SceneError:
+        return None
+
+
+def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Shifted, ...]:
+    """Shift a scene along its own motion to each phase; what can't be shifted so is left out.
+
+    A shift that changes which impacts happen (because the way back leads through another body, or the last impact falls
+    past the end) is none.
+
+    Args:
+        reference: The scene's PIC trace.
+        dt_s: The step, seconds.
+        phases: Parts of a step, 0 to 1.
+    """
+    found = []
+    for phase in phases:
+        moved = shifted(reference, dt_s, phase)
+        if moved is None:
+            continue
+        trace = solve_pic(moved, max_impacts=len(reference.impacts) + 1)
+        same = np.array_equal(trace.impacts[["first", "second"]], reference.impacts[["first", "second"]])
+        if same and not not_finite(trace):
+            found.append(Shifted(phase, moved, trace))
+    return tuple(found)
+
+
+def begun_earlier(scene: Scene, by_s: float) -> Scene:
+    """Return the scene begun `by_s` seconds earlier: every disc moved back along its path, the end where it was.
+
+    The same impacts follow, `by_s` later each. Where bodies would have met on the way back (those of a cradle that
+    touch at the start, say) the scene begins later instead, if nothing is to happen before.
+
+    Args:
+        scene: The scene.
+        by_s: Seconds, 0 or more.
+
+    Raises:
+        InputError: Bodies meet within `by_s` both before the start and after it.
+    """
+    if by_s == 0.0:
+        return scene
+    for shift_s in (-by_s, by_s):
+        if shift_s < scene.duration_s and _nothing_meets(scene, shift_s):
+            return _shifted(scene, shift_s)
+    raise InputError(
+        f"the scene can't begin {by_s:.3g} s earlier or later: bodies meet within that time on either side"
+    )
+
+
+def _nothing_meets(scene: Scene, shift_s: float) -> bool:
+    """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
+    ahead = scene if shift_s > 0 else _reversed(scene)
+    return len(solve_pic(ahead, max_impacts=1, until_s=abs(shift_s)).impacts) == 0
+
+
+def _reversed(scene: Scene) -> Scene:
+    """Return the scene that runs the path before the start backwards; a parabola is the same one either way."""
+    return _with_states(scene, [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1])) for d in scene.discs])
+
+
+def _shifted(scene: Scene, shift_s: float) -> Scene:
+    """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
+    gx, gy = scene.gravity_m_s2
+    states = []
+    for disc in scene.discs:
+        (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+        place = (x + u * shift_s + 0.5 * gx * shift_s * shift_s, y + v * shift_s + 0.5 * gy * shift_s * shift_s)
+        velocity = (u + gx * shift_s, v + gy * shift_s)
+        states.append((disc.position_m, disc.velocity_m_s) if disc.immovable else (place, velocity))
+    return _with_states(scene, states, duration_s=scene.duration_s - shift_s)
+
+
+def _with_states(scene: Scene, states: Sequence[tuple[Vector, Vector]], **fields: float) -> Scene:
+    discs = [
+        {**disc.model_dump(), "position_m": place, "velocity_m_s": velocity}
+        for disc, (place, velocity) in zip(scene.discs, states, strict=True)
+    ]
+    return Scene(**{**scene.model_dump(), "discs": discs, **fields})
