@@ -14,6 +14,7 @@ from carom import Disc, Results, Scene, cross_check, registry
 from carom.comparator import Grade, Verdict
 from carom.runs import scoring
 from carom.runs.job import Status
+from carom.runs.pool import InProcess
 from carom.runs.results import Row
 
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
@@ -91,7 +92,9 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def results(installed: str) -> Results:
     """Every fault, in both scenes."""
-    return cross_check([ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, jobs=1)
+    return cross_check(
+        [ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, pool=InProcess()
+    )
 
 
 def row_of(results: Results, scene: Scene, fault: str) -> Row:

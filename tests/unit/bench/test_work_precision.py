@@ -26,7 +26,7 @@ from carom.cli import app
 from carom.cli.bench import step_series
 from carom.errors import InputError, UnknownNameError
 from carom.runs.job import Method
-from carom.runs.pool import Lane, LocalPool
+from carom.runs.pool import InProcess, Lane
 from carom.runs.scoring import Measures, score_journal
 
 SCENE = """
@@ -99,14 +99,14 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
             score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return work_precision([scene], plan, LocalPool(1), journal=journal, timings=timings)
+            return work_precision([scene], plan, InProcess(), journal=journal, timings=timings)
 
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
     assert len(measured_in(tmp_path / "journal.jsonl")) == 12
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = work_precision([scene], replace(plan, timing=False), LocalPool(1), journal=journal)
+        bench = work_precision([scene], replace(plan, timing=False), InProcess(), journal=journal)
     assert bench.scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
@@ -158,7 +158,7 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
         ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
     ):
         with pytest.raises(error, match=words):
-            work_precision(scenes, wrong, LocalPool(1))
+            work_precision(scenes, wrong, InProcess())
     for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
         words = f"{name.removesuffix('_s')} must be .*, got {value:g}"
         with pytest.raises(InputError, match=words):
@@ -251,7 +251,7 @@ def measured_in(path: Path) -> list[tuple[float, Measures]]:
 def journal_of(tmp_path: Path, scene: Scene) -> Path:
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
-        work_precision([scene], plan, LocalPool(1), journal=journal)
+        work_precision([scene], plan, InProcess(), journal=journal)
     return tmp_path / "journal.jsonl"
 
 

@@ -33,8 +33,6 @@ class World:
                 os._exit(7)
             case "hangs":
                 time.sleep(3600)
-            case "hangs-when-timed" if steps > 1:
-                time.sleep(3600)
             case "raises":
                 raise ZeroDivisionError("inertia")
             case "litters":
@@ -80,7 +78,6 @@ bad_profile = BadProfile("bad-profile")
 aborts, exits, hangs, raises, litters, goes_nan, warns = (
     Adapter(how) for how in ("aborts", "exits", "hangs", "raises", "litters", "goes-nan", "warns")
 )
-hangs_when_timed = Adapter("hangs-when-timed")
 missing, only_discs = Missing("missing"), OnlyDiscs("only-discs")
 """
 
@@ -88,7 +85,6 @@ ENTRY_POINTS = """[carom.adapters]
 aborts = hostile:aborts
 exits = hostile:exits
 hangs = hostile:hangs
-hangs-when-timed = hostile:hangs_when_timed
 raises = hostile:raises
 litters = hostile:litters
 goes-nan = hostile:goes_nan

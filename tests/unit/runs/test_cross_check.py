@@ -3,6 +3,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +13,12 @@ from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.runs import execute, reference
-from carom.runs.job import Job, Method, Status
+from carom.runs.job import Answer, Job, Method, Status, Task
 from carom.runs.observe import Observe
 from carom.runs.observed import observed_journal
 from carom.runs.plan import Options, default_dts, plan_of
 from carom.runs.pool import InProcess
+from carom.runs.timing import Measure
 from carom.scenes import catalogue
 from carom.trace import Outcome, Trace
 
@@ -67,15 +69,21 @@ def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
     assert "1.5 s" in results.rows[0].reason
 
 
+class HangsWhenTimed(InProcess):
+    """A pool in which no engine but PIT answers when it is timed."""
+
+    def ask(self, task: Task[Any]) -> Answer[Any]:
+        if isinstance(task, Measure) and task.engine != "pit":
+            return Answer(Status.TIMED_OUT, "no answer within 3 s")
+        return super().ask(task)
+
+
 def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
     """An engine that hangs when its steps are timed keeps the run that was observed, and the others their times."""
-    results = carom.cross_check(
-        [scene], ["pit", "hangs-when-timed"], dts=[0.1], profiles=["tuned"], time_limit_s=3.0, jobs=1
-    )
+    results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
     rows = {row.job.engine: row for row in results.rows}
-    hung = rows["hangs-when-timed"]
-    assert hung.untimed.startswith("timed out: ")
-    assert "3 s" in hung.untimed
+    hung = rows["pic"]
+    assert hung.untimed == "timed out: no answer within 3 s"
     assert hung.reason == ""
     assert (hung.status, hung.timing) == (Status.RAN, None)
     assert hung.trace is not None
@@ -85,7 +93,9 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
 
 def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
     """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
-    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[
+        0
+    ]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
@@ -94,7 +104,7 @@ def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
 
 def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
     """An engine that warns of its state is cut short with its own words, and what came before is kept."""
-    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[0]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.WARNED
     assert row.trace.counts["steps"] == 2
@@ -122,7 +132,12 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
     soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
     falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
     results = carom.cross_check(
-        [walled, fast, soft, falling], ["missing", "only-discs", "broken"], dts=[0.1], profiles=["tuned"], timing=False
+        [walled, fast, soft, falling],
+        ["missing", "only-discs", "broken"],
+        dts=[0.1],
+        profiles=["tuned"],
+        timing=False,
+        pool=InProcess(),
     )
     reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
@@ -143,7 +158,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
 def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
     """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
     falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
-    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False)
+    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False, pool=InProcess())
     for row in results.rows:
         assert row.trace is not None
         assert row.trace.final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
@@ -155,7 +170,7 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
-    results = carom.cross_check([scene], ["pic", "pit"], timing=False)
+    results = carom.cross_check([scene], ["pic", "pit"], timing=False, pool=InProcess())
     rest_s = 0.5 * (1 + 2 * 0.25 / (1 - 0.25))  # t0 + 2 v0 / g (e + e^2 + ...), with t0 = v0 / g = 1/2
     for row in results.rows:
         assert row.score is not None
@@ -224,13 +239,13 @@ def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
 def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
     """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
     assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
-    results = carom.cross_check([scene], ["pit"], timing=False)
+    results = carom.cross_check([scene], ["pit"], timing=False, pool=InProcess())
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
 def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
     """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
-    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False)
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, pool=InProcess())
     assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "default"),
         ("pic", "tuned"),
@@ -242,7 +257,12 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
     """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
     calls: list[tuple[int, int, str]] = []
     results = carom.cross_check(
-        [scene], ["pic", "pit"], dts=[0.1], profiles=["tuned"], progress=lambda *call: calls.append(call)
+        [scene],
+        ["pic", "pit"],
+        dts=[0.1],
+        profiles=["tuned"],
+        progress=lambda *call: calls.append(call),
+        pool=InProcess(),
     )
     ratios = {row.job.engine: row.time_ratio for row in results.rows}
     assert ratios["pit"] == 1.0
@@ -272,14 +292,16 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
         walls=[Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(0.5, 0), normal=(-1, 0))],
         duration_s=1e9,
     )
-    row = carom.cross_check([endless], ["pit"], timing=False).rows[0]
+    row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert "100 impacts come before" in row.reason
 
 
 def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
     """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
-    results = carom.cross_check([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False)
+    results = carom.cross_check(
+        [scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False, pool=InProcess()
+    )
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]

@@ -13,6 +13,7 @@ from carom.runs.execute import cross_check
 from carom.runs.explain import explain
 from carom.runs.job import Status
 from carom.runs.plan import Options, plan_of
+from carom.runs.pool import InProcess
 from carom.scenes import catalogue
 
 
@@ -64,7 +65,7 @@ def test_an_engine_that_is_not_known_is_refused() -> None:
 def test_what_is_explained_is_what_is_run(profiles: list[str] | None) -> None:
     """The steps at which the plan says that a profile is run are those of the rows that ran, and no other row ran."""
     scene, names = catalogue()["paper/late"], ["pic", "pit", "pymunk"]
-    results = cross_check([scene], names, profiles=profiles, timing=False, samples=False)
+    results = cross_check([scene], names, profiles=profiles, timing=False, samples=False, pool=InProcess())
     ran: dict[str, list[str]] = {}
     for row in results.rows:
         if row.status is Status.RAN:
@@ -77,6 +78,6 @@ def test_what_is_explained_is_what_is_run(profiles: list[str] | None) -> None:
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
     monkeypatch.setattr(reference, "MOST_IMPACTS", 3)
-    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False).rows[0]
+    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert f"nothing is run: {row.reason}" in plan("classics/gas", engines=["pit"])

@@ -11,7 +11,7 @@ from carom import Disc, Scene
 from carom.runs import scoring
 from carom.runs.job import Job, Method, Status
 from carom.runs.journal import canonical
-from carom.runs.pool import LocalPool
+from carom.runs.pool import InProcess, LocalPool
 from carom.runs.scoring import Scored, batches, job_key, score_journal, sweep
 
 
@@ -78,7 +78,7 @@ def test_a_cell_that_hangs_is_ended_and_so_is_the_next(scene: Scene) -> None:
 def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
     """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
     jobs = jobs_of(scene, ("pit", "pic"), 8)
-    with LocalPool(2) as pool:
+    with InProcess() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
             sweep(jobs, pool, journal)
         with score_journal(tmp_path / "parts.jsonl") as journal:
