@@ -13,8 +13,7 @@ from carom.report.document import ON_PAPER, PAGE, Cell, Column, Document, Lines,
 from carom.report.made import making
 from carom.report.render import html, markdown
 from carom.report.write import replace_all
-from carom.runs.results import Status
-from carom.stress.methods import Method
+from carom.runs.job import Status
 from carom.stress.results import Ending, Line, Spot, StressResults
 
 __all__ = ["StressPaths", "stress_document", "write_stress"]
@@ -22,7 +21,6 @@ __all__ = ["StressPaths", "stress_document", "write_stress"]
 HEADINGS = {
     "attack": "Where each method gives way",
     "relation": "Relations that need no truth",
-    "own": "What PIC must stand",
     "complaint": "Scenes from real complaints",
 }
 
@@ -31,7 +29,6 @@ NOTES = {
     "that stands as far as the axis goes. Below it, the error where it was last seen to stand.",
     "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
     "of the two; 0 is equal to the bit.",
-    "own": "Measured within runs of Carom's event-driven PIC, impact by impact: each value must not pass its limit.",
     "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
 }
 
@@ -89,7 +86,7 @@ def stress_document(results: StressResults) -> Document:
 
 
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
-    methods = _columns(results, kind, lines)
+    methods = results.methods
     table = Table(
         (Column(kind), Column("axis"), *(Column(method.engine, method.profile) for method in methods)),
         tuple(
@@ -135,7 +132,11 @@ def _json(results: StressResults) -> str:
         "command": results.command,
         "elapsed_s": results.elapsed_s,
         "environment": asdict(results.environment),
-        "methods": [asdict(method) for method in results.methods],
+        "methods": [
+            {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
+            for method in results.methods
+            for engine in [results.engines[method.engine]]
+        ],
         "lines": [
             {**asdict(line), "cells": [results.spots[line.name, method.name].as_json() for method in results.methods]}
             for line in results.lines
@@ -173,21 +174,10 @@ def _groups(results: StressResults) -> Iterator[tuple[str, list[Line]]]:
             yield kind, lines
 
 
-def _columns(results: StressResults, kind: str, lines: list[Line]) -> list[Method]:
-    """Return the methods to show for a kind of line: all of them, but of PIC's own checks those that were looked at."""
-    if kind != "own":
-        return list(results.methods)
-    return [
-        method
-        for method in results.methods
-        if any(results.spots[line.name, method.name].ending is not Ending.NOT_RUN for line in lines)
-    ]
-
-
 def _reasons(results: StressResults, line: Line) -> list[tuple[str, list[str]]]:
     """Return why cells of a line are as they are: each reason with the methods that it holds for."""
     found: dict[str, list[str]] = {}
-    for method in _columns(results, line.kind, [line]):
+    for method in results.methods:
         spot = results.spots[line.name, method.name]
         if spot.reason:
             found.setdefault(spot.reason, []).append(method.name)
