@@ -7,13 +7,7 @@ the plain form rules most pairs out, one refinement answers nearly all others, t
 from libc.math cimport NAN, fabs
 
 from carom.physics.pair_time cimport (
-    NEVER,
-    Encounter,
-    approach,
-    discriminant,
-    encounter,
-    exact_pair_time,
-    refined_time,
+    NEVER, Encounter, approach, discriminant, encounter, exact_pair_time, refined_time,
 )
 
 cdef extern from *:
@@ -127,18 +121,10 @@ cdef inline void solve(Pairs *p) noexcept nogil:
 
 
 def fill_pair_times(
-    const double[:, :] p1,
-    const double[:, :] v1,
-    const double[:] r1,
-    const double[:, :] p2,
-    const double[:, :] v2,
-    const double[:] r2,
-    double[::1] times,
+    const double[:, :] p1, const double[:, :] v1, const double[:] r1,
+    const double[:, :] p2, const double[:, :] v2, const double[:] r2, double[::1] times,
 ):
-    """Write the seconds until each pair of discs collides into `times`, shape ``(n,)``; NaN for an other than ordinary size.
-
-    The other arguments are those of `carom.time_of_impact`, of shapes ``(n, 2)`` and ``(n,)``, unchecked.
-    """
+    """Write `carom.time_of_impact` of each pair into `times`, shape ``(n,)``; NaN for other than ordinary sizes."""
     cdef Py_ssize_t start, k, count = times.shape[0]
     cdef Pairs p
     with nogil:

@@ -26,23 +26,13 @@ ALWAYS = (-math.inf, math.inf)
 
 
 class Request(NamedTuple):
-    """How far to go and what to keep.
-
-    Attributes:
-        end_s: Where to stop.
-        max_impacts: After how many impacts to stop; None for no limit.
-        keep: Whether impacts are kept at all.
-        window_s: Only those reported within these times are.
-        samples_s: Ascending times at which to keep all positions.
-        contact_duration_s: Contact time of the TC model, 0 for none.
-        progress: Called now and then with the number of impacts so far and the time reached.
-    """
+    """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
 
     end_s: float
     max_impacts: int | None = None
-    keep: bool = True
+    keep: bool = True  # impacts at all
     window_s: tuple[float, float] = ALWAYS
-    samples_s: tuple[float, ...] = ()
+    samples_s: tuple[float, ...] = ()  # ascending
     contact_duration_s: float = 0.0
     progress: Progress | None = None
 
@@ -59,7 +49,7 @@ class Request(NamedTuple):
         contact_duration_s: float,
         progress: Progress | None,
     ) -> Request:
-        """Return the arguments of `carom.solve_pic` as a request.
+        """Check the arguments of `carom.solve_pic`.
 
         Raises:
             InputError: An argument is outside its range, or not there under gravity; the message names it.

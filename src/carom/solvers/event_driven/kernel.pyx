@@ -36,6 +36,8 @@ cdef enum:
     # its time without, one of 16,000 .91, one of 30,000 .78 (a processor with 1 MB of cache to itself).
     AHEAD_FROM = 10_000
 
+cdef Disc _disc
+DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 #: What `Kernel.run` returns are numbers of these.
 ENDINGS = ("done", "limit", "standstill", "pause")
 
@@ -311,41 +313,16 @@ cdef class Kernel:
         """Number of impacts recorded so far."""
         return self.s.record.taken + self.s.record.count
 
-    def positions(self, double time):
-        """Return the centres at a time since the start on the present paths, metres, shape ``(n, 2)``."""
-        s = &self.s
-        cdef Index i
-        place = np.empty((s.disc_count, 2))
-        cdef double[:, ::1] p = place
-        since_epoch = (time - s.clock.epoch) - s.clock.epoch_rest
-        for i in range(s.disc_count):
-            a = &s.discs[i]
-            p[i, 0] = a.x + a.vx * (since_epoch - a.time)
-            p[i, 1] = a.y + a.vy * (since_epoch - a.time)
-        return place
-
-    def velocities(self):
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        cdef Index i
-        velocity = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] v = velocity
-        for i in range(self.s.disc_count):
-            v[i, 0] = self.s.discs[i].vx
-            v[i, 1] = self.s.discs[i].vy
-        return velocity
-
-    def impacts_per_disc(self):
-        """Number of impacts of each disc so far, shape ``(n,)``."""
-        impacts = np.empty(self.s.disc_count, np.int64)
-        cdef long long[::1] counts = impacts
-        for i in range(self.s.disc_count):
-            counts[i] = self.s.discs[i].impacts
-        return impacts
+    cdef rows(self, void *begin, size_t size):
+        """Return a part of the run's memory, as it is now and will be."""
+        cdef const unsigned char[::1] memory = self.memory
+        cdef size_t start = <const unsigned char *>begin - &memory[0]
+        return self.memory[start:start + size]
 
     @property
     def discs(self):
-        """A copy of the rows of all discs: a structured array with the fields of `Disc` in layout.pxd."""
-        return np.array(<Disc[:self.s.disc_count]>self.s.discs)
+        """The rows of all discs, as they are now and will be: an array with the fields of `Disc` in layout.pxd."""
+        return self.rows(self.s.discs, self.s.disc_count * sizeof(Disc)).view(DISC_DTYPE)
 
     @property
     def counts(self):
@@ -367,32 +344,25 @@ cdef class Kernel:
         """Bytes of the run's memory, recorded impacts left out."""
         return self.memory.nbytes
 
-    @property
-    def last_impact(self):
-        """A copy of the times of each disc's last impact, where the TC model asks for them, else empty."""
-        cdef Index n = self.s.disc_count if self.s.law.contact_duration > 0.0 else 0
-        return np.array(<double[:n]>self.s.last_impact) if n else np.empty(0)
+    cdef last_impacts(self):
+        """Return the times of each disc's last impact, where the TC model asks for them, else nothing."""
+        cdef size_t size = self.s.disc_count * sizeof(double) if self.s.law.contact_duration > 0.0 else 0
+        return self.rows(self.s.last_impact, size)
 
-    @property
-    def recent(self):
-        """A copy of what tells whether each disc's next impact is ambiguous, `Recent` in layout.pxd; else empty."""
-        cdef Index n = self.s.disc_count
-        return np.array(<double[:n, :6]><double *>self.s.record.recent) if self.s.record.wanted else np.empty((0, 6))
+    def state(self):
+        """Return a copy of all that the run needs to go on, by name: what is predicted is made anew."""
+        recent = self.recent_memory.copy() if self.s.record.wanted else None
+        return {
+            "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
+            "clock": self.s.clock, "counts": self.s.counts, "virial": self.s.virial,
+        }
 
-    def resume(
-        self, const Disc[::1] discs, const double[::1] last_impact, const double[:, ::1] recent, clock, counts,
-        double virial,
-    ):
-        """Take up a run of the same discs and walls where an earlier one left it; all is predicted anew."""
-        s = &self.s
-        if discs.shape[0] != s.disc_count or last_impact.shape[0] < (s.disc_count if s.law.contact_duration > 0 else 0):
-            raise ValueError("the state must be that of a run of as many discs, and with a contact duration if this has one")
-        memcpy(s.discs, &discs[0], s.disc_count * sizeof(Disc))
-        if s.law.contact_duration > 0.0:
-            memcpy(s.last_impact, &last_impact[0], s.disc_count * sizeof(double))
-        if s.record.wanted and recent.shape[0] == s.disc_count and recent.shape[1] == 6:
-            memcpy(s.record.recent, &recent[0, 0], s.disc_count * sizeof(Recent))
-        s.clock = clock
-        s.counts = counts
-        s.counts.predicted = 0
-        s.virial = virial
+    def resume(self, state):
+        """Take up a run of the same discs and walls, with a contact duration if this one has one, where it was left."""
+        self.discs[:] = state["discs"]
+        last_impacts = self.last_impacts()
+        last_impacts[:] = state["last_impacts"][:len(last_impacts)]
+        if self.s.record.wanted and state["recent"] is not None:
+            self.recent_memory[:] = state["recent"]
+        self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
+        self.s.counts.predicted = 0
