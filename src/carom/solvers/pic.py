@@ -82,14 +82,7 @@ def solve_pic(
         InputError: An option is outside its range, or not there under gravity.
     """
     request = Request.checked(
-        scene,
-        max_impacts=max_impacts,
-        until_s=until_s,
-        record=record,
-        window_s=window_s,
-        sample_times_s=sample_times_s,
-        contact_duration_s=contact_duration_s,
-        progress=progress,
+        scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
     if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None

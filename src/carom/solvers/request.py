@@ -40,7 +40,6 @@ class Request(NamedTuple):
     def checked(
         cls,
         scene: Scene,
-        *,
         max_impacts: int | None,
         until_s: float | None,
         record: str,

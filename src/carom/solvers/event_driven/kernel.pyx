@@ -6,6 +6,7 @@ the loop. All of these are inlined here. No result depends on the cells, nor on 
 """
 
 from cython cimport unlikely
+from cython.view cimport array
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free, realloc
 from libc.string cimport memcpy, memset
@@ -164,27 +165,6 @@ ctypedef Ending (*Loop)(State *, double, Index, Index) noexcept nogil
 cdef Loop loop = take_forward
 
 
-cdef class _ImpactRows:
-    """Memory with recorded impacts, for one NumPy array."""
-
-    cdef Impact *rows
-    cdef Index count
-
-    def __dealloc__(self):
-        free(self.rows)
-
-    def __getbuffer__(self, Py_buffer *view, int flags):
-        view.buf = self.rows
-        view.len = self.count * sizeof(Impact)
-        view.itemsize = 1
-        view.format = NULL
-        view.ndim = 1
-        view.shape = view.strides = view.suboffsets = NULL
-        view.internal = NULL
-        view.readonly = True
-        view.obj = self
-
-
 cdef char *reserve(char **place, size_t size) noexcept:
     """Return where a part of a piece of memory begins, and go on to the next: each begins at a cache line."""
     begin = place[0]
@@ -292,12 +272,12 @@ cdef class Kernel:
         r.wanted, r.begin, r.end = True, begin, end
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, as a read-only array of `IMPACT_DTYPE`."""
+        """Return the impacts recorded since the last call, one or more, in the memory that they were written into."""
         r = &self.s.record
-        rows = _ImpactRows()
-        rows.rows, rows.count = r.rows, r.count
-        if r.count < r.room:
-            rows.rows = <Impact *>realloc(r.rows, max(1, r.count) * sizeof(Impact))
+        cdef Index size = r.count * sizeof(Impact)
+        rows = array((size,), 1, "B", allocate_buffer=False)
+        rows.data = <char *>realloc(r.rows, size)
+        rows.callback_free_data = free
         r.rows = NULL
         r.taken += r.count
         r.count = r.room = 0

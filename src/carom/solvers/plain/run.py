@@ -32,7 +32,7 @@ EPOCH_IMPACTS = 32
 
 
 class AllPairsRun:
-    """A PIC run of a scene without gravity: of `carom.solvers.run.Run`, with the results of `EventDrivenRun` to the bit.
+    """A `carom.solvers.run.Run` by PIC of a scene without gravity, with the results of `EventDrivenRun` to the bit.
 
     The arguments are those of `EventDrivenRun`.
 
