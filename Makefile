@@ -43,7 +43,7 @@ campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state build/campaign-pic.json
 
 bench: $(BUILT)
-	for part in pic pit time_of_impact certified; do \
+	for part in pic pit time_of_impact certified start; do \
 		$(BIN)/python -m carom.bench.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 

@@ -62,7 +62,7 @@ def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
     names = wheel_names(built)
     for folder, package in (("src", "carom"), ("adapters", "carom_adapters")):
         for path in (ROOT / folder / package).rglob("*"):
-            if path.is_file() and path.suffix not in {".pyc", ".so", ".pyd"}:
+            if path.is_file() and "__pycache__" not in path.parts and path.suffix not in {".so", ".pyd"}:
                 assert path.relative_to(ROOT / folder).as_posix() in names
     assert not [name for name in names if not name.startswith(("carom/", "carom_adapters/", "carom-"))]
     assert not [name for name in names if name.endswith((".c", ".pyc"))]

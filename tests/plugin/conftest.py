@@ -15,6 +15,9 @@ import pytest
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 
+#: The adapter as its author published it, built beside Carom 0.1 (57060cb): what was written then still runs.
+BUILT_WITH_0_1 = HERE / "carom_penalty-0.1-py2.py3-none-any.whl"
+
 #: Runs pytest in the fresh environment, with these arguments, in this folder.
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -45,10 +48,9 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """
     folder = tmp_path_factory.mktemp("fresh")
     # Building leaves metadata beside the sources, which would be an installed adapter to every other test.
-    author, twin = folder / "author", folder / "twin"
-    shutil.copytree(HERE, author, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__", "broken"))
+    twin = folder / "twin"
     shutil.copytree(HERE / "broken", twin, ignore=shutil.ignore_patterns("*.egg-info", "build", "__pycache__"))
-    wheels = [_wheel(source, folder) for source in (ROOT, author, twin)]
+    wheels = [BUILT_WITH_0_1, *(_wheel(source, folder) for source in (ROOT, twin))]
     venv.create(folder / "venv", with_pip=False)
     prefix = folder / "venv"
     python = prefix / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
@@ -63,6 +65,12 @@ def fresh_python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     lent = dict.fromkeys((sysconfig.get_path("purelib"), sysconfig.get_path("platlib")))
     (site / "lent.pth").write_text("".join(f"{path}\n" for path in lent))
     return python
+
+
+@pytest.fixture
+def wheel_of_0_1() -> Path:
+    """The wheel that the author built beside Carom 0.1."""
+    return BUILT_WITH_0_1
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
@@ -100,7 +101,7 @@ NOT_DECLARED = {
 
 @pytest.mark.long
 def test_a_third_party_distribution_passes_in_a_fresh_environment(author_pytest: Pytest, fresh_python: Path) -> None:
-    """Built, installed from its wheel and named by its distribution, the adapter passes but for its known failures."""
+    """From its wheel built beside Carom 0.1, named by its distribution, it passes but for its known failures."""
     code = "import carom, carom_penalty; print(carom.__file__); print(carom_penalty.__file__)"
     where = subprocess.run([str(fresh_python), "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert all(Path(file).is_relative_to(fresh_python.parents[1]) for file in where), where
@@ -141,3 +142,9 @@ def _failures(python: Path, folder: Path) -> Mapping[str, str]:
         for case in ElementTree.parse(folder / "out.xml").iter("testcase")  # noqa: S314 - written a moment ago
         for failure in case.iter("failure")
     }
+
+
+def test_the_wheel_of_0_1_holds_the_adapter_that_is_shown_here(wheel_of_0_1: Path) -> None:
+    """The module in the wheel is the one in this folder, to the byte, so that a reader sees what is installed."""
+    with zipfile.ZipFile(wheel_of_0_1) as wheel:
+        assert wheel.read("carom_penalty.py") == (wheel_of_0_1.parent / "carom_penalty.py").read_bytes()

@@ -45,8 +45,8 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("classics/boxx",), "did you mean 'classics/box'"),
-        (("classics/box", "--time-budget", "0"), "time_budget_s must be above 0, got 0.0"),
-        (("classics/box", "--max-precision", "10"), "max_precision_bits must be 64 or more, got 10"),
+        (("classics/box", "--time-budget", "0"), "time_budget_s must be a positive number, got 0.0"),
+        (("classics/box", "--max-precision", "10"), "max_precision_bits must be a whole number, 64 or more, got 10"),
         (("classics/box", "--digits", "100000"), "digits must be 1 to 10000, got 100000"),
     ],
 )

@@ -37,7 +37,7 @@ _PROCESSES = (
 )
 _ARRANGEMENTS = ("grid", "column", "random", "ratio 1:1e6", "outlier", "one place, immovable", "one place")
 #: Seconds after which a row of the baseline is given up: it may be quadratic in the discs.
-_PATIENCE_S = 60.0
+_PATIENCE_S = 20.0
 
 
 def process_seconds(command: list[str]) -> float:

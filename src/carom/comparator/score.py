@@ -86,3 +86,40 @@ class Score:
     def verdicts(self) -> tuple[Verdict, ...]:
         """The verdicts without their reasons."""
         return tuple(finding.verdict for finding in self.findings)
+
+    # What `total` holds, by the names of 0.1.
+
+    @property
+    def time_error_s(self) -> float:
+        """Largest time error, seconds, with its sign: `total.time_s`."""
+        return self.total.time_s
+
+    @property
+    def velocity_error(self) -> float:
+        """Largest velocity error of a matched impact, over the scene's speed: `total.velocity`."""
+        return self.total.velocity
+
+    @property
+    def direction_error_rad(self) -> float:
+        """Largest direction error: `total.direction_rad`."""
+        return self.total.direction_rad
+
+    @property
+    def final_position_error(self) -> float:
+        """Largest distance of a disc from its final place, over the scene's length: `total.final_position`."""
+        return self.total.final_position
+
+    @property
+    def final_velocity_error(self) -> float:
+        """Largest error of a final velocity, over the scene's speed: `total.final_velocity`."""
+        return self.total.final_velocity
+
+    @property
+    def energy_error(self) -> float:
+        """Error of the final kinetic energy, over that at the start, with its sign: `total.energy`."""
+        return self.total.energy
+
+    @property
+    def momentum_error(self) -> float:
+        """Error of the final momentum: `total.momentum`."""
+        return self.total.momentum

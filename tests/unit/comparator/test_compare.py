@@ -362,3 +362,20 @@ def test_what_comes_early_because_of_what_was_late_is_sampled() -> None:
             assert again.grade is Grade.INACCURATE  # for its velocities; its times alone are a step's doing
             return
     pytest.fail("no frame rate brings the second impact forward")
+
+
+def test_the_names_of_0_1_say_what_total_holds(scene: Scene, reference: Trace) -> None:
+    """What read a score of Carom 0.1 reads the largest errors still, each from the one place that holds it."""
+    score = compare(reference, solve_pit(scene))
+    names = {
+        "time_error_s": "time_s",
+        "velocity_error": "velocity",
+        "direction_error_rad": "direction_rad",
+        "final_position_error": "final_position",
+        "final_velocity_error": "final_velocity",
+        "energy_error": "energy",
+        "momentum_error": "momentum",
+    }
+    assert {name: getattr(score, name) for name in names} == {
+        name: getattr(score.total, now) for name, now in names.items()
+    }

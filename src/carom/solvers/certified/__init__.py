@@ -3,9 +3,9 @@
 What is named here can be imported without python-flint; `certify` says so where it is missing.
 """
 
+from carom.solvers.certified.as_data import enclosures, from_enclosures
 from carom.solvers.certified.certify import MAX_PRECISION_BITS, TIE_BITS, certify
 from carom.solvers.certified.digits import proven_decimal
-from carom.solvers.certified.enclosures import enclosures, from_enclosures
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 
 __all__ = [

@@ -1,40 +1,20 @@
 """Rigorous float64 lower bounds of times of impact: they leave few pairs of bodies to the balls.
 
-**The inequality.** Of two discs let d and u be the relative position and velocity that float64 has for the later of
-their reference instants, right to e and f a component, and R the sum of the radii. Then the true ones satisfy
-
-    |D + U t|^2 - R^2  >=  a t^2 - 2 b t + c   for all t >= 0, where
-    a = max(0, u.u - 2 f |u|_1 - 2 f^2),  b = -d.u + e |u|_1 + f |d|_1 + 2 e f,  c = d.d - R^2 - 2 e |d|_1 - 2 e^2.
-
-So they never approach where b <= 0, never touch where b^2 < a c, and do not touch before ``c / (b + sqrt(b^2 - a c))``.
-A disc does not touch a wall before its gap, less the error of that, is covered at its closing speed, plus the error of
-that.
-
-**Roundings.** An operation is off by at most ROUNDOFF = 2^-53 of its result. All is covered by making e, f, and what is
-computed with them worse than they are:
-
-- converting a ball to a float costs 3 ROUNDOFF of it; `Path.error` and `error_v` hold 19 of the greater coordinate and
-  the radius, and of the greater component of the velocity. Of the 16 that remain, the positions at the later instant
-  take 4, the relative velocity 1; a, b, c and a wall's gap and speed take at most 6 of each product in them;
-- e and f are widened by 32 ROUNDOFF of themselves, for what is rounded of them and of their products;
-- ``b^2 - a c`` takes 3 of ``b^2 + |a c|`` and is given 8, quotient and root 4 of 16, the sum with the clock 2 of 4.
-
-**Sizes.** Lengths and speeds are scaled by powers of two, which is exact: to the largest radius and to the greatest
-speed. So a scene of another unit of length or time has the same bounds, scaled, to the bit. What underflows is off by
-2^-1075; TINY in e and f, and with it 2^-1000 in a, b and c, is more, and so is FLOOR in ``b^2 - a c``. Where something
-overflows, is no number, or comes out so small that float64 has fewer bits for it, the bound is the start of both paths,
-which says nothing: balls decide.
+`docs/certified.md` derives them, and what covers their roundings. What is computed with is scaled by the powers of two of
+`carom.solvers.units`, which is exact. Where something overflows, is no number, or comes out so small that float64 has
+fewer bits for it, the bound is the start of both paths, which says nothing: balls decide.
 
 Under gravity the states are those in the falling frame, where discs move straight; walls get no bound there.
 """
 
-from libc.math cimport fabs, frexp, ldexp, sqrt
+from libc.math cimport fabs, ldexp, sqrt
 from libc.stdlib cimport calloc, free
 
 from carom.physics.double_double cimport greater
 from carom.physics.pair_time cimport NEVER
 
-from carom.solvers.certified.prediction import float_above
+from carom.solvers.certified.floats import float_above
+from carom.solvers.units import units_of
 from carom.trace import wall_body, wall_index
 
 cdef extern from *:
@@ -56,7 +36,6 @@ cdef extern from *:
 cdef enum:
     NOBODY = -1
     SHARP_BITS = 54  # accuracy of a ball from which its radius is below half a ROUNDOFF of it
-    LARGEST_SHIFT = 1020  # powers of two up to this are normal, and so are their inverses
 
 cdef struct Path:  # what float64 has of a disc on its present path, scaled
     double time  # seconds, exact: when the disc is, or on its path backwards would have been, at (x, y)
@@ -89,7 +68,7 @@ cdef struct Table:  # a bound for each disc (row) with each disc and, behind the
     Least *least  # of each row
     Py_ssize_t discs
     Py_ssize_t width  # columns
-    double unit  # a second in scaled units of time, a power of two; NaN where that can't be told
+    double unit  # a second in scaled units of time
     double second  # its inverse
     bint falls  # whether there is gravity
 
@@ -155,33 +134,20 @@ cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
     table.least[i] = least
 
 
-cdef void fill_row(Table *table, Py_ssize_t i) noexcept nogil:
-    """Bound the future of disc `i` with each disc and each wall."""
+cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
+    """Bound the future of disc `i` with each disc from `begin` on and each wall."""
     p = &table.paths[i]
     row = &table.bounds[i * table.width]
     cdef Py_ssize_t k
     for k in range(table.discs):
         q = &table.paths[k]
-        if k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
+        if k < begin or k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
             row[k] = NEVER
         else:
             row[k] = pair_bound(p, q, table)
     for k in range(table.discs, table.width):
-        if k == p.met or p.immovable:
-            row[k] = NEVER
-        else:
-            row[k] = wall_bound(p, &table.walls[k - table.discs], table)
+        row[k] = NEVER if k == p.met or p.immovable else wall_bound(p, &table.walls[k - table.discs], table)
     find_least(table, i)
-
-
-cdef void fill(Table *table) noexcept nogil:
-    """Bound the future of all discs."""
-    cdef Py_ssize_t i, k
-    for i in range(table.discs):
-        fill_row(table, i)
-        for k in range(i):
-            table.bounds[i * table.width + k] = NEVER
-        find_least(table, i)
 
 
 cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
@@ -189,44 +155,20 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
     cdef Py_ssize_t k
     for k in range(table.discs):
         table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = NEVER
-    fill_row(table, i)
+    fill_row(table, i, 0)
     if j != i:
-        fill_row(table, j)
+        fill_row(table, j, 0)
         table.bounds[j * table.width + i] = NEVER
     for k in range(table.discs):
         if table.least[k].column == i or table.least[k].column == j:
             find_least(table, k)
 
 
-cdef Py_ssize_t count_up_to(const Table *table, double until) noexcept nogil:
-    """Count the bounds that are not above a time: 2 for more."""
-    cdef Py_ssize_t i, k
-    cdef Py_ssize_t count = 0
-    for i in range(table.discs):
-        if table.least[i].bound > until:
-            continue
-        for k in range(table.width):
-            if not table.bounds[i * table.width + k] > until:
-                count += 1
-                if count == 2:
-                    return 2
-    return count
-
-
-cdef int exponent(numbers):
-    """Return the binary exponent of the largest of some numbers."""
-    cdef int power = 0
-    frexp(max(map(abs, numbers)), &power)
-    return power
-
-
 cdef class LowerBounds:
     """A lower bound of the time of impact for each pair of discs and each disc and wall, seconds.
 
-    Args:
-        bodies: The discs, whose state is read when they have `changed`.
-
-    A pair is named by its row, a disc, and the other body: a disc, or a wall by its body number.
+    A pair is named by its row, a disc, and the other body: a disc, or a wall by its body number. The state of the
+    `bodies` is read at the start, and when they have `changed`.
     """
 
     cdef Table table
@@ -236,8 +178,12 @@ cdef class LowerBounds:
 
     def __init__(self, bodies):
         table = &self.table
+        cdef Py_ssize_t row
         scene = bodies.scene
+        units = units_of(scene)
         self.bodies = bodies
+        self.length, self.speed = units.length, units.length - units.time
+        table.unit, table.second = ldexp(1.0, -units.time), ldexp(1.0, units.time)
         table.discs = len(scene.discs)
         table.width = table.discs + len(scene.walls)
         table.falls = bodies.falls
@@ -247,13 +193,13 @@ cdef class LowerBounds:
         table.least = <Least *>calloc(table.discs, sizeof(Least))
         if table.paths == NULL or table.walls == NULL or table.bounds == NULL or table.least == NULL:
             raise MemoryError(f"no memory for the bounds of {table.discs} x {table.width} pairs")
-        self._scale()
-        for i in range(table.discs):
-            self._load(i)
         for k in range(table.width - table.discs):
             self._load_wall(k)
+        for row in range(table.discs):
+            self._load(row)
         with nogil:
-            fill(table)
+            for row in range(table.discs):
+                fill_row(table, row, row)
 
     def __dealloc__(self):
         free(self.table.paths)
@@ -262,12 +208,10 @@ cdef class LowerBounds:
         free(self.table.least)
 
     def changed(self, *discs):
-        """Take over the state of one disc, or of two that have met, and bound their future anew."""
-        moved = [i for i in discs if self.bodies.movable[i]]
-        for i in moved:
+        """Take over the state of one movable disc, or of two that have met, and bound their future anew."""
+        for i in discs:
             self._load(i)
-        cdef Py_ssize_t first = moved[0]
-        cdef Py_ssize_t last = moved[len(moved) - 1]
+        cdef Py_ssize_t first = discs[0], last = discs[len(discs) - 1]
         with nogil:
             renew(&self.table, first, last)
 
@@ -280,25 +224,17 @@ cdef class LowerBounds:
                 best = i
         return self.table.least[best].bound, best, self._body(self.table.least[best].column)
 
-    def at(self, Py_ssize_t disc, Py_ssize_t body):
-        """Return one bound."""
-        return self.table.bounds[disc * self.table.width + self._column(body)]
-
     def raise_to(self, Py_ssize_t disc, Py_ssize_t body, double bound):
         """Replace a bound by a better one."""
         self.table.bounds[disc * self.table.width + self._column(body)] = bound
         find_least(&self.table, disc)
 
-    def several_up_to(self, double time):
-        """Whether more than one bound is not above a time."""
-        return count_up_to(&self.table, time) > 1
-
     def up_to(self, double time):
-        """Return rows and other bodies of all bounds that are not above a time, row by row."""
+        """Return all bounds that are not above a time, row by row, each with its row and the other body."""
         table = &self.table
         cdef Py_ssize_t i, k
         return [
-            (i, self._body(k))
+            (table.bounds[i * table.width + k], i, self._body(k))
             for i in range(table.discs)
             if not table.least[i].bound > time
             for k in range(table.width)
@@ -311,29 +247,14 @@ cdef class LowerBounds:
     cdef _body(self, Py_ssize_t column):
         return column if column < self.table.discs else wall_body(column - self.table.discs)
 
-    cdef _scale(self):
-        """Choose the units of length and speed, which are powers of two."""
-        scene = self.bodies.scene
-        speeds = [component for disc in scene.discs for component in disc.velocity_m_s]
-        self.length = exponent([disc.radius_m for disc in scene.discs])
-        self.speed = exponent(speeds)
-        if self.table.falls:  # to what a fall by a length comes, beside which a lesser start does not matter
-            gained = (exponent(scene.gravity_m_s2) + self.length) // 2
-            self.speed = max(self.speed, gained) if any(speeds) else gained
-        shift = self.speed - self.length
-        self.table.unit = ldexp(1.0, shift) if abs(shift) <= LARGEST_SHIFT else NEVER - NEVER
-        self.table.second = 1.0 / self.table.unit
-
     cdef _load(self, Py_ssize_t i):
         """Take over the state of a disc."""
         bodies = self.bodies
         path = &self.table.paths[i]
         x, y, vx, vy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
         path.time = bodies.time[i]
-        path.x = ldexp(x, -self.length)
-        path.y = ldexp(y, -self.length)
-        path.vx = ldexp(vx, -self.speed)
-        path.vy = ldexp(vy, -self.speed)
+        path.x, path.y = ldexp(x, -self.length), ldexp(y, -self.length)
+        path.vx, path.vy = ldexp(vx, -self.speed), ldexp(vy, -self.speed)
         path.radius = ldexp(bodies.scene.discs[i].radius_m, -self.length)
         path.rim = path.radius * (1.0 + 8.0 * ROUNDOFF)
         path.immovable = not bodies.movable[i]

@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
-from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
-from carom.trace import IMPACT_DTYPE, Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from numpy.typing import NDArray
-
     from carom.scene import Scene
-    from carom.solvers.certified.bodies import BallBodies
-    from carom.solvers.certified.recording import Recording
-    from carom.solvers.certified.run import Stage
+    from carom.solvers.certified.result import CertifiedTrace
 
 __all__ = ["MAX_PRECISION_BITS", "TIE_BITS", "certify"]
 
@@ -63,33 +55,29 @@ def certify(
         MissingExtraError: python-flint is not installed.
         InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
-    if not 1 <= digits <= 10_000:
+    if count("digits", digits, least=1) > 10_000:
         raise InputError(f"digits must be 1 to 10000, got {digits}")
-    if max_impacts is not None and max_impacts < 0:
-        raise InputError(f"max_impacts must be 0 or more, got {max_impacts}")
-    if time_budget_s is not None and not time_budget_s > 0:
-        raise InputError(f"time_budget_s must be above 0, got {time_budget_s}")
-    if max_precision_bits < 64:
-        raise InputError(f"max_precision_bits must be 64 or more, got {max_precision_bits}")
-    if tie_bits < 64:
-        raise InputError(f"tie_bits must be 64 or more, got {tie_bits}")
+    if max_impacts is not None:
+        count("max_impacts", max_impacts)
+    if time_budget_s is not None:
+        number("time_budget_s", time_budget_s, positive=True)
+    count("max_precision_bits", max_precision_bits, least=64)
+    count("tie_bits", tie_bits, least=64)
     _refuse_quartics(scene)
     try:
-        from flint import ctx
-    except ImportError:
+        import flint  # noqa: F401 - what follows needs it
+    except ModuleNotFoundError:
         raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
-    from carom.solvers.certified.recording import Recording
-    from carom.solvers.certified.run import Budget, climb
+    from carom.solvers.certified.run import CertifiedRun
 
-    started = time.perf_counter()
-    precision = ctx.prec
-    try:
-        budget = Budget(max_impacts, time_budget_s, max_precision_bits, tie_bits)
-        recording = Recording(scene, digits)
-        stage, replays = climb(recording, scene, budget, progress)
-        return _result(scene, stage, recording, replays, started)
-    finally:
-        ctx.prec = precision
+    run = CertifiedRun(scene, digits=digits, max_precision_bits=max_precision_bits, tie_bits=tie_bits)
+
+    def report(impacts: int, time_s: float) -> None:
+        if progress is not None:
+            progress(impacts, time_s, run.precision_bits)
+
+    run.advance_to(scene.duration_s, max_impacts, report, time_budget_s)
+    return run.result()
 
 
 def _refuse_quartics(scene: Scene) -> None:
@@ -100,70 +88,3 @@ def _refuse_quartics(scene: Scene) -> None:
             f"discs[{fixed[0]}] is immovable and gravity_m_s2 is {scene.gravity_m_s2}: a certified run does not "
             "support falling discs beside immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"
         )
-
-
-def _result(scene: Scene, stage: Stage, recording: Recording, replays: int, started: float) -> CertifiedTrace:
-    from carom.solvers.certified.run import replayed
-
-    ending = stage.ending or Ending.PRECISION_CAP
-    good, digits = recording.complete(), recording.digits
-    impacts = np.array(recording.rows[:good], dtype=IMPACT_DTYPE)
-    radii = np.array(recording.radii[:good], dtype=IMPACT_DTYPE)
-    for array in (impacts, radii):
-        array.flags.writeable = False
-    bodies = replayed(scene, stage, good)
-    bits_lost = stage.bits - bodies.worst_accuracy_bits()
-    end_s = scene.duration_s if ending is Ending.COMPLETED else float(impacts["time_s"][-1]) if good else 0.0
-    (position, position_radius), (velocity, velocity_radius) = _final(bodies, end_s, recording.bits)
-    trace = Trace(
-        method="certified",
-        scene=scene,
-        impacts=impacts,
-        final_position_m=position,
-        final_velocity_m_s=velocity,
-        end_time_s=end_s,
-        outcome=_outcome(ending, stage.degeneracy),
-        settings={"digits": digits, "precision_bits": stage.bits},
-        counts={"impacts": good},
-        notes=(ending.value,) if stage.degeneracy is None else (str(stage.degeneracy),),
-    )
-    return CertifiedTrace(
-        trace=trace,
-        radii=radii,
-        final_position_radius_m=position_radius,
-        final_velocity_radius_m_s=velocity_radius,
-        digits=digits,
-        ending=ending,
-        decimals=tuple(recording.decimals[:good]),
-        degeneracy=stage.degeneracy if ending is Ending.DEGENERATE else None,
-        commuted=tuple(pair for pair in stage.commuted if pair[1] < good),
-        precision_bits=stage.bits,
-        bits_lost=float(bits_lost),
-        replays=replays,
-        elapsed_s=time.perf_counter() - started,
-    )
-
-
-def _outcome(ending: Ending, degeneracy: Degeneracy | None) -> Outcome:
-    if degeneracy is not None and degeneracy.kind is Degenerate.COLLAPSE:
-        return Outcome.STANDSTILL
-    plain = {Ending.COMPLETED: Outcome.COMPLETED, Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS}
-    return plain.get(ending, Outcome.STOPPED)
-
-
-def _final(
-    bodies: BallBodies, end_s: float, bits: int
-) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    """Return positions and velocities at the exact instant `end_s`, each with its radii."""
-    from flint import arb, ctx
-
-    from carom.solvers.certified.recording import nearest
-
-    places = [bodies.place(i, end_s) for i in range(len(bodies))]
-    speeds = [bodies.velocity(i, arb(end_s)) for i in range(len(bodies))]
-    ctx.prec = min(bits, ctx.prec)
-    both = []
-    for rows in (places, speeds):
-        pairs = np.array([[nearest(+ball) for ball in row] for row in rows]).reshape(len(bodies), 2, 2)
-        both.append((pairs[:, :, 0].copy(), pairs[:, :, 1].copy()))
-    return both[0], both[1]

@@ -7,43 +7,49 @@ the bodies: for two discs P = -b, Q = D, A = a; for a wall P = (p - q).n, Q = r^
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
-from carom.scene import Scene
-from carom.trace import wall_body
+import numpy as np
 
-__all__ = ["exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pair_terms", "pull_along_wall"]
+from carom.broad_phase import near_pairs, near_walls
+from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.trace import wall_body, wall_index
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = ["contact_at_start", "exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pull_along_wall"]
+
+#: Relative slack of the float64 search: far above its rounding, far below what would let many pairs through.
+_SLACK = 2.0**-40
 
 
-class PairTerms(NamedTuple):
-    """Coefficients of ``a t^2 + 2 b t + c`` for two discs at the start, and D = b^2 - a c."""
+def contact_at_start(scene: Scene) -> Degeneracy | None:
+    """Return the first pair of bodies that touch or overlap at the start and approach; None where none do.
 
-    a: Fraction
-    b: Fraction
-    c: Fraction
-    d: Fraction
-
-
-def pair_terms(scene: Scene, i: int, j: int) -> PairTerms:
-    """Return the exact coefficients of two discs at the start."""
-    p, q = scene.discs[i], scene.discs[j]
-    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
-    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
-    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
-    a, b, c = ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
-    return PairTerms(a, b, c, b * b - a * c)
+    Such a state has no past, so no certain future.
+    """
+    for i, j in _near_bodies(scene):
+        if j >= 0:
+            _, speed, gap = _pair_terms(scene, i, j)
+            pull = 0
+        else:
+            offset, rim2, toward = _root_form(scene, i, j)
+            gap, speed, pull = offset * abs(offset) - rim2, -toward, pull_along_wall(scene, wall_index(j))
+        if gap <= 0 and speed < 0:
+            kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
+        elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
+            kind = Degenerate.RESTING_CONTACT
+        else:
+            continue
+        return Degeneracy(kind, (min(i, j), max(i, j)), 0.0, 0.0, proven=True, bits=0)
+    return None
 
 
 def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
     """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
-    terms = pair_terms(scene, i, j)
-    return terms.d == 0 or terms.a == 0
-
-
-def pull_along_wall(scene: Scene, k: int) -> int:
-    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
-    return (pull > 0) - (pull < 0)
+    _, d, a = _root_form(scene, i, j)
+    return d == 0 or a == 0
 
 
 def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
@@ -51,31 +57,10 @@ def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
 
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
-    disc, wall = scene.discs[i], scene.walls[k]
-    speed, pull = _along(disc.velocity_m_s, wall.normal), _along(scene.gravity_m_s2, wall.normal)
-    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
-    left = 2 * pull * offset - speed * speed
-    right = 2 * pull * Fraction(disc.radius_m)
-    if (left > 0) - (left < 0) != (right > 0) - (right < 0):
-        return False
-    return left * left == right * right * _along(wall.normal, wall.normal)
-
-
-def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
-    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
-
-
-def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    if second >= 0:
-        terms = pair_terms(scene, first, second)
-        return -terms.b, terms.d, terms.a
-    disc, wall = scene.discs[first], scene.walls[wall_body(second)]
-    n = [Fraction(value) for value in wall.normal]
-    offset = [Fraction(disc.position_m[k]) - Fraction(wall.point_m[k]) for k in (0, 1)]
-    toward = -sum((Fraction(disc.velocity_m_s[k]) * n[k] for k in (0, 1)), Fraction(0))
-    radius = Fraction(disc.radius_m)
-    length2 = n[0] * n[0] + n[1] * n[1]
-    return offset[0] * n[0] + offset[1] * n[1], radius * radius * length2, toward
+    offset, rim2, toward = _root_form(scene, i, wall_body(k))
+    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
+    left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
+    return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
 def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, int]) -> bool:
@@ -84,11 +69,54 @@ def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, i
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
     B = A1^2 Q2, which squaring twice decides.
     """
-    p1, q1, a1 = _root_form(scene, *one)
-    p2, q2, a2 = _root_form(scene, *other)
+    (p1, q1, a1), (p2, q2, a2) = _root_form(scene, *one), _root_form(scene, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
-    sign = (k > 0) - (k < 0) if c > 0 else 0
-    if (double_product > 0) - (double_product < 0) != sign or double_product**2 != 4 * k * k * c:
+    if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
         return False
     return k >= 0 or k * k <= c  # the left side, a root, is not negative
+
+
+def pull_along_wall(scene: Scene, k: int) -> int:
+    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
+    return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
+
+
+def _sign(number: Fraction) -> int:
+    return (number > 0) - (number < 0)
+
+
+def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
+    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
+
+
+def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
+    p, q = scene.discs[i], scene.discs[j]
+    dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
+    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
+    reach = Fraction(p.radius_m) + Fraction(q.radius_m)
+    return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+
+
+def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return P, Q and A of a disc and any other body."""
+    if second >= 0:
+        a, b, c = _pair_terms(scene, first, second)
+        return -b, b * b - a * c, a
+    disc, wall = scene.discs[first], scene.walls[wall_index(second)]
+    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
+    rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
+    return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
+
+
+def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
+    """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
+    start = scene.arrays
+    walls = np.array(start.walls).reshape(-1, 4)
+    reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
+    pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
+    reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)
+    for block in near_walls(start.position_m, reach, start.movable, walls):
+        pairs += [(disc, wall_body(wall)) for disc, wall in zip(*block, strict=True)]
+    return sorted(((int(i), int(j)) for i, j in pairs), key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))

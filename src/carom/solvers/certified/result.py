@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from carom.trace import wall_index
+
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
@@ -45,7 +47,7 @@ class Degeneracy:
 
     Attributes:
         kind: What it is.
-        bodies: The bodies that take part, in ascending order; the k-th wall is ``-1 - k``.
+        bodies: The bodies that take part, in ascending order; walls as `carom.trace.wall_body`.
         earliest_s: It is certainly not before this, seconds.
         latest_s: It is certainly not after this, seconds; infinity where a graze may not be a contact at all. Of a
             collapse, the last of the impacts that were counted.
@@ -62,7 +64,7 @@ class Degeneracy:
     bits: int
 
     def __str__(self) -> str:
-        names = ", ".join(f"disc {body}" if body >= 0 else f"wall {-1 - body}" for body in self.bodies)
+        names = ", ".join(f"disc {body}" if body >= 0 else f"wall {wall_index(body)}" for body in self.bodies)
         when = f"at {self.earliest_s:.17g} s"
         if self.latest_s != self.earliest_s:
             when = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"

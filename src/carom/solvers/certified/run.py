@@ -9,29 +9,30 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from flint import ctx
+from flint import arb, ctx
 
-from carom.solvers.certified.bodies import BallBodies
-from carom.solvers.certified.contact_at_start import contact_at_start
-from carom.solvers.certified.prediction import meet_pair, meet_wall
-from carom.solvers.certified.recording import LOG2_10, Recording
-from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
-from carom.solvers.certified.selection import Selection, Undecided
-from carom.trace import wall_body
+from carom.extension import Patience, extension_notes
+from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.exact import contact_at_start
+from carom.solvers.certified.impacts import carry_out
+from carom.solvers.certified.meetings import Meeting, meet
+from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
+from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
+from carom.solvers.certified.selection import OutOfTime, Selection, Undecided
+from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.certified.prediction import Meeting
+    from carom.solvers.run import Progress
 
-__all__ = ["Budget", "Event", "Stage", "climb", "replayed"]
+__all__ = ["CertifiedRun"]
 
-#: Impacts between two looks at accuracy, clock and progress.
+#: Impacts between two looks at accuracy and progress.
 _CHUNK = 32
 #: Bits of the first attempt beyond the digits asked for: some hundreds of impacts for most scenes.
 _FIRST_BITS = 160
@@ -40,243 +41,307 @@ _GUARD_BITS = 24
 #: The precision is raised to what the bits lost so far let expect, and an eighth more; but never more than eightfold,
 #: since the first impacts say little about all, and never less than to half as much again.
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
+#: The working precision is lowered where a tenth of it has come to mean nothing.
+_LOWER_AT = 0.9
 #: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
 #: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
 _COLLAPSE = 20
-#: The working precision is lowered where a tenth of it has come to mean nothing.
-_LOWER_AT = 0.9
+#: Ends after which a run can be taken further.
+_GOES_ON = {
+    None: Outcome.COMPLETED,
+    Ending.COMPLETED: Outcome.COMPLETED,
+    Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,
+}
 
 
-class Event(NamedTuple):
-    """An impact as it is needed to carry it out again: its bodies, and a lower bound of its time."""
+class Goal(NamedTuple):
+    """How far a run is to be taken: to a time, an impact, or an instant of the clock."""
 
-    first: int
-    second: int
-    at: float
-
-
-@dataclass(frozen=True)
-class Budget:
-    """How far a run may go.
-
-    Attributes:
-        max_impacts: Number of impacts; None for no limit.
-        time_budget_s: Seconds of clock time; None for no limit.
-        max_precision_bits: Bits of working precision.
-        tie_bits: An event that is not decided although its bodies are known to so many bits is called degenerate.
-    """
-
-    max_impacts: int | None
-    time_budget_s: float | None
-    max_precision_bits: int
-    tie_bits: int
+    time_s: float
+    impacts: float
+    deadline_s: float
+    progress: Progress | None
+    patience: Patience
 
 
-@dataclass
-class Stage:
-    """One attempt, at one precision.
+class Stop(NamedTuple):
+    """Why an attempt stopped: its end, or an event that was not decided; neither where the balls became too wide."""
 
-    Attributes:
-        bits: Precision that it began with.
-        bodies: Their state after the last of its impacts.
-        events: Its impacts, as they can be carried out again.
-        commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
-        ending: How it ended; None where the balls have become too wide or an event was not decided.
-        degeneracy: The event that was not decided.
-    """
-
-    bits: int
-    bodies: BallBodies
-    events: list[Event] = field(default_factory=list)
-    commuted: list[tuple[int, int]] = field(default_factory=list)
     ending: Ending | None = None
     degeneracy: Degeneracy | None = None
 
 
-def climb(
-    recording: Recording, scene: Scene, budget: Budget, progress: Callable[[int, float, int], None] | None
-) -> tuple[Stage, int]:
-    """Run at rising precision until the scene, a budget or an event without an answer ends the run.
+class CertifiedRun:
+    """A scene taken forward with proven digits, a `carom.solvers.run.Run`.
 
-    Args:
-        recording: Takes up the impacts that are known to the digits asked for.
-        scene: The scene.
-        budget: How far to go.
-        progress: Called with impacts, seconds and bits.
+    In pieces it has the digits that it has at once. Radii can differ beyond them, since the precision is chosen for how
+    far the run is to go. A run that has ended otherwise than at a time or an impact asked for goes no further.
 
-    Returns:
-        The last attempt, which holds the events of all before, and how often it was begun again.
+    Attributes:
+        ending: How the last call ended; None before the first.
+        degeneracy: The event that no precision tried has decided, where one was left.
+        replays: How often the run was begun again at a higher precision.
+        precision_bits: Bits that the last attempt was begun with.
     """
-    deadline = math.inf if budget.time_budget_s is None else time.perf_counter() + budget.time_budget_s
-    base = math.ceil(recording.digits * LOG2_10) + 16
-    bits = min(base + _FIRST_BITS, budget.max_precision_bits)
-    known = Stage(bits, BallBodies(scene))
-    replays = 0
-    while True:
-        ctx.prec = bits
-        recording.begin_again()
-        stage = Stage(bits, BallBodies(scene), commuted=list(known.commuted))
-        attempt = _Attempt(stage, recording, known.events, budget, deadline, progress)
-        try:
-            attempt.run()
-        except KeyboardInterrupt:
-            stage.ending = Ending.INTERRUPTED
-        if stage.degeneracy is not None and stage.ending is None and stage.degeneracy.bits >= budget.tie_bits:
-            stage.ending = Ending.DEGENERATE
-        if stage.ending is None and bits >= budget.max_precision_bits:
-            undecided = stage.degeneracy is not None and stage.degeneracy.bits >= base
-            stage.ending = Ending.DEGENERATE if undecided else Ending.PRECISION_CAP
-        if len(stage.events) < len(known.events):  # ended amidst the replay
-            known.ending, known.degeneracy = stage.ending, stage.degeneracy
-            stage = known
-        if stage.ending is not None:
-            recording.convert()
-            return stage, replays
-        known = stage
-        bits = min(_next_bits(stage, scene, budget, base), budget.max_precision_bits)
-        replays += 1
+
+    def __init__(self, scene: Scene, *, digits: int, max_precision_bits: int, tie_bits: int) -> None:
+        self.scene = scene
+        self.log = Recording(scene, digits)
+        self.time_s = 0.0
+        self.ending: Ending | None = None
+        self.degeneracy: Degeneracy | None = None
+        self.replays = 0
+        self._elapsed_s = 0.0
+        self._digits_bits = math.ceil(digits * BITS_A_DIGIT) + 16
+        self._most_bits, self._tie_bits = max_precision_bits, tie_bits
+        self.precision_bits = min(self._digits_bits + _FIRST_BITS, max_precision_bits)
+        self._attempt = Attempt(scene, self.precision_bits, self.log)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work counts."""
+        return {"impacts": len(self.log), "replays": self.replays}
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """How the run ended, and whether balls alone have decided all."""
+        what = self.degeneracy or (self.ending and self.ending.value)
+        return (*([str(what)] if what else []), *extension_notes())
+
+    @property
+    def outcome(self) -> Outcome:
+        """How the run ended, in a trace's words."""
+        if self.degeneracy is not None and self.degeneracy.kind is Degenerate.COLLAPSE:
+            return Outcome.STANDSTILL
+        return _GOES_ON.get(self.ending, Outcome.STOPPED)
+
+    def advance_to(
+        self,
+        time_s: float,
+        max_impacts: int | None = None,
+        progress: Progress | None = None,
+        time_budget_s: float | None = None,
+    ) -> Outcome:
+        """Certify every impact up to and including `time_s`, at rising precision.
+
+        Args:
+            time_s: Seconds from the start.
+            max_impacts: Stop after so many impacts in all; None for no limit.
+            progress: Called now and then with impacts and seconds.
+            time_budget_s: Seconds of clock time; None for no limit.
+        """
+        if self.ending not in _GOES_ON:
+            return self.outcome
+        begin_s = time.perf_counter()
+        deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
+        goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress, Patience())
+        start = contact_at_start(self.scene) if self.ending is None else None
+        stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
+        attempt = self._attempt
+        while stop.ending is None:
+            stop = self._judged(attempt.advance(goal), attempt)
+            if attempt.has_replayed:  # what it was begun again from has nothing more to say
+                self._attempt = attempt
+            if stop.ending is None:
+                self.precision_bits = self._next_bits(attempt, stop, goal)
+                attempt = Attempt(self.scene, self.precision_bits, self.log, self._attempt)
+                self.replays += 1
+        self.log.convert()
+        self.ending, self.degeneracy = stop
+        reached_s = self.log.rows[-1].values.time_s if self.log.rows else 0.0
+        self.time_s = max(self.time_s, time_s if self.ending is Ending.COMPLETED else reached_s)
+        self._elapsed_s += time.perf_counter() - begin_s
+        return self.outcome
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the centres now, metres, shape ``(n, 2)``."""
+        return self.result().trace.final_position_m
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        return self.result().trace.final_velocity_m_s
+
+    def result(self) -> CertifiedTrace:
+        """Return what is certified so far, with the state at the exact instant `time_s`."""
+        attempt, impacts = self._attempt, len(self.log)
+        # An interrupt may have cut an impact in two.
+        if impacts < len(attempt.events) or self.ending is Ending.INTERRUPTED:
+            attempt = Attempt(self.scene, attempt.bits, self.log, attempt, impacts)
+            if attempt.advance(Goal(self.time_s, impacts, math.inf, None, Patience())).ending is Ending.INTERRUPTED:
+                raise KeyboardInterrupt
+        bodies = attempt.bodies
+        with ctx.workprec(attempt.precision):
+            places = [bodies.place(i, self.time_s) for i in range(len(bodies))]
+            speeds = [bodies.velocity(i, arb(self.time_s)) for i in range(len(bodies))]
+        with ctx.workprec(min(self.log.bits, attempt.precision)):
+            position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
+        trace = Trace(
+            method="certified",
+            scene=self.scene,
+            impacts=self.log.array(),
+            final_position_m=position[:, 0].copy(),
+            final_velocity_m_s=velocity[:, 0].copy(),
+            end_time_s=self.time_s,
+            outcome=self.outcome,
+            settings={"digits": self.log.digits, "precision_bits": attempt.bits},
+            counts=self.counts,
+            notes=self.notes,
+        )
+        return CertifiedTrace(
+            trace=trace,
+            radii=self.log.radii(),
+            final_position_radius_m=position[:, 1].copy(),
+            final_velocity_radius_m_s=velocity[:, 1].copy(),
+            digits=self.log.digits,
+            ending=self.ending or Ending.COMPLETED,
+            decimals=self.log.decimals(),
+            degeneracy=self.degeneracy if self.ending is Ending.DEGENERATE else None,
+            commuted=tuple(pair for pair in self._attempt.commuted if pair[1] < impacts),
+            precision_bits=attempt.bits,
+            bits_lost=float(attempt.bits_lost()),
+            replays=self.replays,
+            elapsed_s=self._elapsed_s,
+        )
+
+    def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
+        """Decide whether more precision may help where an attempt did not get to its end."""
+        trouble = stop.degeneracy
+        if stop.ending is not None:
+            return stop
+        if trouble is not None and trouble.bits >= self._tie_bits:
+            return Stop(Ending.DEGENERATE, trouble)
+        if attempt.bits < self._most_bits:
+            return stop
+        undecided = trouble is not None and trouble.bits >= self._digits_bits
+        return Stop(Ending.DEGENERATE if undecided else Ending.PRECISION_CAP, trouble)
+
+    def _next_bits(self, attempt: Attempt, stop: Stop, goal: Goal) -> int:
+        """Return the precision that the bits lost so far let expect to be enough."""
+        done = max(len(attempt.events), 1)
+        reached_s = max(attempt.bodies.time)
+        expected = done * (goal.time_s / reached_s) if reached_s > 0 else math.inf
+        target = min(expected * _MARGIN, goal.impacts)
+        lost = attempt.bits_lost() / done
+        wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
+        wanted = min(wanted, attempt.bits * _MOST_RISE)
+        if stop.degeneracy is not None:  # as much as it takes to look at this event closely
+            wanted = max(wanted, attempt.bits + self._tie_bits - stop.degeneracy.bits + _FIRST_BITS)
+        return min(math.ceil(max(wanted, attempt.bits * _LEAST_RISE)), self._most_bits)
 
 
-def _next_bits(stage: Stage, scene: Scene, budget: Budget, base: int) -> int:
-    """Return the precision that the bits lost so far let expect to be enough."""
-    done = max(len(stage.events), 1)
-    reached = max(stage.bodies.time)
-    expected = done * (scene.duration_s / reached) if reached > 0 else math.inf
-    target = min(expected * _MARGIN, math.inf if budget.max_impacts is None else budget.max_impacts)
-    lost = max(stage.bits - stage.bodies.worst_accuracy_bits(), 0) / done
-    wanted = min(base + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS, stage.bits * _MOST_RISE)
-    if stage.degeneracy is not None:  # as much as it takes to look at this event closely
-        wanted = max(wanted, stage.bits + budget.tie_bits - stage.degeneracy.bits + _FIRST_BITS)
-    return math.ceil(max(wanted, stage.bits * _LEAST_RISE))
+class Attempt:
+    """A run at one precision: what is certified already is carried out again, and from there on impacts are selected.
 
-
-class _Attempt:
-    """Replays what is known at a new precision, and goes on from there."""
+    Attributes:
+        bits: Precision that it began with.
+        precision: Working precision.
+        bodies: Their state after the last of its impacts.
+        events: Its impacts as they can be carried out again: the bodies, and a lower bound of the time.
+        commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
+    """
 
     def __init__(
-        self,
-        stage: Stage,
-        recording: Recording,
-        known: list[Event],
-        budget: Budget,
-        deadline: float,
-        progress: Callable[[int, float, int], None] | None,
+        self, scene: Scene, bits: int, log: Recording, earlier: Attempt | None = None, impacts: int | None = None
     ) -> None:
-        self.stage, self.recording, self.known = stage, recording, known
-        self.bodies, self.scene = stage.bodies, stage.bodies.scene
-        self.last = math.inf if budget.max_impacts is None else budget.max_impacts
-        self.deadline, self.progress = deadline, progress
+        self.bits = self.precision = bits
+        with ctx.workprec(bits):
+            self.bodies = BallBodies(scene)
+        self.events: list[tuple[int, int, float]] = []
+        self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
+        self._known = earlier.events[:impacts] if earlier else []
+        self._selection: Selection | None = None
+        self._log = log
+        log.begin_again()
 
-    def run(self) -> None:
-        """Take the stage as far as this precision and the budget let it go."""
-        start = contact_at_start(self.scene)
-        if start is not None:
-            self.stage.ending, self.stage.degeneracy = Ending.DEGENERATE, start
-            return
-        for event in self.known:
-            self._carry_out(_again(self.bodies, event))
-            if not self._may_go_on():
-                return
-        with np.errstate(all="ignore"):  # what overflows is left to the balls
-            selection = Selection(self.bodies, self.scene.duration_s)
-            while (meeting := self._next(selection)) is not None:
-                self._carry_out(meeting)
-                selection.changed(meeting)
-                if not self._may_go_on():
-                    return
+    @property
+    def has_replayed(self) -> bool:
+        """Whether all that was certified before has been carried out again."""
+        return len(self.events) >= len(self._known)
 
-    def _next(self, selection: Selection) -> Meeting | None:
-        stage = self.stage
-        at_limit = len(stage.events) >= self.last
-        try:
-            choice = selection.next_impact()
-        except Undecided as undecided:
-            if at_limit:
-                self._end(Ending.MAX_IMPACTS)
-            elif self.recording.convert():
-                stage.degeneracy = undecided.degeneracy
-            return None
-        if choice is None or at_limit:
-            self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
-            return None
-        if choice.commutes:
-            stage.commuted.append((len(stage.events), len(stage.events) + 1))
-        return choice.meeting
+    def bits_lost(self) -> int:
+        """Return the bits of accuracy lost in the worst disc."""
+        with ctx.workprec(self.precision):
+            return self.bits - self.bodies.worst_accuracy_bits()
 
-    def _end(self, ending: Ending) -> None:
-        if self.recording.convert() and self.recording.state_is_good(self.bodies):
-            self.stage.ending = ending
+    def advance(self, goal: Goal) -> Stop:
+        """Go on as far as this precision and the goal let it."""
+        with ctx.workprec(self.precision):
+            try:
+                return self._replay(goal) or self._select(goal)
+            except OutOfTime:
+                return Stop(Ending.TIME_BUDGET)
+            except KeyboardInterrupt:
+                return Stop(Ending.INTERRUPTED)
+            finally:
+                self.precision = ctx.prec
 
-    def _carry_out(self, meeting: Meeting) -> None:
-        impact = meeting.carry_out(self.bodies)
-        self.stage.events.append(Event(meeting.first, meeting.second, meeting.at))
-        self.recording.add(impact)
-
-    def _may_go_on(self) -> bool:
-        """Now and then: convert, lower the precision, report; return whether to go on."""
-        stage = self.stage
-        if len(stage.events) % _CHUNK:
-            return True
-        if not self.recording.convert():
-            return False
-        if self.progress is not None:
-            self.progress(len(stage.events), max(self.bodies.time), stage.bits)
-        if time.perf_counter() > self.deadline:
-            stage.ending = Ending.TIME_BUDGET
-            return False
-        _follow(self.bodies)
-        loses_energy = self.scene.restitution < 1 or (bool(self.scene.walls) and self.scene.wall_restitution < 1)
-        if loses_energy and (collapse := _collapse(self.recording, self.bodies)) is not None:
-            stage.ending, stage.degeneracy = Ending.DEGENERATE, collapse
-            return False
-        return True
-
-
-def _follow(bodies: BallBodies) -> None:
-    """Lower the working precision where the balls have grown."""
-    enough = bodies.best_accuracy_bits() + _GUARD_BITS
-    if enough < _LOWER_AT * ctx.prec:
-        bodies.lower_precision(max(enough, 64))
-
-
-def _again(bodies: BallBodies, event: Event) -> Meeting:
-    """Solve an impact again that was certified at a lower precision."""
-    first, second, at = event
-    meeting = meet_wall(bodies, first, wall_body(second), at) if second < 0 else meet_pair(bodies, first, second, at)
-    if meeting is None or (second >= 0 and meeting.pair is None) or (bodies.falls and not meeting.decided):
-        raise AssertionError(f"impact of {first} and {second} after {at} s was certified before, but is not now")
-    return meeting
-
-
-def _collapse(recording: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts are, if they are."""
-    rows = recording.rows
-    if not rows:
+    def _replay(self, goal: Goal) -> Stop | None:
+        while not self.has_replayed:
+            meeting = meet(self.bodies, *self._known[len(self.events)])
+            stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
+            if stop is not None:
+                return stop
         return None
-    latest: float = rows[-1][0]
+
+    def _select(self, goal: Goal) -> Stop:
+        selection = self._selection = self._selection or Selection(self.bodies)
+        selection.end_s, selection.deadline_s = goal.time_s, goal.deadline_s
+        while True:
+            at_limit = len(self.events) >= goal.impacts
+            try:
+                choice = selection.next_impact()
+            except Undecided as undecided:
+                if at_limit:
+                    return self._end(Ending.MAX_IMPACTS)
+                return Stop(None, undecided.degeneracy if self._log.convert() else None)
+            if choice is None or at_limit:
+                return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
+            if choice.commutes:
+                self.commuted.append((len(self.events), len(self.events) + 1))
+            stop = self._carry_out(choice.meeting, goal)
+            selection.changed(choice.meeting)
+            if stop is not None:
+                return stop
+
+    def _end(self, ending: Ending) -> Stop:
+        return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
+
+    def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
+        """Carry out and record an impact; now and then convert, lower the precision, and see whether to stop."""
+        self._log.add(carry_out(self.bodies, meeting))
+        self.events.append(meeting[:3])
+        if len(self.events) % _CHUNK:
+            return None
+        if not self._log.convert():
+            return Stop()
+        goal.patience.look()
+        if goal.progress is not None:
+            goal.progress(len(self.events), max(self.bodies.time))
+        if time.perf_counter() > goal.deadline_s:
+            return Stop(Ending.TIME_BUDGET)
+        enough = self.bodies.best_accuracy_bits() + _GUARD_BITS
+        if enough < _LOWER_AT * ctx.prec:
+            self.bodies.lower_precision(max(enough, 64))
+        collapse = _collapse(self._log, self.bodies)
+        return None if collapse is None else Stop(Ending.DEGENERATE, collapse)
+
+
+def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+    """Return the collapse that the last impacts are, if they are."""
+    scene = bodies.scene
+    if not log.rows or not (scene.restitution < 1 or (scene.walls and scene.wall_restitution < 1)):
+        return None
+    latest = log.rows[-1].values.time_s
     earliest = math.nextafter(math.nextafter(latest, 0.0), 0.0)
     involved: set[int] = set()
     count = 0
-    for row in reversed(rows):
-        if row[0] < earliest:
+    for row in reversed(log.rows):
+        if row.values.time_s < earliest:
             break
-        involved |= {row[1], row[2]}
+        involved |= {row.values.first, row.values.second}
         count += 1
     if count < _COLLAPSE * len(involved) ** 2:
         return None
     known = min(bodies.state_bits(body) for body in involved if body >= 0)
-    first: float = rows[-count][0]
+    first = log.rows[-count].values.time_s
     return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
-
-
-def replayed(scene: Scene, stage: Stage, count: int) -> BallBodies:
-    """Return the state after the first impacts of an attempt."""
-    if count == len(stage.events) and stage.ending is not Ending.INTERRUPTED:  # that may have cut an impact in two
-        return stage.bodies
-    ctx.prec = stage.bits
-    bodies = BallBodies(scene)
-    for n, event in enumerate(stage.events[:count]):
-        _again(bodies, event).carry_out(bodies)
-        if n % _CHUNK == 0:
-            _follow(bodies)
-    return bodies

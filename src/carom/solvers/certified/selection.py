@@ -11,22 +11,26 @@ the impact. So the first solution only makes a bound, from which it is solved ag
 from __future__ import annotations
 
 import math
+import time
 from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
 from carom.extension import extension_available
-from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import exactly_simultaneous
-from carom.solvers.certified.prediction import Meeting, float_above, float_below, meet_pair, meet_wall
+from carom.solvers.certified.floats import float_above, float_below
+from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.start_bounds import StartBounds
-from carom.trace import wall_index
 
 if TYPE_CHECKING:
     from carom.solvers.certified import bounds
 
-__all__ = ["Choice", "Selection", "Undecided"]
+__all__ = ["Choice", "OutOfTime", "Selection", "Undecided"]
+
+#: Solutions between two looks at the clock.
+_CHUNK = 1024
 
 
 class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
@@ -35,6 +39,10 @@ class Undecided(Exception):  # noqa: N818 - not an error: a signal to look close
     def __init__(self, degeneracy: Degeneracy) -> None:
         super().__init__(str(degeneracy))
         self.degeneracy = degeneracy
+
+
+class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
+    """The time budget is used up amidst a search."""
 
 
 class Choice(NamedTuple):
@@ -48,83 +56,74 @@ class Selection:
     """Chooses the next impact of discs in ball arithmetic.
 
     Attributes:
+        end_s: Impacts after this time are none of its business, seconds.
+        deadline_s: It gives up when `time.perf_counter` is past this.
         solved: Number of times of impact solved in balls.
     """
 
-    def __init__(self, bodies: BallBodies, end_s: float) -> None:
+    def __init__(self, bodies: BallBodies) -> None:
         self.bodies = bodies
         self.bounds = _lower_bounds(bodies)
-        self.end_s = end_s
+        self.end_s = self.deadline_s = math.inf
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}
         self._of: list[set[tuple[int, int]]] = [set() for _ in range(len(bodies))]
 
     def changed(self, meeting: Meeting) -> None:
         """Take over the state after an impact that was carried out."""
-        discs = [body for body in (meeting.first, meeting.second) if body >= 0]
-        for i in discs:
-            if self.bodies.movable[i]:
-                for key in self._of[i]:
-                    self._meetings.pop(key, None)
-                self._of[i].clear()
-        self.bounds.changed(*discs)
+        for i in self._moved_by(meeting):
+            for key in self._of[i]:
+                self._meetings.pop(key, None)
+            self._of[i].clear()
+        self.bounds.changed(*sorted(self._moved_by(meeting)))
 
     def next_impact(self) -> Choice | None:
         """Return the impact that certainly comes next; None where certainly none comes before the end.
 
         Raises:
             Undecided: That is not decided at this precision.
+            OutOfTime: The deadline has passed.
         """
         bounds, meetings = self.bounds, self._meetings
         while True:
-            bound, *pair = bounds.earliest()
-            place = (pair[0], pair[1])
+            bound, disc, body = bounds.earliest()
             if bound > self.end_s:
                 return None
-            if place not in meetings:
-                meeting = self._solve(place, bound)
-                if (
-                    meeting is not None
-                    and meeting.decided
-                    and meeting.latest <= self.end_s
-                    and not bounds.several_up_to(meeting.latest)
-                ):
-                    return Choice(meeting, False)  # all other bounds are above all that its time may be
+            if (disc, body) not in meetings:
+                meeting = self._solve(bound, disc, body)
+                if meeting is None or not meeting.decided or meeting.latest > self.end_s:
+                    continue
+                if len(bounds.up_to(meeting.latest)) == 1:  # all others are above all that its time may be
+                    return Choice(meeting, False)
                 continue
-            limit, rivals = -math.inf, [place]
+            limit, rivals = -math.inf, [(bound, disc, body)]
             while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
                 limit, rivals = reach, bounds.up_to(reach)
-            unsolved = [place for place in rivals if place not in meetings]
-            if unsolved:
-                place = min(unsolved, key=lambda p: bounds.at(*p))
-                self._solve(place, bounds.at(*place))
-                continue
-            return self._choose([meetings[place] for place in rivals])
+            unsolved = [rival for rival in rivals if rival[1:] not in meetings]
+            if not unsolved:
+                return self._choose([meetings[rival[1:]] for rival in rivals])
+            self._solve(*min(unsolved))
 
-    def _latest(self, places: list[tuple[int, int]]) -> float:
+    def _latest(self, rivals: list[tuple[float, int, int]]) -> float:
         """Return the latest that any of these impacts may be, as far as they are solved."""
-        return max(self._meetings[place].latest for place in places if place in self._meetings)
+        return max(self._meetings[rival[1:]].latest for rival in rivals if rival[1:] in self._meetings)
 
-    def _solve(self, place: tuple[int, int], at: float) -> Meeting | None:
+    def _solve(self, at: float, disc: int, body: int) -> Meeting | None:
         """Solve one impact in balls from its bound, and raise that; return the impact if there may be one near it."""
         self.solved += 1
-        start = self.bodies.path_start(*place)
-        meeting = self._meet(place, at)
+        if self.solved % _CHUNK == 0 and time.perf_counter() > self.deadline_s:
+            raise OutOfTime
+        start = self.bodies.path_start(disc, body)
+        meeting = meet(self.bodies, disc, body, at)
         bound = math.inf if meeting is None else max(at, float_below(meeting.time))
-        self.bounds.raise_to(*place, bound)
+        self.bounds.raise_to(disc, body, bound)
         if meeting is None or at <= start < bound:
             return None
-        self._meetings[place] = meeting
-        for body in place:
-            if body >= 0:
-                self._of[body].add(place)
+        self._meetings[disc, body] = meeting
+        for each in (disc, body):
+            if each >= 0:
+                self._of[each].add((disc, body))
         return meeting
-
-    def _meet(self, place: tuple[int, int], at: float) -> Meeting | None:
-        disc, body = place
-        if body < 0:
-            return meet_wall(self.bodies, disc, wall_index(body), at)
-        return meet_pair(self.bodies, min(place), max(place), at)
 
     def _choose(self, meetings: list[Meeting]) -> Choice | None:
         if all(meeting.time > self.end_s for meeting in meetings):
@@ -154,14 +153,15 @@ class Selection:
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
         """Whether two impacts whose times overlap give the same in either order."""
-        bodies = self.bodies
-        mine = {body for body in (one.first, one.second) if body >= 0 and bodies.movable[body]}
-        theirs = {body for body in (other.first, other.second) if body >= 0 and bodies.movable[body]}
+        mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
             both_walls = one.second < 0 and other.second < 0
-            return both_walls and bodies.orthogonal(one.second, other.second)
+            return both_walls and self.bodies.orthogonal(one.second, other.second)
         window = one.time.union(other.time)
         return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
+
+    def _moved_by(self, meeting: Meeting) -> set[int]:
+        return {body for body in (meeting.first, meeting.second) if body >= 0 and self.bodies.movable[body]}
 
     def _out_of_reach(self, i: int, j: int, window: arb) -> bool:
         """Whether two discs are so far apart that, whatever these impacts do to them, they can't meet in the window.
@@ -188,14 +188,11 @@ class Selection:
     def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
         if not other.decided:
             return self._unresolved(other)
-        movable = [
-            {body for body in (m.first, m.second) if body >= 0 and self.bodies.movable[body]} for m in (one, other)
-        ]
-        shared = bool(movable[0] & movable[1])
+        shared = self._moved_by(one) & self._moved_by(other)
         kind = Degenerate.SHARED_INSTANT if shared else Degenerate.SIMULTANEOUS_NEIGHBOURS
         return self._report(kind, (one, other), one.time.union(other.time))
 
-    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], time: arb) -> Degeneracy:
+    def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
         if kind is Degenerate.RESTING_CONTACT:  # whoever met one of them last drives it into the other
@@ -205,15 +202,11 @@ class Selection:
             len(meetings) == 2
             and bodies.untouched(*involved)
             and not (bodies.falls and involved[0] < 0)
-            and exactly_simultaneous(
-                bodies.scene,
-                (meetings[0].first, meetings[0].second),
-                (meetings[1].first, meetings[1].second),
-            )
+            and exactly_simultaneous(bodies.scene, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
-        latest = math.inf if kind is Degenerate.GRAZE else float_above(time)
-        return Degeneracy(kind, tuple(involved), float_below(time), latest, proven, bits)
+        latest = math.inf if kind is Degenerate.GRAZE else float_above(when)
+        return Degeneracy(kind, tuple(involved), float_below(when), latest, proven, bits)
 
 
 def _lower_bounds(bodies: BallBodies) -> bounds.LowerBounds | StartBounds:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from carom.solvers.certified.bodies import BallBodies
+    from carom.solvers.certified.ball_bodies import BallBodies
 
 __all__ = ["StartBounds"]
 
@@ -25,11 +25,10 @@ class StartBounds:
             self._fill(i, range(i + 1, len(bodies)))
 
     def changed(self, *discs: int) -> None:
-        """Forget the bounds of one disc, or of two that have met."""
-        moved = [i for i in discs if self._bodies.movable[i]]
-        self._bounds = {pair: at for pair, at in self._bounds.items() if pair[0] not in moved and pair[1] not in moved}
-        for k, i in enumerate(moved):
-            self._fill(i, (j for j in range(len(self._bodies)) if j != i and j not in moved[:k]))
+        """Forget the bounds of one movable disc, or of two that have met."""
+        self._bounds = {pair: at for pair, at in self._bounds.items() if pair[0] not in discs and pair[1] not in discs}
+        for k, i in enumerate(discs):
+            self._fill(i, (j for j in range(len(self._bodies)) if j != i and j not in discs[:k]))
 
     def earliest(self) -> tuple[float, int, int]:
         """Return the least bound of all, its row, and the other body."""
@@ -37,29 +36,21 @@ class StartBounds:
             heapq.heappop(self._queue)
         return self._queue[0] if self._queue else (math.inf, 0, 0)
 
-    def at(self, disc: int, body: int) -> float:
-        """Return one bound."""
-        return self._bounds[disc, body]
-
     def raise_to(self, disc: int, body: int, bound: float) -> None:
         """Replace a bound by a better one."""
         self._bounds[disc, body] = bound
         heapq.heappush(self._queue, (bound, disc, body))
 
-    def several_up_to(self, time: float) -> bool:
-        """Whether more than one bound is not above a time."""
-        return len(self.up_to(time)) > 1
-
-    def up_to(self, time: float) -> list[tuple[int, int]]:
-        """Return rows and other bodies of all bounds that are not above a time, row by row."""
-        pairs = [pair for pair, bound in self._bounds.items() if not bound > time]
-        return sorted(pairs, key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))
+    def up_to(self, time: float) -> list[tuple[float, int, int]]:
+        """Return all bounds that are not above a time, row by row, each with its row and the other body."""
+        found = [(bound, *pair) for pair, bound in self._bounds.items() if not bound > time]
+        return sorted(found, key=lambda entry: (entry[1], entry[2] < 0, abs(entry[2])))
 
     def _fill(self, i: int, others: Iterable[int]) -> None:
         bodies = self._bodies
-        for j in others:
-            if (bodies.movable[i] or bodies.movable[j]) and not bodies.have_just_met(i, j):
+        walls = range(-len(bodies.scene.walls), 0) if bodies.movable[i] else ()
+        for j in (*others, *walls):
+            movable = bodies.movable[i] or (j >= 0 and bodies.movable[j])
+            met = bodies.have_just_met(i, j) if j >= 0 else not bodies.falls and bodies.partner[i] == j
+            if movable and not met:
                 self.raise_to(i, j, bodies.path_start(i, j))
-        for wall in range(-len(bodies.scene.walls), 0):
-            if bodies.movable[i] and (bodies.falls or bodies.partner[i] != wall):
-                self.raise_to(i, wall, bodies.path_start(i, wall))

@@ -28,10 +28,8 @@ _NEVER: Instant = (math.inf, 0.0)
 class FallingBodies(Bodies):
     """Positions and velocities under gravity; position and velocity of a disc are those of its own instant.
 
-    What a wall does is kept exactly: from one bounce to the next on the same wall, nothing else between, a disc comes
-    back with the speed along the normal that it left with. Computed anew from the rounded velocity, that speed would
-    never fall below the rounding of the velocity *along* the wall, and a bouncing ball on a slope would never come to
-    rest.
+    From one bounce to the next on the same wall, nothing else between, a disc comes back with the very speed along the
+    normal that it left with: `docs/gravity.md` says why a ball on a slope would never come to rest otherwise.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -85,9 +83,8 @@ class FallingBodies(Bodies):
     def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
         """Instant before which a movable and an immovable disc can't meet; None for two of a kind.
 
-        The quartic is dear, and mostly the disc has met somebody else before its turn comes. So the gap is first
-        divided by the greatest speed: at time t that is v + g t, and the gap ``v t + g t^2/2`` is covered at the
-        earliest root of it. What the gap and the root may be off by rounding is taken off.
+        The quartic costs much, and mostly the disc has met somebody else before its turn comes. A speed of v + g t at
+        most covers the gap no earlier than ``v t + g t^2/2`` does; what both may be off by rounding is taken off.
         """
         if (self.inverse_mass[i] == 0.0) == (self.inverse_mass[j] == 0.0):
             return None
@@ -95,8 +92,8 @@ class FallingBodies(Bodies):
         if self.last_partner[i] == fixed:
             return self.instant[i]
         reach = self.radius[i] + self.radius[fixed]
-        size = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[fixed]), abs(self.y[fixed]))
-        gap = math.hypot(self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]) - reach - 5 * math.ulp(size + reach)
+        gap = math.hypot(self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]) - reach
+        gap -= self._resolution_m(i, self.x[fixed], self.y[fixed], reach)
         if not gap > 0.0:
             return self.instant[i]
         speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.gravity)
@@ -107,18 +104,9 @@ class FallingBodies(Bodies):
         """Instant of the next impact of disc `i` on an immovable disc."""
         if self.inverse_mass[i] == 0.0:
             return _NEVER
-        wait = encounter_time(
-            self.x[i],
-            self.y[i],
-            self.vx[i],
-            self.vy[i],
-            self.radius[i],
-            self.x[fixed],
-            self.y[fixed],
-            self.radius[fixed],
-            *self.gravity,
-            self.leaving[i] if self.last_partner[i] == fixed else None,
-        )
+        disc = (*self.state_at(i, self.instant[i]), self.radius[i])
+        leaving = self.leaving[i] if self.last_partner[i] == fixed else None
+        wait = encounter_time(*disc, self.x[fixed], self.y[fixed], self.radius[fixed], *self.gravity, leaving)
         return after(self.instant[i], wait) if wait < math.inf else _NEVER
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
@@ -126,16 +114,12 @@ class FallingBodies(Bodies):
         if self.inverse_mass[i] == 0.0:
             return _NEVER
         if self.last_partner[i] == wall_body(k):
-            wait = self.flight_s(i, k)
+            wait = return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
         else:
             qx, qy, nx, ny = self.walls[k]
             gap = wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)
             wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], nx, ny), self.pull[k])
         return after(self.instant[i], wait) if wait < math.inf else _NEVER
-
-    def flight_s(self, i: int, k: int) -> float:
-        """Seconds from one bounce of disc `i` on wall `k` to the next; infinity where nothing brings it back."""
-        return return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
 
     def approach_speed(self, i: int, k: int) -> float:
         """Speed at which disc `i`, brought to its impact on wall `k`, approaches it; 0 or below where it does not."""
@@ -144,24 +128,22 @@ class FallingBodies(Bodies):
         return -float(wall_speed(self.vx[i], self.vy[i], *self.walls[k][2:])[0])
 
     def gap_resolution_m(self, i: int, k: int) -> float:
-        """How well the gap between disc `i` and wall `k` is known, metres: 5 units of the largest coordinate."""
-        qx, qy, _, _ = self.walls[k]
-        return 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(qx), abs(qy)) + self.radius[i])
+        """How well the gap between disc `i` and wall `k` is known, metres."""
+        return self._resolution_m(i, *self.walls[k][:2], self.radius[i])
+
+    def _resolution_m(self, i: int, x: float, y: float, reach: float) -> float:
+        """Return 5 units in the last place of the largest coordinate of disc `i` and a point, and the reach."""
+        return 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(x), abs(y)) + reach)
 
     def contact_with_fixed(self, i: int, fixed: int) -> tuple[float, float, float]:
-        """Return how disc `i`, brought to its impact on an immovable disc, meets it.
-
-        Returns:
-            The speed of approach, the acceleration of the gap (below 0: pressed together; it holds what the curvature
-            of the immovable disc adds), and how well the gap is known, metres.
-        """
+        """Speed at which disc `i`, brought there, meets an immovable one; acceleration and resolution of their gap."""
         dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
         distance = math.hypot(dx, dy)
         opening = (dx * self.vx[i] + dy * self.vy[i]) / distance
         across = (dx * self.vy[i] - dy * self.vx[i]) / distance
         pull = (dx * self.gravity[0] + dy * self.gravity[1]) / distance + across * across / distance
-        size = max(abs(self.x[i]), abs(self.y[i]), abs(self.x[fixed]), abs(self.y[fixed]))
-        return -opening, pull, 5 * math.ulp(size + self.radius[i] + self.radius[fixed])
+        reach = self.radius[i] + self.radius[fixed]
+        return -opening, pull, self._resolution_m(i, self.x[fixed], self.y[fixed], reach)
 
     def leave_fixed(self, i: int, fixed: int, record: ImpactRecord) -> None:
         """Set disc `i`, which has just hit an immovable one, on its rim, and keep the speed at which it leaves."""
@@ -184,15 +166,19 @@ class FallingBodies(Bodies):
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
-            self._leave(i, k, self.wall_restitution * approach)
+            self.leave_wall(i, k, self.wall_restitution * approach)
         self.last_partner[i] = wall_body(k)
         rest = (0.0, 0.0)
         after_impact = (self.vx[i], self.vy[i])
         return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, after_impact, rest)
 
-    def lay_down(self, i: int, k: int) -> None:
-        """Take from disc `i`, at rest on wall `k`, what is left of its speed along the normal."""
-        self._leave(i, k, 0.0)
+    def leave_wall(self, i: int, k: int, speed: float) -> None:
+        """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""
+        nx, ny = self.walls[k][2:]
+        change = speed - float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        self.vx[i] += change * nx
+        self.vy[i] += change * ny
+        self.leaving[i] = speed
 
     def positions_at(self, time_s: float) -> NDArray[np.float64]:
         """Centres at `time_s` on the present parabolas, metres, shape ``(n, 2)``."""
@@ -206,10 +192,3 @@ class FallingBodies(Bodies):
         """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
         states = np.array([self.state_at(i, instant) for i in range(len(self))])
         return states[:, :2], states[:, 2:]
-
-    def _leave(self, i: int, k: int, speed: float) -> None:
-        nx, ny = self.walls[k][2:]
-        change = speed - float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
-        self.vx[i] += change * nx
-        self.vy[i] += change * ny
-        self.leaving[i] = speed

@@ -15,11 +15,12 @@ from carom.solvers.run import require_time
 from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Iterable
 
     from numpy.typing import NDArray
 
     from carom.scene import Scene
+    from carom.solvers.run import Progress
     from carom.trace import ImpactRecord
 
 __all__ = ["BallisticRun"]
@@ -29,7 +30,7 @@ _CHUNK = 2000
 
 
 class BallisticRun:
-    """A PIC run under gravity that can be taken forward in as many pieces as one likes.
+    """A PIC run under gravity: `carom.solvers.run.Run`.
 
     It ends before its time where a disc comes to rest: see `carom.trace.Outcome.AT_REST` and `notes`.
     """
@@ -51,9 +52,7 @@ class BallisticRun:
         for i in range(len(self.bodies)):
             self._predict(i, range(i + 1, len(self.bodies)))
 
-    def advance_to(
-        self, time_s: float, max_impacts: int | None = None, progress: Callable[[int, float], None] | None = None
-    ) -> Outcome:
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
 
         Args:
@@ -66,33 +65,29 @@ class BallisticRun:
         """
         require_time(time_s)
         end = (time_s, 0.0)
+        outcome = Outcome.COMPLETED
         while self._ended is None and self._events and (event := self._events[0])[0] <= end:
             instant, i, j, version_i, version_j, certain = event
-            if self._version[i] != version_i or (j >= 0 and self._version[j] != version_j):
-                heapq.heappop(self._events)
-                continue
-            if not certain:
-                heapq.heappop(self._events)
-                self._expect(self.bodies.next_pair_impact(i, j), i, j)
-                continue
-            if max_impacts is not None and self.impacts >= max_impacts:
-                self.time_s = max(self.time_s, self._now[0])
-                return Outcome.MAX_IMPACTS
+            stands = self._version[i] == version_i and (j < 0 or self._version[j] == version_j)
+            if stands and certain and max_impacts is not None and self.impacts >= max_impacts:
+                outcome = Outcome.MAX_IMPACTS
+                break
             heapq.heappop(self._events)
-            self._now = max(self._now, instant)
-            if j < 0:
-                self._meet_wall(i, wall_index(j))
-            else:
-                self._meet_disc(i, j)
-            if progress is not None and self.impacts % _CHUNK == 0:
-                progress(self.impacts, self._now[0])
-        if self._ended is not None:
-            self.time_s = max(self.time_s, self._now[0])
-            return self._ended
-        if time_s < math.inf:
+            if stands and not certain:
+                self._expect(self.bodies.next_pair_impact(i, j), i, j)
+            elif stands:
+                self._now = max(self._now, instant)
+                if j < 0:
+                    self._meet_wall(i, wall_index(j))
+                else:
+                    self._meet_disc(i, j)
+                if progress is not None and self.impacts % _CHUNK == 0:
+                    progress(self.impacts, self._now[0])
+        outcome = self._ended or outcome
+        if outcome is Outcome.COMPLETED and time_s < math.inf:
             self._now = max(self._now, end)
         self.time_s = max(self.time_s, self._now[0])
-        return Outcome.COMPLETED
+        return outcome
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
@@ -147,48 +142,40 @@ class BallisticRun:
                 bodies.leave_fixed(one, other, record)
         self._carried_out(record._replace(time_s=self._now[0]), resolution_s, (i, j))
 
-    def _rests_on_fixed(self, i: int, fixed: int) -> bool:
-        """End the run, and say so, where disc `i` rests on an immovable one: by the criteria of `_is_at_rest`."""
-        approach, pull, resolution_m = self.bodies.contact_with_fixed(i, fixed)
-        if not pull < 0.0 or (approach > 0.0 and approach * approach > -2.0 * pull * resolution_m):
-            return False
-        self._end_at_rest(f"disc {i}", f"disc {fixed}", approach > 0.0 and 0.0 < self.bodies.restitution < 1.0)
-        return True
-
     def _meet_wall(self, i: int, k: int) -> None:
         bodies = self.bodies
         again = bodies.last_partner[i] == wall_body(k)
-        last = bodies.instant[i]
+        last = bodies.instant[i] if again else None
         bodies.bring_to(i, self._now)
         approach = bodies.approach_speed(i, k)
-        if self._is_at_rest(i, k, approach, last if again else None):
-            self._rest(i, k, approach)
+        gap_m = bodies.gap_resolution_m(i, k)
+        if self._is_at_rest(approach, float(bodies.pull[k][0]), gap_m, last):
+            bodies.leave_wall(i, k, 0.0)
+            self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
             return
         # Where a disc comes back to the wall that it has left, its time does not hang on a rounded gap.
-        uncertain = 0.0 if again or not approach > 0.0 else bodies.gap_resolution_m(i, k) / approach
+        uncertain = 0.0 if again or not approach > 0.0 else gap_m / approach
         record = bodies.bounce(i, k, approach)
         self._carried_out(record, uncertain + (0.0 if again else 2 * math.ulp(self._now[0])), (i,))
 
-    def _is_at_rest(self, i: int, k: int, approach: float, last: Instant | None) -> bool:
-        """Whether the impact that has come is none, since disc `i` rests on wall `k`.
+    def _rests_on_fixed(self, i: int, fixed: int) -> bool:
+        """End the run, and say so, where disc `i` rests on an immovable one."""
+        approach, pull, gap_m = self.bodies.contact_with_fixed(i, fixed)
+        rests = self._is_at_rest(approach, pull, gap_m, None)
+        if rests:
+            self._end_at_rest(f"disc {i}", f"disc {fixed}", approach > 0.0 and 0.0 < self.bodies.restitution < 1.0)
+        return rests
 
-        Gravity presses the disc to the wall, and either it does not approach; or it comes back from its last bounce on
-        it, and the flight was shorter than the clock can tell; or it comes from elsewhere, and this speed makes a hop
-        that is lower than its coordinates can tell.
+    def _is_at_rest(self, approach: float, pull: float, gap_m: float, last: Instant | None) -> bool:
+        """Whether the impact that has come is none: the disc rests on the other body.
+
+        Gravity presses it there (`pull` below 0), and either it does not approach; or it comes back from its `last`
+        bounce on it, and the flight was shorter than the clock can tell; or it comes from elsewhere, and this speed
+        makes a hop that is lower than the gap is known to.
         """
-        pull = float(self.bodies.pull[k][0])
-        if not pull < 0.0:
-            return False
-        if not approach > 0.0:
-            return True
-        if last is not None:
-            return last[0] == self._now[0]
-        return approach * approach <= -2.0 * pull * self.bodies.gap_resolution_m(i, k)
-
-    def _rest(self, i: int, k: int, approach: float) -> None:
-        bodies = self.bodies
-        bodies.lay_down(i, k)
-        self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
+        if not pull < 0.0 or not approach > 0.0:
+            return pull < 0.0
+        return last[0] == self._now[0] if last is not None else approach * approach <= -2.0 * pull * gap_m
 
     def _end_at_rest(self, body: str, other: str, infinitely_many: bool) -> None:
         what, why = ("comes to rest", ", after infinitely many impacts") if infinitely_many else ("rests", "")

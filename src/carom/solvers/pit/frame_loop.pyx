@@ -9,12 +9,22 @@ from libc.string cimport memcpy
 
 import numpy as np
 
+from carom.trace import IMPACT_DTYPE
+
 from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Wall
 from carom.solvers.event_driven.record cimport forget
 from carom.solvers.pit.bounds cimport MOST_FRAMES
-from carom.solvers.pit.grid cimport chain_count, choose_levels, settle
-from carom.solvers.pit.layout cimport NOWHERE, Disc, State
+from carom.solvers.pit.grid cimport settle
+from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, State
 from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
+
+#: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
+FEW_DISCS = 36
+#: Chains for cells, at least: so that most cells have one of their own.
+CHAINS_PER_DISC = 2
+#: Leeway of a level, in parts of the mean distance of its discs and of their largest radius: the more, the seldomer a
+#: disc must be put into its cell anew, and the more discs are near it. Measured at packings .05 to .6.
+LEEWAY, LEAST_LEEWAY = 0.2, 0.25
 
 
 cdef void run(State *s, Index until, Index most) noexcept nogil:
@@ -37,27 +47,28 @@ cdef Loop loop = run
 
 cdef void *memory(Index count, size_t size) except NULL:
     """Return room for so many rows, all zero."""
-    room = calloc(count if count > 0 else 1, size)
+    room = calloc(max(count, 1), size)
     if room == NULL:
         raise MemoryError("no memory for the discs of a PIT run")
     return room
 
 
 cdef class FrameLoop:
-    """PIT on discs and walls.
+    """PIT on discs and walls, and the log of its impacts.
 
     Args:
         start: The discs and walls, `carom.disc_arrays.DiscArrays`.
-        step_s: Frame k stands at ``k * step_s / rate_hz``, seconds.
-        rate_hz: See `step_s`.
+        clock: When the frames are, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether tests that can find nothing are left out.
         patience: How many times the work of looking around all discs once may be wasted before plain looping takes over
             for a while; infinity for as often as it likes.
     """
 
     cdef State s
+    cdef object room  # for copies of impacts: twice what was last asked for, so that most are copied once
+    cdef Index copied
 
-    def __cinit__(self, start, double step_s, double rate_hz, bint skips, double patience):
+    def __cinit__(self, start, clock, bint skips, double patience):
         s = &self.s
         cdef Index i
         cdef const double[:, :] position = start.position_m, velocity = start.velocity_m_s
@@ -65,8 +76,8 @@ cdef class FrameLoop:
         s.disc_count, s.wall_count = position.shape[0], len(start.walls)
         if s.disc_count + s.wall_count > 2**31 - 1:
             raise ValueError("more discs and walls than can be numbered")
-        s.clock.step, s.clock.rate = step_s, rate_hz
-        s.horizon = MOST_FRAMES * step_s / rate_hz
+        s.clock.step, s.clock.rate = clock.step_s, clock.rate_hz
+        s.horizon = MOST_FRAMES * clock.frame_s
         s.law.restitution, s.law.wall_restitution = start.restitution, start.wall_restitution
         s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
@@ -83,18 +94,29 @@ cdef class FrameLoop:
             forget(&s.record.recent[i])
         for i, wall in enumerate(start.walls):
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
-        if skips:
-            self.fill_grid()
+        if skips and s.disc_count > FEW_DISCS:
+            self.lay_out(start)
+        self.room = np.empty(0, IMPACT_DTYPE)
 
-    cdef fill_grid(self):
+    cdef lay_out(self, start):
+        """Choose levels of cells, and put every disc into its own."""
         s = &self.s
         cdef Index i
-        s.grid.chains = chain_count(s.disc_count)
+        s.grid.chains = 1 << (CHAINS_PER_DISC * s.disc_count - 1).bit_length()
         s.grid.first = <int *>memory(s.grid.chains, sizeof(int))
         for i in range(s.grid.chains):
             s.grid.first[i] = NOBODY
-        choose_levels(s)
+        width, height = np.ptp(start.position_m, axis=0)
+        fraction, power = np.frexp(start.radius_m / start.radius_m.max())
+        halvings = np.minimum(1 - power - (fraction > 0.5), MOST_LEVELS - 1)
+        _, levels, counts = np.unique(halvings, return_inverse=True, return_counts=True)
+        s.grid.level_count = len(counts)
+        for i, count in enumerate(counts):
+            radius = start.radius_m[levels == i].max()
+            leeway = max(LEEWAY * np.sqrt(width / count * height), LEAST_LEEWAY * radius)
+            s.grid.levels[i] = Level(2.0 * (radius + leeway), leeway, radius + leeway)
         for i in range(s.disc_count):
+            s.discs[i].level = levels[i]
             settle(s, i)
 
     def __dealloc__(self):
@@ -128,27 +150,34 @@ cdef class FrameLoop:
         return self.s.counts.frames
 
     @property
-    def frames_looked_at(self):
-        """Frames at which anything was tested."""
-        return self.s.counts.looked_at
+    def counts(self):
+        """Work so far, by name; a test that a bound has made needless counts as made where the bound was found."""
+        c = &self.s.counts
+        looked_at = {"frames_looked_at": c.looked_at, "frames_skipped": c.frames - c.looked_at}
+        return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}
 
     @property
-    def pair_tests(self):
-        """Pairs of discs, and of a disc and a wall, that were tested or found to need no test for a while."""
-        return self.s.counts.pair_tests
+    def log(self):
+        """The impacts so far, `carom.solvers.run.ImpactLog`."""
+        return self
 
-    @property
-    def recorded(self):
-        """Number of impacts so far."""
+    def __len__(self):
         return self.s.record.count
 
-    def copy_impacts(self, Index first, char[::1] room):
-        """Copy impacts from row `first` on into the bytes of rows of `IMPACT_DTYPE`, as many as have room."""
-        cdef size_t size = room.shape[0]
-        if first < 0 or size > (self.s.record.count - first) * sizeof(Impact):
-            raise IndexError(f"no such impacts: {self.s.record.count} have been recorded")
-        if size > 0:
-            memcpy(&room[0], &self.s.record.rows[first], size)
+    def array(self):
+        """Return the impacts so far as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order of their tests."""
+        r = &self.s.record
+        cdef char[::1] bytes
+        if r.count > len(self.room):
+            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), IMPACT_DTYPE)
+            self.room[: self.copied] = old[: self.copied]
+        if r.count > self.copied:
+            bytes = self.room[self.copied : r.count].view(np.int8)
+            memcpy(&bytes[0], &r.rows[self.copied], bytes.shape[0])
+            self.copied = r.count
+        impacts = self.room[: r.count]
+        impacts.flags.writeable = False
+        return impacts
 
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""
@@ -156,7 +185,7 @@ cdef class FrameLoop:
         return tuple([self.s.record.ambiguous[k] for k in range(self.s.record.ambiguous_count)])
 
     def positions(self, double time):
-        """Return where the discs are at a time not before the last frame passed, shape ``(n, 2)``."""
+        """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""
         places = np.empty((self.s.disc_count, 2))
         cdef double[:, ::1] place = places
         cdef Index i
@@ -166,8 +195,8 @@ cdef class FrameLoop:
             place[i, 1] = a.y + a.vy * (time - self.s.now)
         return places
 
-    def velocities(self):
-        """Return the velocities now, shape ``(n, 2)``."""
+    def velocities(self, double time):
+        """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
         speeds = np.empty((self.s.disc_count, 2))
         cdef double[:, ::1] speed = speeds
         cdef Index i

@@ -4,7 +4,7 @@ At every frame instant, and nowhere else, each pair is asked: approaching? then:
 along the line of centres as it stands at that frame. Positions are never corrected. So an impact is late by up to a
 frame, its normal is turned by what the discs moved meanwhile, and one whose overlap falls between two frames is missed.
 
-This is the definition, on plain floats: the compiled run gives the same impacts, velocities and positions to the bit.
+This is the definition, on plain floats: the compiled loop gives the same impacts, velocities and positions to the bit.
 
 Under gravity discs move along exact parabolas between the frames. What is sampled is the overlap, and nothing else:
 free fall itself has no error, so that what PIT is off by is what looking once a frame costs. Engines add to it the
@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.solvers.impact_log import ImpactLog
-from carom.solvers.pit.run import FrameRun
 from carom.solvers.plain.bodies import Bodies
 
 if TYPE_CHECKING:
@@ -26,45 +25,39 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.pit.clock import FrameClock
 
-__all__ = ["FrameSampledRun"]
+__all__ = ["PlainFrameLoop"]
 
 
-class FrameSampledRun(FrameRun):
-    """A PIT run, taken forward frame by frame.
+class PlainFrameLoop:
+    """Algorithm 1 from frame to frame, in the shape of the compiled loop.
 
     Within a frame the pairs are tested in the order of their indices, then the walls; each test sees the velocities
     that the earlier ones of the frame left.
+
+    Attributes:
+        frames: Frames passed, each of which is looked at.
+        log: The impacts so far.
     """
 
     def __init__(self, scene: Scene, clock: FrameClock) -> None:
-        super().__init__(clock)
         self.bodies = _bodies(scene)
-        self.log = self._log = ImpactLog(scene)
-        self._frames = 0
-
-    @property
-    def frames(self) -> int:
-        """Frames passed."""
-        return self._frames
+        self.clock = clock
+        self.log = ImpactLog(scene)
+        self.frames = 0
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far."""
+        """Work so far, by name: every test is made at every frame."""
         n = len(self.bodies)
         tests = n * (n - 1) // 2 + n * len(self.bodies.walls)
-        return {
-            "frames": self._frames,
-            "frames_looked_at": self._frames,
-            "frames_skipped": 0,
-            "pair_tests": self._frames * tests,
-        }
+        looked_at = {"frames_looked_at": self.frames, "frames_skipped": 0}
+        return {"frames": self.frames, **looked_at, "pair_tests": self.frames * tests}
 
-    def pass_frames(self, until: int, max_impacts: int | None) -> None:  # noqa: ARG002 - asked for after every frame
+    def run(self, until: int, most: int, work: float) -> None:  # noqa: ARG002 - all are asked after every frame
         """Move every disc to the next frame, and test for interference there."""
-        bodies, log = self.bodies, self._log
-        n, walls = len(bodies), len(bodies.walls)
-        if self._frames > 0:
-            frame_s = self.clock.time_s(self._frames)
+        bodies, log, n = self.bodies, self.log, len(self.bodies)
+        if self.frames > 0:
+            frame_s = self.clock.time_s(self.frames)
             for i in range(n):
                 bodies.move_to(i, frame_s)
         for i in range(n):
@@ -72,18 +65,18 @@ class FrameSampledRun(FrameRun):
                 if bodies.pair_approaches_and_overlaps(i, j):
                     log.add(bodies.collide_pair(i, j))
         for i in range(n):
-            for k in range(walls):
+            for k in range(len(bodies.walls)):
                 if bodies.wall_approaches_and_overlaps(i, k):
                     log.add(bodies.collide_wall(i, k))
-        self._frames += 1
+        self.frames += 1
 
-    def positions(self) -> NDArray[np.float64]:
-        """Centres now, metres, shape ``(n, 2)``."""
-        return self.bodies.positions_at(self.time_s)
+    def positions(self, time: float) -> NDArray[np.float64]:
+        """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""
+        return self.bodies.positions_at(time)
 
-    def velocities(self) -> NDArray[np.float64]:
-        """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self.bodies.velocities_at(self.time_s)
+    def velocities(self, time: float) -> NDArray[np.float64]:
+        """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
+        return self.bodies.velocities_at(time)
 
 
 def _bodies(scene: Scene) -> Bodies:

@@ -1,8 +1,7 @@
 """What the compiled frame loop of PIT keeps, and in which words: to be read before its other rooms.
 
-Plain C structs with named fields. Units are metres, metres a second and kilograms; times are seconds since the start.
-A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`. Walls and recorded impacts are those of the
-event-driven kernel.
+Units are metres, metres a second and kilograms; times are seconds since the start. Walls and recorded impacts are those
+of the event-driven kernel.
 """
 
 from carom.solvers.event_driven.layout cimport Index, Record, Wall
@@ -34,7 +33,6 @@ cdef struct Level:  # square cells for discs of about one size
     double width  # of a cell
     double leeway  # how far a disc may be from where it was when it was put into its cell
     double reach  # the largest radius on this level, and the leeway
-    Index discs  # that are kept on it
 
 cdef struct Grid:
     int *first  # of each chain: a disc, or NOBODY. Cells without number share these chains.

@@ -1,23 +1,40 @@
-"""One frame of Algorithm 1: all its tests, or those only that can find something."""
+"""One frame of Algorithm 1: all its tests, or those only that can find something.
 
-from carom.solvers.event_driven.layout cimport INF, Index
-from carom.solvers.pit.impacts cimport collide_pair, collide_wall
-from carom.solvers.pit.interference cimport discs_interfere, wall_interferes
-from carom.solvers.pit.layout cimport State
-from carom.solvers.pit.motion cimport go_to_next_frame, skip_frames
-from carom.solvers.pit.search cimport look_around
-from carom.solvers.pit.turns cimport FIRST_TURN, HALF, next_turn
+Discs are moved frame by frame, ``x += v dt`` with each product and sum rounded, as the definition does: so a disc can't
+be taken over many frames in one step, but it can be taken over many frames before the next disc is.
+
+Each disc keeps one time before which it is not due: that of the earliest impact that it could have with any of the
+discs then around it, with a wall, or of leaving its leeway. That no impact is missed rests on this: of any two discs,
+whichever was looked around later saw the other on its present path; so until they can meet, one of the two is due.
+"""
+
+from carom.solvers.event_driven.layout cimport INF, NOBODY, Index
+from carom.solvers.pit.bounds cimport IN_CONTACT, MARGIN, TIME_MARGIN, extent, pair_wait, wall_wait
+from carom.solvers.pit.grid cimport REACH_MARGIN, cell_number, chain_of, settle, time_in_leeway
+from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, wall_interferes
+from carom.solvers.pit.layout cimport MOST_STEPS, Clock, Disc, State
+from carom.solvers.pit.turns cimport FIRST_TURN, HALF, ask, next_turn, turn_of
 
 cdef extern from *:
     """
+    /* What it costs to look around a disc, into a cell, and at a body: in tests of plain looping. Fitted to the times of
+       some hundred gases, crowds and lattices, and rounded up. */
+    #define carom_DISC_WORK 24.0
+    #define carom_CELL_WORK 6.0
+    #define carom_BODY_WORK 3.0
     /* Where skipping has not paid, frames are looped plainly until it has cost no more than this part of them. */
     #define carom_EXCESS_PART 0x1p-6
     /* What has been saved counts for so many frames. */
     #define carom_SAVED_FRAMES 64.0
     """
+    const double DISC_WORK "carom_DISC_WORK"
+    const double CELL_WORK "carom_CELL_WORK"
+    const double BODY_WORK "carom_BODY_WORK"
     const double EXCESS_PART "carom_EXCESS_PART"
     const double SAVED_FRAMES "carom_SAVED_FRAMES"
 
+
+# ---- whether skipping pays ----
 
 cdef inline double plain_work(const State *s) noexcept nogil:
     """Return the number of tests of a frame."""
@@ -39,13 +56,78 @@ cdef inline bint loops_plainly(State *s) noexcept nogil:
     return s.pays_back
 
 
+cdef inline void spend(State *s, double work) noexcept nogil:
+    """Note work of skipping."""
+    s.work -= work
+    s.excess += work
+
+
 cdef inline void save(State *s, Index frames) noexcept nogil:
     """Note that some frames have not been looped plainly."""
-    plain = plain_work(s)
-    s.excess -= frames * plain
-    if s.excess < -SAVED_FRAMES * plain:
-        s.excess = -SAVED_FRAMES * plain
+    s.excess = max(s.excess - frames * plain_work(s), -SAVED_FRAMES * plain_work(s))
 
+
+# ---- from frame to frame ----
+
+cdef inline double frame_time(const Clock *clock, Index frame) noexcept nogil:
+    """Return the instant of a frame, seconds since the start."""
+    return frame * clock.step / clock.rate
+
+
+cdef inline void move_two(Disc *a, Disc *b, const double *steps, Index count) noexcept nogil:
+    """Take two discs over some steps, one after the other; two at a time, as each sum waits for the one before it."""
+    cdef Index k
+    ax, ay, avx, avy = a.x, a.y, a.vx, a.vy
+    bx, by, bvx, bvy = b.x, b.y, b.vx, b.vy
+    for k in range(count):
+        ax += avx * steps[k]
+        ay += avy * steps[k]
+        bx += bvx * steps[k]
+        by += bvy * steps[k]
+    if a.inverse_mass != 0.0:
+        a.x, a.y = ax, ay
+    if b.inverse_mass != 0.0:
+        b.x, b.y = bx, by
+
+
+cdef inline void go_to_next_frame(State *s) noexcept nogil:
+    """Take every disc to the frame that comes next."""
+    cdef Index i
+    time = frame_time(&s.clock, s.counts.frames)
+    step = time - s.now
+    if s.counts.frames > 0:
+        for i in range(s.disc_count):
+            disc = &s.discs[i]
+            if disc.inverse_mass != 0.0:
+                disc.x += disc.vx * step
+                disc.y += disc.vy * step
+    s.now = time
+
+
+cdef inline bint skip(State *s, Index until) noexcept nogil:
+    """Pass frames, up to `until`, at which no disc is due; return whether there were any."""
+    cdef Index i
+    cdef Index last = s.disc_count - 1
+    cdef Index count = 0
+    cdef Index most = min(until - s.counts.frames, MOST_STEPS)
+    while count < most:
+        time = frame_time(&s.clock, s.counts.frames + count)
+        if time >= s.next_look:
+            break
+        s.steps[count] = time - s.now
+        s.now = time
+        count += 1
+    if count == 0:
+        return False
+    for i in range(0, last + 1, 2):
+        move_two(&s.discs[i], &s.discs[min(i + 1, last)], s.steps, count)
+    s.counts.frames += count
+    save(s, count)
+    s.work -= count * s.disc_count
+    return True
+
+
+# ---- all tests of a frame ----
 
 cdef inline void test_all(State *s) noexcept nogil:
     """Make every test of the next frame, as long as there is work left; `s.row` says where to go on."""
@@ -77,6 +159,97 @@ cdef inline void test_all(State *s) noexcept nogil:
     s.excess -= EXCESS_PART * plain_work(s)
 
 
+# ---- those that can find something ----
+
+cdef inline double ask_or_wait(State *s, Index i, Index j, double extent_i, double least) noexcept nogil:
+    """Ask for the test of two discs if it is due now; return the lesser of `least` and how long the two can wait."""
+    s.counts.pair_tests += 1
+    wait = pair_wait(s, &s.discs[i], &s.discs[j], extent_i)
+    if wait == IN_CONTACT:
+        ask(s, turn_of(i, j) if i < j else turn_of(j, i))
+        return 0.0
+    return wait if wait < least else least
+
+
+cdef inline double search_all(State *s, Index i, double extent_i, double least) noexcept nogil:
+    """Look through all discs; return as `ask_or_wait`."""
+    cdef Index j
+    for j in range(s.disc_count):
+        if j != i:
+            least = ask_or_wait(s, i, j, extent_i, least)
+    return least
+
+
+cdef inline double search_cells(State *s, Index i, double extent_i, double least) noexcept nogil:
+    """Look through the cells of every level in which discs that `i` can touch may lie; return as `ask_or_wait`."""
+    cdef Index level, j
+    cdef long long row, column, left, right, lower, upper
+    g = &s.grid
+    a = &s.discs[i]
+    own = a.radius + g.levels[a.level].leeway
+    for level in range(g.level_count):
+        width = g.levels[level].width
+        reach = (own + g.levels[level].reach) * (1.0 + REACH_MARGIN)
+        left, right = cell_number((a.x - reach) / width), cell_number((a.x + reach) / width)
+        lower, upper = cell_number((a.y - reach) / width), cell_number((a.y + reach) / width)
+        cells = <double>(right - left + 1) * <double>(upper - lower + 1)
+        if cells > s.disc_count:
+            return search_all(s, i, extent_i, least)
+        spend(s, CELL_WORK * cells)
+        for row in range(lower, upper + 1):
+            for column in range(left, right + 1):
+                j = g.first[chain_of(g, level, row, column)]
+                while j != NOBODY:
+                    if j != i:
+                        least = ask_or_wait(s, i, j, extent_i, least)
+                    j = s.discs[j].next
+    return least
+
+
+cdef inline void look_around(State *s, Index i) noexcept nogil:
+    """Ask for the tests of a disc that are due at this frame, and find out when it is due again."""
+    cdef Index k
+    a = &s.discs[i]
+    if a.inverse_mass == 0.0:  # whoever meets it sees it
+        s.due[i] = INF
+        return
+    tests = s.counts.pair_tests
+    settle(s, i)
+    extent_i = extent(s, a)
+    least = time_in_leeway(s, a, MARGIN * extent_i)
+    for k in range(s.wall_count):
+        wait = wall_wait(a, &s.walls[k], extent_i)
+        if wait == IN_CONTACT:
+            ask(s, turn_of(s.disc_count + i, k))
+            wait = 0.0
+        least = wait if wait < least else least
+    s.counts.pair_tests += s.wall_count
+    least = search_all(s, i, extent_i, least) if s.grid.chains == 0 else search_cells(s, i, extent_i, least)
+    s.due[i] = (s.now + least) * (1.0 - TIME_MARGIN)
+    spend(s, DISC_WORK + BODY_WORK * (s.counts.pair_tests - tests))
+
+
+cdef inline void look_again(State *s, Index i) noexcept nogil:
+    """Look around a disc that an impact has turned: it may approach at this very frame what it overlaps."""
+    look_around(s, i)
+    s.next_look = s.due[i] if s.due[i] < s.next_look else s.next_look
+
+
+cdef inline void make_test(State *s) noexcept nogil:
+    """Make the test whose turn it is."""
+    cdef Index first = <Index>(s.turns.last >> HALF)
+    cdef Index second = <Index>(s.turns.last & <unsigned long long>0xFFFFFFFF)
+    if first >= s.disc_count:
+        first -= s.disc_count
+        if wall_interferes(&s.discs[first], &s.walls[second]):
+            collide_wall(s, first, second)
+            look_again(s, first)
+    elif discs_interfere(&s.discs[first], &s.discs[second]):
+        collide_pair(s, first, second)
+        look_again(s, second)
+        look_again(s, first)
+
+
 cdef inline Index find_due(State *s) noexcept nogil:
     """List the discs that are due now, and note when the next one of the others is; return how many are due."""
     cdef Index i
@@ -92,55 +265,22 @@ cdef inline Index find_due(State *s) noexcept nogil:
     return count
 
 
-cdef inline void make_test(State *s) noexcept nogil:
-    """Make the test whose turn it is; whom an impact has turned may approach at this very frame what it overlaps."""
-    cdef Index n = s.disc_count
-    cdef Index first = <Index>(s.turns.last >> HALF)
-    cdef Index second = <Index>(s.turns.last & <unsigned long long>0xFFFFFFFF)
-    if first >= n:
-        first -= n
-        if not wall_interferes(&s.discs[first], &s.walls[second]):
-            return
-        collide_wall(s, first, second)
-        look_around(s, first)
-    else:
-        if not discs_interfere(&s.discs[first], &s.discs[second]):
-            return
-        collide_pair(s, first, second)
-        look_around(s, second)
-        s.next_look = s.due[second] if s.due[second] < s.next_look else s.next_look
-        look_around(s, first)
-    s.next_look = s.due[first] if s.due[first] < s.next_look else s.next_look
-
-
-cdef inline bint skip(State *s, Index until) noexcept nogil:
-    """Pass frames, up to `until`, at which no disc is due; return whether there were any."""
-    frames = skip_frames(s, until)
-    save(s, frames)
-    s.work -= frames * s.disc_count
-    return frames > 0
-
-
 cdef inline void look(State *s) noexcept nogil:
     """Make those tests of the next frame that can find something."""
-    cdef Index k, count, i
+    cdef Index k
     go_to_next_frame(s)
     s.counts.frames += 1
     s.work -= s.disc_count
     count = find_due(s)
-    if count == 0:
-        save(s, 1)
-        return
-    s.counts.looked_at += 1
-    s.turns.last = FIRST_TURN
-    for k in range(count):
-        look_around(s, s.looking[k])
-    while next_turn(&s.turns):
-        make_test(s)
-    for k in range(count):
-        due = s.due[s.looking[k]]
-        if due < s.next_look:
-            s.next_look = due
-    if s.counts.frames == 1:
-        s.first_look = s.excess
+    if count > 0:
+        s.counts.looked_at += 1
+        s.turns.last = FIRST_TURN
+        for k in range(count):
+            look_around(s, s.looking[k])
+        while next_turn(&s.turns):
+            make_test(s)
+        for k in range(count):
+            s.next_look = min(s.next_look, s.due[s.looking[k]])
+        if s.counts.frames == 1:
+            s.first_look = s.excess
     save(s, 1)

@@ -1,21 +1,119 @@
-"""From scene to trace by PIT: which form serves it."""
+"""A run of PIT, taken forward from frame to frame in as many pieces as one likes; and from scene to trace by it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.extension import extension_available, extension_notes
+import numpy as np
+
+from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
 from carom.solvers.units import run_in_ordinary_units
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from carom.scene import Scene
-    from carom.solvers.pit.run import FrameRun
+    from carom.solvers.pit import frame_loop
+    from carom.solvers.pit.frames import PlainFrameLoop
+    from carom.solvers.run import Progress
     from carom.solvers.units import RunInUnits
 
-__all__ = ["pit_run", "solve_pit"]
+__all__ = ["PATIENCE", "FrameRun", "pit_run", "solve_pit"]
+
+#: How many times the work of looking around all discs once may be wasted before skipping counts as not paying. It is
+#: done at the start, and once more where bounds have run out: chosen, not tuned.
+PATIENCE = 2.0
+#: Tests handed to the loop at a time: some hundredths of a second, for progress and Ctrl-C.
+_WORK = 2.0**23
+_NO_LIMIT = 2**62
+
+
+class FrameRun:
+    """A PIT run in progress: `carom.solvers.run.Run`.
+
+    The discs stand where the last frame passed left them, and what is asked of another time is computed from there:
+    so pieces that end between frames change no bit.
+
+    Args:
+        loop: What passes the frames: compiled, or the definition.
+        clock: When they are.
+        notes: What a user should know of how the run was done.
+    """
+
+    def __init__(
+        self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()
+    ) -> None:
+        self.clock = clock
+        self.log = loop.log
+        self.time_s = 0.0
+        self.notes = notes
+        self._loop = loop
+
+    @property
+    def frames(self) -> int:
+        """Frames passed: tested, or skipped because nothing could be found at them."""
+        return self._loop.frames
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far, by name."""
+        return self._loop.counts
+
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
+        """Pass every frame before `time_s`, or until there have been `max_impacts` in all.
+
+        A frame at `time_s` itself comes after it; and a frame is taken whole, so its impacts may be more than were
+        asked for.
+
+        Args:
+            time_s: Seconds from the start.
+            max_impacts: Number of impacts, counted from the start of the run; None for no limit.
+            progress: Called now and then with the number of impacts so far and the time reached.
+
+        Raises:
+            InputError: The time is not a finite number, 0 or more.
+        """
+        outcome = self._advance(self.clock.frames_before(time_s), max_impacts, progress)
+        self.time_s = max(self.time_s, time_s if outcome is Outcome.COMPLETED else self._last_frame_s)
+        return outcome
+
+    def advance_frames(self, frames: int) -> None:
+        """Pass so many frames, and go to the instant of the one that follows."""
+        self._advance(self.frames + frames, None, None)
+        self.time_s = max(self.time_s, self.clock.time_s(self.frames))
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the centres now, metres, shape ``(n, 2)``."""
+        return self._loop.positions(self.time_s)
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Return the velocities now, metres a second, shape ``(n, 2)``."""
+        return self._loop.velocities(self.time_s)
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        impacts = self.log.array()
+        bodies = np.concatenate([impacts["first"], impacts["second"]])
+        return np.bincount(bodies[bodies >= 0], minlength=len(self.positions()))
+
+    @property
+    def _last_frame_s(self) -> float:
+        return self.clock.time_s(max(0, self.frames - 1))
+
+    def _advance(self, until: int, max_impacts: int | None, progress: Progress | None) -> Outcome:
+        patience = Patience()
+        while self.frames < until:
+            if max_impacts is not None and len(self.log) >= max_impacts:
+                return Outcome.MAX_IMPACTS
+            self._loop.run(until, _NO_LIMIT if max_impacts is None else max_impacts, _WORK)
+            if progress is not None:
+                progress(len(self.log), self._last_frame_s)
+            if self.notes:  # of what would have been faster
+                patience.look()
+        return Outcome.COMPLETED
 
 
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
@@ -34,19 +132,14 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 
 def _pit_run(scene: Scene, clock: FrameClock, skipping: bool) -> FrameRun:
-    if scene.gravity_m_s2 == (0.0, 0.0):
-        if extension_available():
-            from carom.solvers.pit.compiled import CompiledRun
+    straight = scene.gravity_m_s2 == (0.0, 0.0)
+    if straight and extension_available():
+        from carom.solvers.pit import frame_loop
 
-            return CompiledRun(scene, clock, skipping=skipping)
-        notes = extension_notes()
-    else:
-        notes = ()
-    from carom.solvers.pit.frames import FrameSampledRun
+        return FrameRun(frame_loop.FrameLoop(scene.arrays, clock, skipping, PATIENCE), clock)
+    from carom.solvers.pit.frames import PlainFrameLoop
 
-    run = FrameSampledRun(scene, clock)
-    run.notes = notes
-    return run
+    return FrameRun(PlainFrameLoop(scene, clock), clock, extension_notes() if straight else ())
 
 
 def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:

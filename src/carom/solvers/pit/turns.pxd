@@ -1,8 +1,7 @@
-"""The tests that a frame still needs, in the order of Algorithm 1.
+"""The tests that a frame still needs, in the order of Algorithm 1: all pairs (i, j), i < j, then all discs and walls.
 
-Within a frame Algorithm 1 tests all pairs (i, j), i < j, in the order of their numbers, then every disc i with every
-wall k. An impact changes what the tests after it see, so tests that are not left out must keep that order. A test is a
-number that grows in it: i in the upper half and j in the lower, or discs + i and k.
+An impact changes what the tests after it see, so tests that are not left out keep that order. A test is a number that
+grows in it: i in the upper half and j in the lower, or discs + i and k.
 """
 
 from libc.stdlib cimport realloc
@@ -15,12 +14,8 @@ cdef enum:
     HALF = 32  # bits
 
 
-cdef inline Turn pair_turn(Index i, Index j) noexcept nogil:
-    return (<Turn>i << HALF | <Turn>j) if i < j else (<Turn>j << HALF | <Turn>i)
-
-
-cdef inline Turn wall_turn(Index discs, Index i, Index k) noexcept nogil:
-    return <Turn>(discs + i) << HALF | <Turn>k
+cdef inline Turn turn_of(Index first, Index second) noexcept nogil:
+    return <Turn>first << HALF | <Turn>second
 
 
 cdef inline void ask(State *s, Turn turn) noexcept nogil:
@@ -53,17 +48,14 @@ cdef inline bint next_turn(Turns *t) noexcept nogil:
         turn = t.heap[0]
         t.count -= 1
         moved = t.heap[t.count]
-        place = 0
-        while True:
-            below = 2 * place + 1
-            if below >= t.count:
-                break
+        place, below = 0, 1
+        while below < t.count:
             if below + 1 < t.count and t.heap[below + 1] < t.heap[below]:
                 below += 1
             if moved <= t.heap[below]:
                 break
             t.heap[place] = t.heap[below]
-            place = below
+            place, below = below, 2 * below + 1
         t.heap[place] = moved
         if turn > t.last:
             t.last = turn

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom import Disc, Scene, Wall
-from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 
 __all__ = ["KINDS", "State", "attack", "is_after_impact_of_pair", "is_after_impact_on_wall"]
 
@@ -57,8 +57,10 @@ def attack(kind: str, seed: int, length: float = 1.0, speed: float = 1.0) -> tup
         units = (length, speed)
         if kind == "wild":
             units = (length * 2.0 ** r.randint(-540, 520), speed * 2.0 ** r.randint(-540, 520))
-        for number, state in zip((k, k + 1), _pair(r, kind, radii[k : k + 2]), strict=True):
-            states.append(_set(bodies, number, state, r, units))
+        first, second = _pair(r, kind, radii[k : k + 2])
+        ahead = [1 if second[c] > first[c] else -1 for c in (1, 2)]
+        states.append(_set(bodies, k, first, r, units, ahead))
+        states.append(_set(bodies, k + 1, second, r, units, [-sign for sign in ahead]))
     return bodies, states
 
 
@@ -95,19 +97,25 @@ def _pair(r: random.Random, kind: str, radii: list[float]) -> list[tuple[float, 
     return [first, (times[1], ox, oy, *drift)]
 
 
-def _set(bodies: BallBodies, i: int, state: tuple[float, ...], r: random.Random, units: tuple[float, float]) -> State:
-    """Give a disc balls around a state, and return a true one on or within their rims."""
+def _set(
+    bodies: BallBodies, i: int, state: tuple[float, ...], r: random.Random, units: tuple[float, float], ahead: list[int]
+) -> State:
+    """Give a disc balls around a state, and return a true one within them.
+
+    The middles are no floats. Mostly the truth is on the rims, and as far `ahead`, where the other disc is, as can be:
+    signs along x and y.
+    """
     length, speed = units
     bodies.time[i] = state[0] * length / speed
-    widths = [-300, -60, -54, -30, -8, 3] if bodies.scene.name == "wide" else [-300, -70]
+    widths = [-300, -60, -54, -42, -30, -8, 3] if bodies.scene.name == "wide" else [-300, -70]
+    signs = ahead if r.random() < 0.7 else [r.choice([-1, 0, 1]) for _ in range(2)]
     true: list[Fraction] = []
-    for balls, value, unit in zip(
-        (bodies.x, bodies.y, bodies.vx, bodies.vy), state[1:], (length, length, speed, speed), strict=True
+    for balls, value, unit, sign in zip(
+        (bodies.x, bodies.y, bodies.vx, bodies.vy), state[1:], (length, length, speed, speed), signs * 2, strict=True
     ):
-        part = 0.0 if value == 0.0 else 2.0 ** r.choice(widths)
-        spread = abs(value) * part
-        balls[i] = arb(value, spread) * unit
-        true.append((Fraction(value) + r.choice([-1, 0, 1]) * Fraction(spread)) * Fraction(unit))
+        rest, spread = (math.ulp(value) * sign * 0.4999, abs(value) * 2.0 ** r.choice(widths)) if value else (0.0, 0.0)
+        balls[i] = arb(arb(value) + rest, spread) * unit
+        true.append((Fraction(value) + Fraction(rest) + sign * Fraction(spread)) * Fraction(unit))
     x, y, vx, vy = true
     return State(bodies.time[i], x, y, vx, vy, bodies.scene.discs[i].radius_m)
 

@@ -13,8 +13,9 @@ from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact
 
 from carom import Disc, Scene
 from carom.bench.gas import gas_scene
-from carom.solvers.certified.bodies import BallBodies
-from carom.solvers.certified.prediction import meet_pair, meet_wall
+from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.impacts import carry_out
+from carom.solvers.certified.meetings import meet
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -27,8 +28,9 @@ pytestmark = needs_extension
 def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
     """Return the bound of each pair of bodies; that of two discs stands in one of two rows."""
     n, walls = len(bodies), len(bodies.scene.walls)
-    pairs = {(i, j): min(table.at(i, j), table.at(j, i)) for i, j in itertools.combinations(range(n), 2)}
-    return pairs | {(i, wall_body(k)): table.at(i, wall_body(k)) for i in range(n) for k in range(walls)}
+    found = {(row, body): bound for bound, row, body in table.up_to(math.inf)}
+    pairs = {(i, j): min(found[i, j], found[j, i]) for i, j in itertools.combinations(range(n), 2)}
+    return pairs | {(i, wall_body(k)): found[i, wall_body(k)] for i in range(n) for k in range(walls)}
 
 
 def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -> list[tuple[int, int, int]]:
@@ -118,16 +120,13 @@ def test_after_impacts_the_table_is_as_if_made_anew() -> None:
         table = bounds.LowerBounds(bodies)
         for _ in range(200):
             at, row, body = table.earliest()
-            assert at == min(entries(table, bodies).values()) == table.at(row, body)
-            assert table.up_to(at)[0] == (row, body)
-            if body < 0:
-                meeting = meet_wall(bodies, row, wall_index(body), at)
-            else:
-                meeting = meet_pair(bodies, min(row, body), max(row, body), at)
+            assert at == min(entries(table, bodies).values())
+            assert table.up_to(at)[0] == (at, row, body)
+            meeting = meet(bodies, row, body, at)
             if meeting is None or not meeting.decided:
                 table.raise_to(row, body, math.inf)
                 continue
-            meeting.carry_out(bodies)
+            carry_out(bodies, meeting)
             raised = {pair: bound for pair, bound in entries(table, bodies).items() if bound == math.inf}
             moved = [body for body in (meeting.first, meeting.second) if body >= 0]
             table.changed(*moved)
@@ -154,6 +153,6 @@ def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
 def test_rivals_are_those_that_are_not_above_a_time(until: float) -> None:
     """The bounds up to a time are listed row by row; of a time that is no number none is certainly above."""
     table = bounds.LowerBounds(BallBodies(gas_scene(9, 0.4)))
-    expected = [(i, body) for i in range(9) for body in (*range(9), -1, -2, -3, -4) if not table.at(i, body) > until]
-    assert table.up_to(until) == expected
-    assert table.several_up_to(until) == (len(expected) > 1)
+    every = table.up_to(math.inf)
+    assert [entry[1:] for entry in every] == [(i, body) for i in range(9) for body in (*range(9), -1, -2, -3, -4)]
+    assert table.up_to(until) == [entry for entry in every if not entry[0] > until]

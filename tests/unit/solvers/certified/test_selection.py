@@ -7,7 +7,7 @@ from flint import arb, ctx
 
 from carom import Disc, Scene
 from carom.solvers.certified import Degenerate
-from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.selection import Selection, Undecided
 
 
@@ -24,19 +24,25 @@ def in_two_rows(*, last_speed: float) -> BallBodies:
     return bodies
 
 
+def selection(bodies: BallBodies) -> Selection:
+    found = Selection(bodies)
+    found.end_s = 2.0
+    return found
+
+
 def test_an_impact_behind_the_first_ball_but_within_a_rivals_is_a_rival() -> None:
     """Neither row is decided: the exact time is after all of row 0's, but within the wide ball beside it.
 
     Gathered only up to the first ball's end, the rivals would lack it, and the wide one would have been next.
     """
     with ctx.workprec(128), pytest.raises(Undecided) as caught:
-        Selection(in_two_rows(last_speed=1 - 5e-7), 2.0).next_impact()
+        selection(in_two_rows(last_speed=1 - 5e-7)).next_impact()
     assert caught.value.degeneracy.kind is Degenerate.SHARED_INSTANT
 
 
 def test_the_same_rival_certainly_later_leaves_the_wide_ball_next() -> None:
     """With the exact time after the wide ball, this is next, and may as well come after those of the other row."""
     with ctx.workprec(128):
-        choice = Selection(in_two_rows(last_speed=0.5), 2.0).next_impact()
+        choice = selection(in_two_rows(last_speed=0.5)).next_impact()
     assert choice is not None
     assert (choice.meeting.first, choice.meeting.second, choice.commutes) == (3, 4, True)

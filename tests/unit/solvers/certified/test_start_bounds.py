@@ -11,7 +11,7 @@ from carom import Disc, Scene, certify
 from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
 from carom.solvers.certified import CertifiedTrace
-from carom.solvers.certified.bodies import BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.start_bounds import StartBounds
 
 SCENES = [
@@ -43,15 +43,13 @@ def test_a_bound_says_nothing_until_it_is_raised() -> None:
     pairs = [(i, j) for i in range(4) for j in range(i + 1, 4)]
     expected = sorted([*pairs, *((i, -1 - k) for i in range(4) for k in range(4))], key=lambda p: (p[0], p[1] < 0))
     found = bounds.up_to(0.0)
-    assert sorted(found) == sorted(expected)
-    assert bounds.several_up_to(0.0)
-    for k, place in enumerate(found):
-        bounds.raise_to(*place, 1.0 + k)
-        assert bounds.at(*place) == 1.0 + k
-    assert not bounds.several_up_to(1.0)
-    assert bounds.earliest() == (1.0, *found[0])
-    for place in found:
-        bounds.raise_to(*place, math.inf)
+    assert sorted(found) == sorted((0.0, *place) for place in expected)
+    for k, (_, row, body) in enumerate(found):
+        bounds.raise_to(row, body, 1.0 + k)
+    assert bounds.up_to(1.0) == [(1.0, *found[0][1:])]
+    assert bounds.earliest() == (1.0, *found[0][1:])
+    for _, row, body in found:
+        bounds.raise_to(row, body, math.inf)
     assert bounds.earliest()[0] == math.inf
 
 
@@ -61,12 +59,10 @@ def test_what_has_changed_is_bounded_anew() -> None:
         Scene(name="row", discs=[Disc(position_m=(3.0 * k, 0.0), radius_m=1.0) for k in range(4)], duration_s=1.0)
     )
     bounds = StartBounds(bodies)
-    for place in bounds.up_to(0.0):
-        bounds.raise_to(*place, 5.0)
+    for _, row, body in bounds.up_to(0.0):
+        bounds.raise_to(row, body, 5.0)
     bodies.time[1] = bodies.time[2] = 0.5
     bodies.partner[1], bodies.partner[2] = 2, 1
     bounds.changed(1, 2)
-    assert bounds.up_to(0.5) == [(1, 0), (1, 3), (2, 0), (2, 3)]
-    assert bounds.up_to(5.0) == [(0, 3), (1, 0), (1, 3), (2, 0), (2, 3)]
-    with pytest.raises(KeyError):
-        bounds.at(1, 2)
+    assert [entry[1:] for entry in bounds.up_to(0.5)] == [(1, 0), (1, 3), (2, 0), (2, 3)]
+    assert [entry[1:] for entry in bounds.up_to(5.0)] == [(0, 3), (1, 0), (1, 3), (2, 0), (2, 3)]

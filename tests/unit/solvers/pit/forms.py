@@ -9,26 +9,33 @@ import numpy as np
 
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.frames import FrameSampledRun
-from carom.solvers.pit.run import FrameRun
+from carom.solvers.pit.frames import PlainFrameLoop
+from carom.solvers.pit.solve import PATIENCE, FrameRun
 
-__all__ = ["Form", "bits", "compiled_forms", "finished"]
+__all__ = ["Form", "bits", "compiled_forms", "definition", "finished"]
 
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 
+def definition(scene: Scene, clock: FrameClock) -> FrameRun:
+    return FrameRun(PlainFrameLoop(scene, clock), clock)
+
+
 def compiled_forms() -> dict[str, Form]:
     """Return the compiled run as a user gets it, looping plainly, and skipping whatever that costs."""
-    from carom.solvers.pit.compiled import CompiledRun
+    from carom.solvers.pit.frame_loop import FrameLoop
+
+    def form(*, skips: bool, patience: float) -> Form:
+        return lambda scene, clock: FrameRun(FrameLoop(scene.arrays, clock, skips, patience), clock)
 
     return {
-        "default": CompiledRun,
-        "plain": lambda scene, clock: CompiledRun(scene, clock, skipping=False),
-        "always skipping": lambda scene, clock: CompiledRun(scene, clock, patience=math.inf),
+        "default": form(skips=True, patience=PATIENCE),
+        "plain": form(skips=False, patience=PATIENCE),
+        "always skipping": form(skips=True, patience=math.inf),
     }
 
 
-def finished(scene: Scene, clock: FrameClock, form: Form = FrameSampledRun) -> FrameRun:
+def finished(scene: Scene, clock: FrameClock, form: Form = definition) -> FrameRun:
     """Return a run at the end of its scene."""
     run = form(scene, clock)
     run.advance_to(scene.duration_s)

@@ -14,10 +14,9 @@ from tests.unit.solvers.pit.scenes import KINDS, random_scene
 from tests.unit.solvers.strategies import line, scenes
 
 from carom.bench.gas import gas_scene
-from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.run import FrameRun
+from carom.solvers.pit.solve import FrameRun
 
 pytestmark = needs_extension
 
@@ -221,15 +220,6 @@ def test_the_record_is_handed_out_as_it_grows() -> None:
     assert len(seen[-1]) == len(run.log) == len(whole) > 100
 
 
-def test_a_scene_with_gravity_is_refused() -> None:
-    """Compiled PIT knows straight paths only."""
-    from carom.solvers.pit.compiled import CompiledRun
-
-    scene = Scene(name="fall", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0, gravity_m_s2=(0.0, -9.8))
-    with pytest.raises(InputError, match="compiled PIT does not support gravity"):
-        CompiledRun(scene, FrameClock.at_rate(60.0))
-
-
 @pytest.mark.parametrize("count", [1, 36, 37])
 def test_any_number_of_discs_runs(count: int) -> None:
     """One disc alone has only walls to meet; from some number on discs are kept in cells."""
@@ -254,14 +244,3 @@ def test_negative_zeros_are_the_definitions() -> None:
     assert_identical(scene, FrameClock.at_rate(3.0))
     start = [form(scene, FrameClock.at_rate(3.0)) for form in compiled_forms().values()]
     assert {bits(run) for run in start} == {bits(finished(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))}
-
-
-def test_rows_have_the_size_of_the_record() -> None:
-    """A row that is copied is as long as one of `IMPACT_DTYPE`, and no more rows are handed out than there are."""
-    from carom.solvers.pit.frame_loop import FrameLoop
-
-    loop = FrameLoop(line(0.0, 1.0, velocities=(1.0, 0.0)).arrays, 1.0, 8.0, True, math.inf)
-    loop.run(1, 100, 1e9)
-    assert loop.recorded == 1
-    with pytest.raises(IndexError, match="1 have been recorded"):
-        loop.copy_impacts(0, np.empty(105, np.int8))

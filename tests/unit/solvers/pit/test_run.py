@@ -10,7 +10,7 @@ from contextlib import contextmanager
 
 import pytest
 from tests.forms import needs_extension
-from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, finished
+from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition, finished
 from tests.unit.solvers.strategies import line
 
 from carom import extension
@@ -18,7 +18,6 @@ from carom.bench.gas import gas_scene
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.frames import FrameSampledRun
 from carom.solvers.run import Run
 from carom.trace import Outcome
 
@@ -27,7 +26,7 @@ CLOCK = FrameClock.at_rate(24.0)
 
 def forms() -> dict[str, Form]:
     compiled = compiled_forms() if extension.extension_available() else {}
-    return {"definition": FrameSampledRun, **compiled}
+    return {"definition": definition, **compiled}
 
 
 @pytest.fixture(params=forms())
@@ -71,7 +70,7 @@ def test_pieces_change_no_bit(form: Form) -> None:
 def test_pieces_change_no_bit_under_gravity() -> None:
     """So it is for discs that fall, whose velocities change between frames, too."""
     scene = billiard(gravity=9.8)
-    run = FrameSampledRun(scene, CLOCK)
+    run = definition(scene, CLOCK)
     for k in range(1, 1001):
         run.advance_to(0.01 * k)
         run.velocities()
@@ -173,7 +172,7 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     with interrupted_soon(), pytest.raises(StopError):
         run.advance_frames(2_000_000)
     assert run.frames < 2_000_000
-    if isinstance(run, FrameSampledRun):  # interrupted in the middle of a frame, for all that it knows
+    if form is definition:  # interrupted in the middle of a frame, for all that it knows
         return
     frames = run.frames + 10
     run.advance_frames(10)
@@ -187,7 +186,7 @@ def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.solvers.pit.frame_loop import FrameLoop
 
-    loop = FrameLoop(gas_scene(300, 0.3).arrays, 1.0, 24.0, False, 0.0)
+    loop = FrameLoop(gas_scene(300, 0.3).arrays, CLOCK, False, 0.0)
     thread = threading.Thread(target=loop.run, args=(500, 2**62, 1e18))
     thread.start()
     seen = set()

@@ -8,8 +8,8 @@ from tests.unit.solvers.strategies import line
 
 from carom import extension
 from carom.scene import Scene
+from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.frames import FrameSampledRun
 from carom.solvers.pit.solve import pit_run, solve_pit
 from carom.trace import Outcome
 
@@ -23,18 +23,18 @@ def falling() -> Scene:
 @needs_extension
 def test_compiled_code_serves_scenes_without_gravity() -> None:
     """So it does whatever the number of discs, and for plain looping, too; there is nothing to note."""
-    from carom.solvers.pit.compiled import CompiledRun
+    from carom.solvers.pit.frame_loop import FrameLoop
 
     for skipping in (True, False):
         run = pit_run(line(0.0, velocities=(1.0,)), CLOCK, skipping=skipping)
-        assert isinstance(run, CompiledRun)
+        assert isinstance(run.log, FrameLoop)
         assert run.notes == ()
 
 
 def test_the_definition_serves_under_gravity() -> None:
     """Where no faster form is left out there is nothing to note."""
     run = pit_run(falling(), CLOCK)
-    assert isinstance(run, FrameSampledRun)
+    assert isinstance(run.log, ImpactLog)
     assert run.notes == ()
 
 

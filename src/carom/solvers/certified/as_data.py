@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,40 +21,34 @@ if TYPE_CHECKING:
 __all__ = ["enclosures", "from_enclosures"]
 
 _FORMAT = "carom certified run, 1"
+#: Fields of a trace, and of a certified one, that are the same in both.
+_FINAL = ("final_position_m", "final_velocity_m_s")
+_FINAL_RADII = ("final_position_radius_m", "final_velocity_radius_m_s")
+_NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
 
 
 def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
     """Return a certified run as what JSON can hold; a number's truth is within its radius of it."""
     trace, degeneracy = certified.trace, certified.degeneracy
+    trouble = degeneracy and dataclasses.asdict(degeneracy)
+    if degeneracy and trouble:
+        latest = None if math.isinf(degeneracy.latest_s) else degeneracy.latest_s
+        trouble |= {"kind": degeneracy.kind.name, "bodies": list(degeneracy.bodies), "latest_s": latest}
     return {
         "format": _FORMAT,
         "scene": trace.scene.model_dump(mode="json"),
-        "digits": certified.digits,
         "ending": certified.ending.name,
         "outcome": trace.outcome.name,
-        "degeneracy": None
-        if degeneracy is None
-        else {
-            "kind": degeneracy.kind.name,
-            "bodies": list(degeneracy.bodies),
-            "earliest_s": degeneracy.earliest_s,
-            "latest_s": None if degeneracy.latest_s == float("inf") else degeneracy.latest_s,
-            "proven": degeneracy.proven,
-            "bits": degeneracy.bits,
-        },
+        "degeneracy": trouble,
         "end_time_s": trace.end_time_s,
         "fields": list(IMPACT_DTYPE.names or ()),
         "impacts": _plain(trace.impacts),
         "radii": _plain(certified.radii),
         "decimals": [list(row) for row in certified.decimals],
         "commuted": [list(pair) for pair in certified.commuted],
-        "final_position_m": trace.final_position_m.tolist(),
-        "final_position_radius_m": certified.final_position_radius_m.tolist(),
-        "final_velocity_m_s": trace.final_velocity_m_s.tolist(),
-        "final_velocity_radius_m_s": certified.final_velocity_radius_m_s.tolist(),
-        "precision_bits": certified.precision_bits,
-        "bits_lost": certified.bits_lost,
-        "replays": certified.replays,
+        **{name: getattr(trace, name).tolist() for name in _FINAL},
+        **{name: getattr(certified, name).tolist() for name in _FINAL_RADII},
+        **{name: getattr(certified, name) for name in _NUMBERS},
     }
 
 
@@ -64,42 +60,32 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
     """
     if document.get("format") != _FORMAT:
         raise InputError(f"format must be {_FORMAT!r}, got {document.get('format')!r}")
-    trouble = document["degeneracy"]
+    final: dict[str, Any] = {name: np.array(document[name]) for name in _FINAL}
+    same: dict[str, Any] = {name: document[name] for name in _NUMBERS}
+    same |= {name: np.array(document[name]) for name in _FINAL_RADII}
     trace = Trace(
         method="certified",
         scene=Scene(**document["scene"]),
         impacts=_array(document["impacts"]),
-        final_position_m=np.array(document["final_position_m"]),
-        final_velocity_m_s=np.array(document["final_velocity_m_s"]),
         end_time_s=document["end_time_s"],
         outcome=Outcome[document["outcome"]],
         settings={"digits": document["digits"], "precision_bits": document["precision_bits"]},
         counts={"impacts": len(document["impacts"])},
+        **final,
     )
-    degeneracy = None
+    trouble = document["degeneracy"]
     if trouble is not None:
-        latest = float("inf") if trouble["latest_s"] is None else trouble["latest_s"]
-        degeneracy = Degeneracy(
-            Degenerate[trouble["kind"]],
-            tuple(trouble["bodies"]),
-            trouble["earliest_s"],
-            latest,
-            trouble["proven"],
-            trouble["bits"],
-        )
+        latest = math.inf if trouble["latest_s"] is None else trouble["latest_s"]
+        changed = {"kind": Degenerate[trouble["kind"]], "bodies": tuple(trouble["bodies"]), "latest_s": latest}
+        trouble = Degeneracy(**(trouble | changed))
     return CertifiedTrace(
         trace=trace,
         radii=_array(document["radii"]),
-        final_position_radius_m=np.array(document["final_position_radius_m"]),
-        final_velocity_radius_m_s=np.array(document["final_velocity_radius_m_s"]),
-        digits=document["digits"],
         ending=Ending[document["ending"]],
         decimals=tuple(tuple(row) for row in document["decimals"]),
-        degeneracy=degeneracy,
+        degeneracy=trouble,
         commuted=tuple((a, b) for a, b in document["commuted"]),
-        precision_bits=document["precision_bits"],
-        bits_lost=document["bits_lost"],
-        replays=document["replays"],
+        **same,
     )
 
 

@@ -1,16 +1,11 @@
-"""The state of all discs in ball arithmetic, and what an impact does to it.
+"""The state of all discs in ball arithmetic, in which every operation yields a ball that holds the true result.
 
-A ball (arb) is a midpoint and a radius; every operation yields a ball that holds the true result. The float64 numbers
-of the scene are the exact input. Each disc is kept at an exact reference instant, a float64 just before its last
-impact: so the uncertainty of the impact's time enters the position only through the change of velocity, and the instant
-itself costs no rounding. Between the reference and the impact the present path is merely extended backwards.
+The float64 numbers of the scene are the exact input. Each disc is kept at an exact reference instant, a float64 just
+before its last impact: so the uncertainty of the impact's time enters the position only through the change of velocity,
+and the instant itself costs no rounding. Between the reference and the impact the present path is extended backwards.
 
 Under uniform gravity all movable discs are seen from a frame that falls with them from rest at time 0, which adds
-``g t^2 / 2`` to a position and ``g t`` to a velocity: paths there are straight, impacts of two movable discs those
-without gravity, and it is the walls that move.
-
-Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
-one line parallel to an axis.
+``g t^2 / 2`` to a position and ``g t`` to a velocity: paths there are straight, and it is the walls that move.
 """
 
 from __future__ import annotations
@@ -21,9 +16,9 @@ from typing import NamedTuple
 from flint import arb, ctx
 
 from carom.scene import Scene
-from carom.trace import wall_body
+from carom.trace import wall_index
 
-__all__ = ["BallBodies", "BallImpact", "PairLaw", "WallLaw", "share_of_first"]
+__all__ = ["ZERO", "BallBodies", "PairLaw", "WallLaw"]
 
 ZERO = arb(0)
 
@@ -55,31 +50,6 @@ class WallLaw(NamedTuple):
     shift_y: arb
 
 
-class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after.
-
-    Velocities `before` are given under gravity only; without it they are those after the impact before.
-    """
-
-    first: int
-    second: int
-    time: arb
-    nx: arb
-    ny: arb
-    length: arb
-    after: tuple[arb, arb, arb, arb]
-    before: tuple[arb, arb, arb, arb] | None = None
-
-
-def share_of_first(mass_first: arb | None, mass_second: arb | None, restitution: arb) -> arb:
-    """Return ``(1 + e) (1/m1) / (1/m1 + 1/m2)``, the first's share; None is an infinite mass."""
-    if mass_first is None:
-        return ZERO
-    if mass_second is None:
-        return restitution + 1
-    return (restitution + 1) * mass_second / (mass_first + mass_second)
-
-
 class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
@@ -96,10 +66,8 @@ class BallBodies:
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         discs = scene.discs
-        self.x = [arb(disc.position_m[0]) for disc in discs]
-        self.y = [arb(disc.position_m[1]) for disc in discs]
-        self.vx = [arb(disc.velocity_m_s[0]) for disc in discs]
-        self.vy = [arb(disc.velocity_m_s[1]) for disc in discs]
+        self.x, self.y = ([arb(disc.position_m[k]) for disc in discs] for k in (0, 1))
+        self.vx, self.vy = ([arb(disc.velocity_m_s[k]) for disc in discs] for k in (0, 1))
         self.time = [0.0] * len(discs)
         self.movable = [not disc.immovable for disc in discs]
         self.met: list[dict[int, arb]] = [{} for _ in discs]
@@ -121,12 +89,6 @@ class BallBodies:
         self._pair_laws.clear()
         self._wall_laws.clear()
 
-    def accuracy_bits(self, i: int) -> int:
-        """Bits to which the velocity of disc `i` is known; the working precision where it is exact."""
-        vx, vy = self.vx[i], self.vy[i]
-        bits = [v.rel_accuracy_bits() for v in (vx, vy) if not v.is_zero()]
-        return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
-
     def state_bits(self, i: int) -> int:
         """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
         radius = arb(self.scene.discs[i].radius_m)
@@ -139,12 +101,17 @@ class BallBodies:
 
     def worst_accuracy_bits(self) -> int:
         """Bits to which the least known velocity component is known, relative to its disc's speed."""
-        return min(self.accuracy_bits(i) for i in range(len(self)))
+        return min(self._accuracy_bits(i) for i in range(len(self)))
 
     def best_accuracy_bits(self) -> int:
         """Bits to which the best known velocity that is not exact is known; the working precision where all are."""
         inexact = [i for i in range(len(self)) if not (self.vx[i].is_exact() and self.vy[i].is_exact())]
-        return max((self.accuracy_bits(i) for i in inexact), default=int(ctx.prec))
+        return max((self._accuracy_bits(i) for i in inexact), default=int(ctx.prec))
+
+    def _accuracy_bits(self, i: int) -> int:
+        """Bits to which the velocity of disc `i` is known; the working precision where it is exact."""
+        bits = [v.rel_accuracy_bits() for v in (self.vx[i], self.vy[i]) if not v.is_zero()]
+        return max(0, min(int(ctx.prec), max(bits, default=int(ctx.prec))))
 
     def untouched(self, *bodies: int) -> bool:
         """Whether no disc among these has had an impact, so that its state is its exact start."""
@@ -177,8 +144,7 @@ class BallBodies:
 
     def orthogonal(self, wall: int, other: int) -> bool:
         """Whether two walls, by body number, are exactly orthogonal."""
-        ax, ay = self.scene.walls[wall_body(wall)].normal
-        bx, by = self.scene.walls[wall_body(other)].normal
+        (ax, ay), (bx, by) = (self.scene.walls[wall_index(body)].normal for body in (wall, other))
         products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
         return bool((products[0] + products[1]).is_zero())
 
@@ -204,14 +170,20 @@ class BallBodies:
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
 
     def pair_law(self, i: int, j: int) -> PairLaw:
-        """Return the constants of discs `i` and `j`."""
+        """Return the constants of discs `i` and `j`.
+
+        The share of the first is ``(1 + e) (1/m1) / (1/m1 + 1/m2)``.
+        """
         key = (self._kind[i], self._kind[j])
         law = self._pair_laws.get(key)
         if law is None:
-            masses = [None if math.isinf(mass) else arb(mass) for mass, _ in key]
-            e = arb(self.scene.restitution)
-            share_i, share_j = share_of_first(masses[0], masses[1], e), share_of_first(masses[1], masses[0], e)
-            reach = arb(key[0][1]) + arb(key[1][1])
+            (mass_i, radius_i), (mass_j, radius_j) = key
+            turn = arb(self.scene.restitution) + 1
+            if math.isinf(mass_i) or math.isinf(mass_j):
+                share_i, share_j = (turn, ZERO) if math.isinf(mass_j) else (ZERO, turn)
+            else:
+                share_i, share_j = (turn * mass / (arb(mass_i) + arb(mass_j)) for mass in (arb(mass_j), arb(mass_i)))
+            reach = arb(radius_i) + arb(radius_j)
             reach2 = reach * reach
             law = PairLaw(reach, reach2, share_i, share_j, 1 - share_i, 1 - share_j, share_i / reach2, share_j / reach2)
             self._pair_laws[key] = law
@@ -239,52 +211,8 @@ class BallBodies:
             self._wall_laws[k, radius] = law
         return law
 
-    def settle_wall(self, i: int, k: int, at: float, time: arb, latest: float) -> BallImpact:
-        """Carry out the impact of disc `i` on wall `k`, with `at` its new reference."""
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        before = (*self.velocity(i, time), ZERO, ZERO) if self.falls else None
-        x, y = self.moved(i, at)
-        vx, vy = self.vx[i], self.vy[i]
-        if law.m_xy.is_zero():  # an exact 1 must not cost a rounding
-            if not law.nx.is_zero():
-                self.x[i], self.y[i] = law.m_xx * x + law.shift_x, y
-                self.vx[i] = law.m_xx * vx
-            else:
-                self.x[i], self.y[i] = x, law.m_yy * y + law.shift_y
-                self.vy[i] = law.m_yy * vy
-        else:
-            self.x[i] = law.m_xx * x + law.m_xy * y + law.shift_x
-            self.y[i] = law.m_xy * x + law.m_yy * y + law.shift_y
-            self.vx[i] = law.m_xx * vx + law.m_xy * vy
-            self.vy[i] = law.m_xy * vx + law.m_yy * vy
-        return self._on_wall(i, k, at, time, latest, before)
-
-    def settle_falling(self, i: int, k: int, at: float, time: arb, latest: float, root: arb, wait: arb) -> BallImpact:
-        """Carry out the impact on a wall that gravity pulls to or from; the disc comes at the speed `root` / |n|."""
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        before = (*self.velocity(i, time), ZERO, ZERO)
-        push = (arb(self.scene.wall_restitution) + 1) * root / (law.length * law.length)
-        px, py = push * law.nx, push * law.ny
-        x, y = self.moved(i, at)
-        self.x[i], self.y[i] = x - px * wait, y - py * wait
-        self.vx[i], self.vy[i] = self.vx[i] + px, self.vy[i] + py
-        return self._on_wall(i, k, at, time, latest, before)
-
-    def _on_wall(
-        self, i: int, k: int, at: float, time: arb, latest: float, before: tuple[arb, arb, arb, arb] | None
-    ) -> BallImpact:
-        law = self.wall_law(k, self.scene.discs[i].radius_m)
-        self._note(i, wall_body(k), at, time, latest)
-        after = (*self.velocity(i, time), ZERO, ZERO)
-        return BallImpact(i, wall_body(k), time, ZERO - law.nx, ZERO - law.ny, law.length, after, before)
-
-    def note_pair(self, i: int, j: int, at: float, time: arb, latest: float) -> None:
-        """Write down that discs `i` and `j` have met, with `at` their new reference."""
-        for disc, other in ((i, j), (j, i)):
-            if self.movable[disc]:
-                self._note(disc, other, at, time, latest)
-
-    def _note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+    def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:
+        """Note that disc `i`, whose state is of `at` already, has met another body at `time`, `latest` at most."""
         self.time[i] = at
         self.last_met[i] = max(self.last_met[i], latest)
         self.partner[i] = other

@@ -1,0 +1,110 @@
+"""What an impact does to discs in ball arithmetic.
+
+Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
+one line parallel to an axis. A state after an impact is that of `Meeting.at`, before it, on the new path backwards.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
+from carom.solvers.certified.meetings import Meeting, PairApproach, WallApproach
+from carom.trace import wall_index
+
+__all__ = ["BallImpact", "carry_out"]
+
+
+class BallImpact(NamedTuple):
+    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after.
+
+    Velocities `before` are given under gravity only; without it they are those after the impact before.
+    """
+
+    first: int
+    second: int
+    time: arb
+    nx: arb
+    ny: arb
+    length: arb
+    after: tuple[arb, arb, arb, arb]
+    before: tuple[arb, arb, arb, arb] | None = None
+
+
+def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
+    """Give both bodies the state after an impact that is certain, and return it."""
+    before = _velocities(bodies, meeting) if bodies.falls else None
+    if isinstance(meeting.near, PairApproach):
+        normal = _collide(bodies, meeting, meeting.near)
+    else:
+        normal = _bounce(bodies, meeting, meeting.near)
+    first, second, at, time, latest = meeting[:5]
+    for disc, other in ((first, second), (second, first)):
+        if disc >= 0 and bodies.movable[disc]:
+            bodies.note(disc, other, at, time, latest)
+    return BallImpact(first, second, time, *normal, _velocities(bodies, meeting), before)
+
+
+def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
+    first, second, time = meeting.first, meeting.second, meeting.time
+    return *bodies.velocity(first, time), *(bodies.velocity(second, time) if second >= 0 else (ZERO, ZERO))
+
+
+def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
+    """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
+    i, j = meeting.first, meeting.second
+    law = bodies.pair_law(i, j)
+    vxi, vyi, vxj, vyj = bodies.vx[i], bodies.vy[i], bodies.vx[j], bodies.vy[j]
+    xi, yi, xj, yj = near.xi, near.yi, near.xj, near.yj
+    if near.dy.is_zero() and near.uy.is_zero():
+        nx, ny = (law.reach if near.dx > 0 else ZERO - law.reach), ZERO
+        vxi, vxj, xi, xj = _exchange(law, vxi, vxj, xi, xj, nx)
+    elif near.dx.is_zero() and near.ux.is_zero():
+        nx, ny = ZERO, (law.reach if near.dy > 0 else ZERO - law.reach)
+        vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
+    else:
+        nx, ny = near.dx + near.ux * near.wait, near.dy + near.uy * near.wait
+        push_i, push_j = law.push_i * near.root, law.push_j * near.root
+        px, py, qx, qy = push_i * nx, push_i * ny, push_j * nx, push_j * ny
+        vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * near.wait, yi + py * near.wait
+        vxj, vyj, xj, yj = vxj + qx, vyj + qy, xj - qx * near.wait, yj - qy * near.wait
+    for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
+        if bodies.movable[disc]:
+            bodies.x[disc], bodies.y[disc], bodies.vx[disc], bodies.vy[disc] = x, y, vx, vy
+    return nx, ny, law.reach
+
+
+def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) -> tuple[arb, arb, arb, arb]:
+    """Return velocities and positions after an impact along one axis, each a mean of what was before.
+
+    In ``x + share (gap)`` the error of x would count twice; as a mean of both positions it hardly grows.
+    """
+    return (
+        law.keep_i * vi + law.share_i * vj,
+        law.keep_j * vj + law.share_j * vi,
+        law.keep_i * xi + law.share_i * (xj - contact),
+        law.keep_j * xj + law.share_j * (xi + contact),
+    )
+
+
+def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> tuple[arb, arb, arb]:
+    """Carry out the impact of a disc on a wall: a mirror, but for one that gravity pulls to or from."""
+    i = meeting.first
+    law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
+    x, y = bodies.moved(i, meeting.at)
+    vx, vy = bodies.vx[i], bodies.vy[i]
+    if near is not None:  # it comes at the speed ``root / |n|``
+        push = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
+        px, py = push * law.nx, push * law.ny
+        x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
+    elif not law.m_xy.is_zero():
+        x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
+        vx, vy = law.m_xx * vx + law.m_xy * vy, law.m_xy * vx + law.m_yy * vy
+    elif law.ny.is_zero():  # an exact 1 must not cost a rounding
+        x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
+    else:
+        y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
+    bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i] = x, y, vx, vy
+    return ZERO - law.nx, ZERO - law.ny, law.length
