@@ -11,10 +11,7 @@ asked for anew after each change, so none can be taken for another.
 from cython cimport unlikely
 
 from carom.physics.double_double cimport lesser
-from carom.solvers.event_driven.layout cimport (
-    BOUNDED, CROSSING, NO_EDGE, NOBODY, PAIR_IMPACT, POSTPONED, STALE, WALL_IMPACT,
-    Event, EventKind, Index, Prediction, State,
-)
+from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.queue cimport earliest_but, next_at
 from carom.solvers.event_driven.scan cimport pair_event_time
 

@@ -16,14 +16,8 @@ from carom.solvers.event_driven.events cimport event_time, is_stale, next_event,
 from carom.solvers.event_driven.exits cimport predict_exit
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
 from carom.solvers.event_driven.impacts cimport collide_pair, collide_wall, move, reported_time
-from carom.solvers.event_driven.layout cimport (
-    CROSSING, DONE, EPOCH_IMPACTS, INF, LEFT, LIMIT, MOST_WALLS, NOBODY, NO_BODY, NO_MEMORY, NO_WALL, OF_CELL,
-    OF_PARTNER, OF_PATH, OF_TIME, PAIR_IMPACT, PAUSE, STALE, STANDSTILL, START, WALL_IMPACT,
-    Cell, Change, Disc, Ending, Event, Impact, Index, Prediction, Recent, State, Wall,
-)
-from carom.solvers.event_driven.lookahead cimport (
-    fetch_disc, fetch_neighbours, fetch_partner_cells, fetch_surroundings,
-)
+from carom.solvers.event_driven.layout cimport *
+from carom.solvers.event_driven.lookahead cimport *
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.record cimport forget, has_room, is_recorded
 from carom.solvers.event_driven.scan cimport predict_impact
