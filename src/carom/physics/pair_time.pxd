@@ -101,7 +101,7 @@ cdef inline double refine(double near, Encounter e) noexcept nogil:
     bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse
     speed = fabs(e.ux.high) + fabs(e.uy.high)
     extent = fabs(e.x.high) + fabs(e.y.high) + near * speed
-    # Selects, which a compiler makes of two pairs at a time, where it could not take apart a chain of `and`.
+    # Selects, not a chain of `and`: no branch that a processor would have to foresee.
     cdef double root = near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend))
     root = root if closing >= 2.0**-10 * (radius * speed) else UNCERTAIN
     root = root if extent <= 2.0**34 * radius else UNCERTAIN

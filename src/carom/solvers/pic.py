@@ -41,7 +41,7 @@ def pic_run(scene: Scene, request: Request | None = None, *, all_pairs: bool = F
             from carom.solvers.falling.run import BallisticRun
 
             return BallisticRun(scene)
-        options = request.in_units(units).options if request else {}
+        options = request.options(units) if request else {}
         if extension_available() and not all_pairs:
             return EventDrivenRun(scene, **options)
         from carom.solvers.plain.run import AllPairsRun

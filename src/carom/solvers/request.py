@@ -73,22 +73,10 @@ class Request(NamedTuple):
         """Whether impacts are asked for, all or the first few, and nothing else."""
         return self.max_impacts != 0 and self[2:] == (True, ALWAYS, (), 0.0, None)
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """What a run without gravity is made with."""
-        return {
-            "record": "all" if self.keep else "none",
-            "window_s": self.window_s,
-            "contact_duration_s": self.contact_duration_s,
-        }
-
-    def in_units(self, units: Units) -> Request:
-        """Return the same request, as far as a run is made with it, in these units."""
-        begin, end = self.window_s
-        return self._replace(
-            window_s=(units.of_seconds(begin), units.of_seconds(end)),
-            contact_duration_s=units.of_seconds(self.contact_duration_s),
-        )
+    def options(self, units: Units) -> dict[str, Any]:
+        """Return what a run without gravity is made with, in units of its own."""
+        window, contact = map(units.of_seconds, self.window_s), units.of_seconds(self.contact_duration_s)
+        return {"record": "all" if self.keep else "none", "window_s": tuple(window), "contact_duration_s": contact}
 
     def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
         """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""

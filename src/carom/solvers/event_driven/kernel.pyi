@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 from carom.trace import IMPACT_DTYPE as IMPACT_DTYPE
 
 DISC_DTYPE: Final[np.dtype[np.void]]
-ENDINGS: Final[tuple[str, ...]]
 
 @final
 class Kernel:

@@ -33,8 +33,6 @@ cdef enum:
 
 cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
-#: What `Kernel.run` returns are numbers of these.
-ENDINGS = ("done", "limit", "standstill", "pause")
 
 
 cdef void new_epoch(State *s) noexcept nogil:
@@ -243,11 +241,7 @@ cdef class Kernel:
         free(self.s.record.ambiguous)
 
     def run(self, double until, Index impacts, Index events):
-        """Carry out impacts up to `until`, until there have been `impacts` since the start, or for so many events.
-
-        Returns:
-            A number of `ENDINGS`.
-        """
+        """Call the loop; return how it ended, an `Ending`."""
         with nogil:
             ending = loop(&self.s, until, impacts, events)
         if ending == NO_MEMORY:

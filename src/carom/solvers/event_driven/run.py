@@ -27,7 +27,7 @@ __all__ = ["EventDrivenRun", "RunState"]
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
-#: The numbers of `ENDINGS` in kernel.pyx.
+#: `Ending` of layout.pxd.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE = range(4)
 _OUTCOMES = {_DONE: Outcome.COMPLETED, _LIMIT: Outcome.MAX_IMPACTS, _STANDSTILL: Outcome.STANDSTILL}
 _NEVER = 2**62
@@ -35,16 +35,9 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "epoch
 
 
 class RunState(NamedTuple):
-    """All that a run needs to go on: hand it to `EventDrivenRun` again, with the same discs and walls.
+    """All that a run of the same discs and walls needs to go on; impacts recorded so far are not part of it."""
 
-    What is predicted is made anew; impacts that have been recorded are not part of it.
-
-    Attributes:
-        kernel: The state of the kernel, see `Kernel.state` in kernel.pyx.
-        time_s: How far the run has been taken, seconds from the start.
-    """
-
-    kernel: Mapping[str, Any]
+    kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
 
 
@@ -162,11 +155,6 @@ class EventDrivenRun:
     def impacts(self) -> int:
         """Number of impacts so far, recorded or not."""
         return self._kernel.counts["impacts"]
-
-    @property
-    def predictions(self) -> int:
-        """Number of times a disc's future was predicted anew after an impact."""
-        return self._kernel.counts["predictions"]
 
     @property
     def virial_j_s(self) -> float:
