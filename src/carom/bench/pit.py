@@ -5,11 +5,12 @@ A gas at packing .3, 60 frames a second; processor time, medians of alternating 
 
 from __future__ import annotations
 
+import statistics
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from carom.bench.arguments import count, parser, run
-from carom.bench.baseline import Interpreter, alternating
+from carom.bench.baseline import Interpreter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,21 +40,25 @@ for line in sys.stdin:
     print(time.process_time() - begin, flush=True)
 """
 
-#: Frames a round: enough to take some hundredths of a second.
-_DISC_FRAMES = 300_000
+#: From two discs, where skipping has least to save, to where a frame of plain looping takes seconds.
+_SIZES = (2, 16, 64, 1000, 100_000)
+#: Frames a round, times the discs: enough to take some hundredths of a second; and tests a round of plain looping.
+_DISC_FRAMES, _TESTS = 300_000, 2_000_000_000
 
 
 def compare(discs: int, baseline: str, rounds: int) -> str:
     """Return a line: milliseconds a frame, plain over skipping, and the baseline's best form over skipping."""
-    frames = max(2, _DISC_FRAMES // discs)
-    forms = [(True, None), (False, None)] + ([(True, baseline)] if baseline else [])
+    frames = max(3, _DISC_FRAMES // discs)
+    plain_frames = max(1, min(frames, _TESTS // discs**2))
+    forms = [(True, frames, None), (False, plain_frames, None)] + ([(True, frames, baseline)] if baseline else [])
     with ExitStack() as stack:
         processes = [
-            stack.enter_context(Interpreter(_GAS.format(discs=discs, skipping=skipping), python))
-            for skipping, python in forms
+            (stack.enter_context(Interpreter(_GAS.format(discs=discs, skipping=skipping), python)), count)
+            for skipping, count, python in forms
         ]
-        skipping_s, plain_s, *before = alternating(processes, str(frames), rounds)
-    line = f"{discs:8d} {frames:7d} {1e3 * skipping_s / frames:10.4g} {plain_s / skipping_s:16.3g}"
+        seconds = [[process.ask(str(count))[0] / count for process, count in processes] for _ in range(rounds)]
+    skipping_s, plain_s, *before = (statistics.median(column) for column in zip(*seconds, strict=True))
+    line = f"{discs:8d} {frames:7d} {1e3 * skipping_s:10.4g} {plain_s / skipping_s:16.3g}"
     return line + "".join(f" {before_s / skipping_s:20.3g}" for before_s in before)
 
 
@@ -67,9 +72,7 @@ def main(sizes: Sequence[int], baseline: str, rounds: int) -> None:
 
 if __name__ == "__main__":
     command = parser("carom.bench.pit", __doc__)
-    command.add_argument(
-        "sizes", nargs="*", type=count, default=(1000, 100_000), metavar="discs", help="sizes of the gas"
-    )
+    command.add_argument("sizes", nargs="*", type=count, default=_SIZES, metavar="discs", help="sizes of the gas")
     command.add_argument("--baseline", default="", metavar="PYTHON", help="the interpreter of another environment")
     command.add_argument("--rounds", type=count, default=9, help="alternating runs, of which medians are taken")
     run(command, main)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CLASSES", "carom_form", "main", "pairs_of_class", "stable", "textbook"]
 
-#: The classes of input on which formulas differ, see ``docs/pic.md``.
+#: The classes of input on which formulas differ, see ``docs/physics.md``.
 CLASSES = (
     "random",
     "grazing 1e-14..1e-4",
