@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from carom.trace import wall_index
+from carom.trace import body_name
 
 if TYPE_CHECKING:
     import numpy as np
@@ -64,7 +64,7 @@ class Degeneracy:
     bits: int
 
     def __str__(self) -> str:
-        names = ", ".join(f"disc {body}" if body >= 0 else f"wall {wall_index(body)}" for body in self.bodies)
+        names = ", ".join(map(body_name, self.bodies))
         when = f"at {self.earliest_s:.17g} s"
         if self.latest_s != self.earliest_s:
             when = f"between {self.earliest_s:.17g} and {self.latest_s:.17g} s"
