@@ -106,7 +106,7 @@ class FallingBodies(Bodies):
             return _NEVER
         disc = (*self.state_at(i, self.instant[i]), self.radius[i])
         leaving = self.leaving[i] if self.last_partner[i] == fixed else None
-        wait = encounter_time(*disc, self.x[fixed], self.y[fixed], self.radius[fixed], *self.gravity, leaving)
+        wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.gravity, leaving)
         return after(self.instant[i], wait) if wait < math.inf else _NEVER
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
