@@ -186,20 +186,19 @@ cdef class FrameLoop:
 
     def positions(self, double time):
         """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""
-        places = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] place = places
-        cdef Index i
-        for i in range(self.s.disc_count):
-            a = &self.s.discs[i]
-            place[i, 0] = a.x + a.vx * (time - self.s.now)
-            place[i, 1] = a.y + a.vy * (time - self.s.now)
-        return places
+        states = self.states()
+        return states[:, :2] + states[:, 2:] * (time - self.s.now)
 
     def velocities(self, double time):
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
-        speeds = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] speed = speeds
+        return self.states()[:, 2:].copy()
+
+    cdef states(self):
+        """Return x, y, vx, vy of each disc."""
+        states = np.empty((self.s.disc_count, 4))
+        cdef double[:, ::1] state = states
         cdef Index i
         for i in range(self.s.disc_count):
-            speed[i, 0], speed[i, 1] = self.s.discs[i].vx, self.s.discs[i].vy
-        return speeds
+            a = &self.s.discs[i]
+            state[i, 0], state[i, 1], state[i, 2], state[i, 3] = a.x, a.y, a.vx, a.vy
+        return states
