@@ -44,7 +44,7 @@ campaign-pic: $(BUILT)
 
 bench: $(BUILT)
 	for part in pic pit time_of_impact certified start; do \
-		$(BIN)/python -m carom.bench.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
+		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 
 check: $(BUILT)

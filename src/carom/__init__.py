@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from carom.physics.impact_law import resolve_impact
     from carom.physics.time_of_impact import time_of_impact
     from carom.registry import EngineInfo, engines
-    from carom.runs import Results, cross_check, run
+    from carom.runs.execute import cross_check, run
+    from carom.runs.results import Results
     from carom.scene import Disc, Scene, Wall, load_scene, save_scene
     from carom.solvers.certified import CertifiedTrace, certify
     from carom.solvers.event_driven.run import EventDrivenRun
@@ -63,7 +64,7 @@ _HOME = {
     "EventDrivenRun": "carom.solvers.event_driven.run",
     "Horizon": "carom.comparator.horizon",
     "Outcome": "carom.trace",
-    "Results": "carom.runs",
+    "Results": "carom.runs.results",
     "Scene": "carom.scene",
     "SceneError": "carom.errors",
     "Score": "carom.comparator",
@@ -71,12 +72,12 @@ _HOME = {
     "Wall": "carom.scene",
     "certify": "carom.solvers.certified.certify",
     "compare": "carom.comparator",
-    "cross_check": "carom.runs",
+    "cross_check": "carom.runs.execute",
     "engines": "carom.registry",
     "horizon": "carom.comparator",
     "load_scene": "carom.scene",
     "resolve_impact": "carom.physics.impact_law",
-    "run": "carom.runs",
+    "run": "carom.runs.execute",
     "save_scene": "carom.scene",
     "solve_pic": "carom.solvers.pic",
     "solve_pic_framewise": "carom.solvers.plain.framewise",

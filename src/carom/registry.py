@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
@@ -12,7 +12,7 @@ from importlib import metadata
 from carom.adapter import Adapter, Capabilities, Engine
 from carom.errors import AdapterError, UnknownNameError
 
-__all__ = ["ENTRY_POINT_GROUP", "EngineInfo", "engines", "load_adapter", "unavailable_reason"]
+__all__ = ["ENTRY_POINT_GROUP", "EngineInfo", "chosen_engines", "engines", "load_adapter", "unavailable_reason"]
 
 ENTRY_POINT_GROUP = "carom.adapters"
 
@@ -53,6 +53,11 @@ def _entry_points() -> dict[str, metadata.EntryPoint]:
     return found
 
 
+def _require_named(name: str, names: Iterable[str]) -> None:
+    if name not in names:
+        raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(names) or 'none'}")
+
+
 def load_adapter(name: str) -> Adapter:
     """Return the adapter of this name.
 
@@ -61,8 +66,7 @@ def load_adapter(name: str) -> Adapter:
         AdapterError: Its entry point can't be loaded, or what it holds is no adapter.
     """
     points = _entry_points()
-    if name not in points:
-        raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(sorted(points)) or 'none'}")
+    _require_named(name, sorted(points))
     try:
         adapter: Adapter = points[name].load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties, on some versions of Python
@@ -131,3 +135,15 @@ def engines() -> list[EngineInfo]:
             infos.append(EngineInfo(name, name, "", str(error), None, {}, distribution))
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
+
+
+def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
+    """Return what is known of the engines of these names, or of all.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    infos = engines()
+    for name in names or ():
+        _require_named(name, [info.name for info in infos])
+    return [info for info in infos if names is None or info.name in names]

@@ -11,7 +11,7 @@ from tests.adapters.widths import width
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter, Observation
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 
 Finish = Callable[..., Observation]
 

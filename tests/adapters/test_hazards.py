@@ -17,9 +17,10 @@ import carom
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError, Contact, Setting
 from carom.report.grid import reasons_of
-from carom.runs import Row, Status
 from carom.runs.explain import explain
-from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.job import Status
+from carom.runs.plan import Options, capabilities_of, plan_of, unsupported_reason
+from carom.runs.results import Row
 from carom.trace import Outcome
 
 Named = Callable[[str], Adapter]
@@ -112,7 +113,7 @@ def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     results = carom.cross_check(
         [far, leaving, near], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False
     )
-    found = {(row.cell.scene.name, row.cell.engine): row for row in results.rows}
+    found = {(row.job.scene.name, row.job.engine): row for row in results.rows}
     reset = found["leaving", "mujoco"]
     _require_ran(reset)
     assert reset.trace is not None
@@ -323,7 +324,8 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(named: Nam
 def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
     """Above the clamp the plan skips PyBullet as shipped with that reason, and runs it tuned."""
     named("pybullet")
-    default, tuned = list(explain([_struck(150.0)], ["pybullet"], [1 / 60], ["default", "tuned"]))[-2:]
+    plan = plan_of([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]))
+    default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned
 

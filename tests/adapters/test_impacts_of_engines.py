@@ -10,7 +10,7 @@ import pytest
 
 from carom import Disc, Scene
 from carom.adapter import Adapter
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 
 Named = Callable[[str], Adapter]
 

@@ -11,7 +11,7 @@ from tests.adapters.widths import width
 
 from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Adapter, CuttableWorld
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 from carom.scenes import catalogue
 
 Named = Callable[[str], Adapter]

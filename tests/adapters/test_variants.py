@@ -13,7 +13,7 @@ from carom.adapter import Adapter
 from carom.report.document import Medium
 from carom.report.grid import build_grid
 from carom.report.tables import profile_table
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 from carom.runs.plan import missing_profile_reason
 from carom.scenes import catalogue
 
@@ -97,7 +97,7 @@ def test_by_default_no_variant_is_run() -> None:
     """Unless asked for, an engine is run with its three profiles, and cut steps at the coarsest step only."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
     rows = carom.cross_check([scene], ["box2d"], timing=False).rows
-    assert [(row.cell.profile, row.cell.refinement) for row in rows] == [
+    assert [(row.job.profile, row.job.refinement) for row in rows] == [
         ("default", 0),
         ("tuned", 0),
         ("located", 0),

@@ -7,9 +7,9 @@ import json
 import sys
 
 import numpy as np
+from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 
 from carom import Trace, engines, solve_pic, solve_pit
-from carom.bench.time_of_impact import CLASSES, carom_form, pairs_of_class
 from carom.extension import extension_available, extension_notes
 from carom.scenes import all_scenes
 from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble

@@ -12,7 +12,10 @@ from tests.planted.faults import DT, LAST_S, LENGTH, ROW, SPEED
 
 from carom import Disc, Results, Scene, cross_check, registry
 from carom.comparator import Grade, Verdict
-from carom.runs import Row, Status, cell_score
+from carom.runs import scoring
+from carom.runs.job import Status
+from carom.runs.pool import InProcess
+from carom.runs.results import Row
 
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
 FREE = Scene(
@@ -79,21 +82,23 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         patch.syspath_prepend(str(Path(carom_planted.__file__).parent))
-        for cache in (registry._entry_points, cell_score._versions):  # noqa: SLF001 - a test may forget what was found
+        for cache in (registry._entry_points, scoring._versions):  # noqa: SLF001 - a test may forget what was found
             cache.cache_clear()
         yield carom_planted.adapter.name
-    for cache in (registry._entry_points, cell_score._versions):  # noqa: SLF001 - and must not leave what it found
+    for cache in (registry._entry_points, scoring._versions):  # noqa: SLF001 - and must not leave what it found
         cache.cache_clear()
 
 
 @pytest.fixture(scope="module")
 def results(installed: str) -> Results:
     """Every fault, in both scenes."""
-    return cross_check([ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, jobs=1)
+    return cross_check(
+        [ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, pool=InProcess()
+    )
 
 
 def row_of(results: Results, scene: Scene, fault: str) -> Row:
-    (row,) = (row for row in results.rows if row.cell.scene.name == scene.name and row.cell.profile == fault)
+    (row,) = (row for row in results.rows if row.job.scene.name == scene.name and row.job.profile == fault)
     return row
 
 

@@ -13,7 +13,7 @@ from carom import Disc, Scene, Wall, registry
 from carom.comparator import Grade
 from carom.conformance.cases import cases
 from carom.conformance.subject import Subject
-from carom.runs import Status
+from carom.runs.job import Status
 
 HERE = Path(__file__).parent
 DOCS = HERE.parents[1] / "docs"

@@ -14,10 +14,10 @@ def stress(*arguments: object) -> Result:
 
 
 def test_the_list_names_every_kind_of_line() -> None:
-    """`--list` names attacks, relations, own checks and complaints, and runs nothing."""
+    """`--list` names attacks, relations and complaints, and runs nothing."""
     result = stress("--list")
     assert result.exit_code == 0
-    for name in ("grazing", "boost", "own-energy", "mujoco-441"):
+    for name in ("grazing", "boost", "mujoco-441"):
         assert name in result.output
 
 
@@ -53,7 +53,7 @@ def test_the_journal_of_another_form_is_refused(tmp_path: Path) -> None:
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
     result = stress("small", "-e", "pit", "--resume", "--out", tmp_path)
     assert result.exit_code == 2
-    assert "leave out --resume and choose another --out" in " ".join(result.output.split())
+    assert "its quick is True, and this one's False; name another folder" in " ".join(result.output.split())
 
 
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,7 +62,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     def interrupted(*_arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(campaign, "_carry_out", interrupted)
+    monkeypatch.setattr(campaign, "_spot", interrupted)
     result = stress("small", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 130
     assert "--resume" in result.output

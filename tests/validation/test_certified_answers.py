@@ -1,6 +1,6 @@
 """PIC against certified runs that are committed as data: needs no python-flint.
 
-The data is made by ``python -m carom.bench.certified_answers``; each number in it is within its radius of the truth.
+The data is made by ``python -m benchmarks.certified_answers``; each number in it is within its radius of the truth.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, fa
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
 from carom.errors import InputError
-from carom.runs.certification import certified_reference
+from carom.runs.reference import certified_reference
 from carom.scenes import catalogue
 from carom.solvers.certified import Degenerate, Ending
 

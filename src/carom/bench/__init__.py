@@ -1,1 +1,1 @@
-"""Benchmarks of Carom's own methods: each module runs with ``python -m`` and prints a table."""
+"""Error against run time, run time against the number of discs, and the step that is good enough."""

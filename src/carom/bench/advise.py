@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -17,15 +17,16 @@ import numpy as np
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
-from carom.runs.cell_score import Measures, cell_key
-from carom.runs.cross_check import reference_trace
-from carom.runs.plan import chosen_engines, distinct_profiles
-from carom.runs.results import Cell, Status
-from carom.runs.sweep import Pool, sweep
+from carom.registry import chosen_engines
+from carom.runs.job import Job, Method, Progress
+from carom.runs.plan import distinct_methods
+from carom.runs.pool import Pool
+from carom.runs.reference import reference_trace
+from carom.runs.scoring import Measures, job_key, sweep
 from carom.scene import Scene
 from carom.trace import Trace
 
-__all__ = ["RESOLUTION", "Advice", "Answer", "Cause", "Demand", "HardImpact", "Trial", "advise", "hardest_impacts"]
+__all__ = ["RESOLUTION", "Advice", "Advised", "Attempt", "Cause", "Demand", "HardImpact", "advise", "hardest_impacts"]
 
 #: A search ends when the step that passes and the one that fails are so close, relative.
 RESOLUTION = 1.02
@@ -44,8 +45,6 @@ JUST_BEFORE = 1e-3
 
 #: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
 GRAZE = math.cos(math.pi / 6)
-
-Progress = Callable[[int, int, str], None]
 
 
 class Cause(Enum):
@@ -90,7 +89,7 @@ class HardImpact:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Attempt:
     """One step, run at all its starts.
 
     Attributes:
@@ -113,12 +112,11 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Advised:
     """The largest step at which a method was found to meet the demand.
 
     Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
+        method: Engine and profile.
         passes: The largest step that meets it; None where none does.
         fails: The next larger one that was tried and does not; None where every step meets it.
         closed_form_s: The step by closed form; None where there is none.
@@ -126,10 +124,9 @@ class Answer:
         reason: Why there is no answer, empty where there is one.
     """
 
-    engine: str
-    profile: str
-    passes: Trial | None
-    fails: Trial | None
+    method: Method
+    passes: Attempt | None
+    fails: Attempt | None
     closed_form_s: float | None
     trials: int
     reason: str = ""
@@ -155,7 +152,7 @@ class Advice:
     impacts: int
     hardest: tuple[HardImpact, ...]
     closed_form_s: float | None
-    answers: tuple[Answer, ...]
+    answers: tuple[Advised, ...]
     phases: int
     elapsed_s: float
 
@@ -235,30 +232,26 @@ def advise(
     guess = min(hardest[0].limit.dt_s, scene.duration_s / 4)
     searches = {}
     for info in chosen_engines(engine_names):
-        for profile in distinct_profiles(info, profiles, guess):
-            if not (info.name == "pic" and profile == "tuned" and engine_names is None):
-                searches[info.name, profile] = _Search(scene, info.name, profile, closed_form, guess)
+        for method in distinct_methods(info, profiles, guess):
+            if method != Method("pic", "tuned") or engine_names is not None:
+                searches[method] = _Search(scene, method, closed_form, guess)
     tried = 0
     while open_searches := [search for search in searches.values() if search.wanted is not None]:
         if time.perf_counter() - started > budget_s:
             for search in open_searches:
                 search.give_up(f"the {budget_s:.0f} s for trying steps were used up; raise --budget")
             break
-        starts = {
-            key: _starts(search.wanted, phases, hardest)
-            for key, search in searches.items()
+        jobs = {
+            method: [Job(scene, method, search.wanted, 0, phase) for phase in _starts(search.wanted, phases, hardest)]
+            for method, search in searches.items()
             if search.wanted is not None
         }
-        cells = {
-            key: [Cell(scene, *key, float(searches[key].wanted or 0), 0, phase) for phase in own]
-            for key, own in starts.items()
-        }
-        results = sweep([cell for own in cells.values() for cell in own], pool)
-        for key, own in cells.items():
-            found = [results[cell_key(cell)] for cell in own]
-            reason = next((f"{r.status.value}: {r.reason}" for r in found if r.status is not Status.RAN), "")
-            measured = [result.measures for result in found if result.measures is not None]
-            searches[key].take(_trial(own[0].dt_s, measured, phases, demand, reason))
+        results = sweep([job for own in jobs.values() for job in own], pool)
+        for method, own in jobs.items():
+            answers = [results[job_key(job)].answer for job in own]
+            reason = next((answer.said for answer in answers if answer.said), "")
+            measured = [answer.value for answer in answers if answer.value is not None]
+            searches[method].take(_trial(own[0].dt_s, measured, phases, demand, reason))
         tried += len(open_searches)
         if progress is not None:
             closed = sum(search.wanted is None for search in searches.values())
@@ -293,14 +286,14 @@ def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[flo
     return found
 
 
-def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> Trial:
+def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> Attempt:
     if reason:
-        return Trial(dt_s, False, math.nan, False, math.nan, len(measured), reason)
+        return Attempt(dt_s, False, math.nan, False, math.nan, len(measured), reason)
     lost = [measures.missed + measures.spurious > 0 or measures.outcome != "completed" for measures in measured]
     direction = max((m.direction_error_rad for m in measured if not math.isnan(m.direction_error_rad)), default=0.0)
     share = sum(lost[:phases]) / phases
     few_enough = share <= demand.miss_probability if demand.miss_probability > 0 else not any(lost)
-    return Trial(
+    return Attempt(
         dt_s, few_enough and direction <= demand.direction_error_rad, share, any(lost), direction, len(measured)
     )
 
@@ -308,17 +301,17 @@ def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Deman
 class _Search:
     """The search of one method: it says which step it wants tried next, and takes what came of it."""
 
-    def __init__(self, scene: Scene, engine: str, profile: str, closed_form: float | None, guess: float) -> None:
-        self._engine, self._profile = engine, profile
-        self._closed_form = closed_form if engine == "pit" else None
-        self._passes: Trial | None = None
-        self._fails: Trial | None = None
+    def __init__(self, scene: Scene, method: Method, closed_form: float | None, guess: float) -> None:
+        self._method = method
+        self._closed_form = closed_form if method.engine == "pit" else None
+        self._passes: Attempt | None = None
+        self._fails: Attempt | None = None
         self._trials = 0
         self._reason = ""
         self._steps = self._search(scene, guess)
         self.wanted: float | None = next(self._steps)
 
-    def take(self, trial: Trial) -> None:
+    def take(self, trial: Attempt) -> None:
         """Take what came of the step that was wanted."""
         self._trials += 1
         if trial.reason:
@@ -333,13 +326,11 @@ class _Search:
         """End the search where it stands."""
         self._reason, self.wanted = reason, None
 
-    def answer(self) -> Answer:
+    def answer(self) -> Advised:
         """Return what was found."""
-        return Answer(
-            self._engine, self._profile, self._passes, self._fails, self._closed_form, self._trials, self._reason
-        )
+        return Advised(self._method, self._passes, self._fails, self._closed_form, self._trials, self._reason)
 
-    def _search(self, scene: Scene, guess: float) -> Generator[float, Trial, None]:
+    def _search(self, scene: Scene, guess: float) -> Generator[float, Attempt, None]:
         if self._closed_form is not None and math.isfinite(self._closed_form):
             yield from self._confirm(self._closed_form)
             return
@@ -360,7 +351,7 @@ class _Search:
             else:
                 return
 
-    def _down(self, step: float, finest: float) -> Generator[float, Trial, None]:
+    def _down(self, step: float, finest: float) -> Generator[float, Attempt, None]:
         while self._passes is None and step >= finest:
             trial = yield step
             if trial.meets:
@@ -369,7 +360,7 @@ class _Search:
                 self._fails = trial
             step /= 2
 
-    def _bisect(self) -> Generator[float, Trial, None]:
+    def _bisect(self) -> Generator[float, Attempt, None]:
         while self._passes is not None and self._fails is not None:
             low, high = self._passes.dt_s, self._fails.dt_s
             if high <= low * RESOLUTION:
@@ -380,7 +371,7 @@ class _Search:
             else:
                 self._fails = trial
 
-    def _confirm(self, step: float) -> Generator[float, Trial, None]:
+    def _confirm(self, step: float) -> Generator[float, Attempt, None]:
         """Run the closed form's step, and one a search's resolution above it."""
         # The step itself is the limit, which rounding may put on either side.
         trial = yield step * (1.0 - 1e-9)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from carom.runs.cell_score import Measures
+    from carom.runs.scoring import Measures
 
 __all__ = ["ErrorKind", "error_of"]
 

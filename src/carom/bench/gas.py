@@ -1,4 +1,4 @@
-"""The hard-disc gas of the benchmarks: equal discs in a square box."""
+"""The hard-disc gas of the benches: equal discs in a square box."""
 
 from __future__ import annotations
 

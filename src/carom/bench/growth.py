@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-import statistics
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
-from carom.errors import AdapterError, InputError
-from carom.registry import EngineInfo, load_adapter
-from carom.runs.drive import profile_settings
-from carom.runs.environment import Environment, environment
-from carom.runs.messages import Failure
-from carom.runs.plan import capabilities_of, chosen_engines, unsupported_reason
-from carom.runs.process import Crashed, TimedOut, Worker
+from carom.errors import InputError
+from carom.registry import EngineInfo, chosen_engines, load_adapter
+from carom.runs.environment import Environment, environment, resident_bytes
+from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
+from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.pool import Lane
+from carom.runs.timing import Timing, time_run
 
 __all__ = [
     "OWN_SIZES",
@@ -55,15 +53,12 @@ COMPILE_LIMIT_S = 240.0
 #: Starting a process and building the scene in it take about so long, beside the run itself.
 START_S = 2.0
 
-Progress = Callable[[int, int, str], None]
-
 
 @dataclass(frozen=True)
 class Grown:
-    """What one run took: seconds to prepare and for all steps, bytes before there was a world, and at most."""
+    """What one run took: its clocks, bytes before there was a world, and at most."""
 
-    prepare_s: float
-    advance_s: float
+    timing: Timing
     before_bytes: int
     peak_bytes: int
 
@@ -73,48 +68,31 @@ class GrowthTask:
     """Run a gas of so many discs in a worker process of its own, whose memory nothing else has touched."""
 
     discs: int
-    engine: str
-    profile: str
+    method: Method
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
 
     def carry_out(self) -> Grown:
-        """Return what it took."""
+        """Return what it took.
+
+        Raises:
+            UnsupportedError: The method does not support such a gas.
+        """
         scene = gas_scene(self.discs, PACKING, duration_s=STEPS * DT_S)
         adapter = load_adapter(self.engine)
-        reason = unsupported_reason(scene, capabilities_of(adapter, self.profile), DT_S)
+        profile = self.method.profile
+        reason = unsupported_reason(scene, capabilities_of(adapter, profile), DT_S)
         if reason:
-            raise AdapterError(reason)
-        settings = profile_settings(adapter, self.profile, DT_S)
+            raise UnsupportedError(reason)
         # What importing an engine and compiling a kernel take is no part of a world.
         small = scene if self.discs <= WARM else gas_scene(WARM, PACKING, duration_s=STEPS * DT_S)
-        warm = adapter.prepare(small, settings)
-        warm.advance(1)
-        warm.close()
-        del warm
-        before = _resident_bytes("VmRSS")
-        prepared: list[float] = []
-        advanced: list[float] = []
-        while not advanced or (sum(advanced) + sum(prepared) < SHORT_S and len(advanced) < REPEATS):
-            started = time.perf_counter()
-            world = adapter.prepare(scene, settings)
-            prepared.append(time.perf_counter() - started)
-            try:
-                started = time.perf_counter()
-                world.advance(STEPS)
-                advanced.append(time.perf_counter() - started)
-            finally:
-                world.close()
-        return Grown(statistics.median(prepared), statistics.median(advanced), before, _resident_bytes("VmHWM"))
-
-
-def _resident_bytes(field: str) -> int:
-    """Return a line of this process's status, bytes: VmRSS is what is resident now, VmHWM the most that ever was."""
-    try:
-        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-            if line.startswith(f"{field}:"):
-                return int(line.split()[1]) * 1024
-    except OSError:
-        pass  # not Linux: there is no such file
-    return 0
+        time_run(adapter, small, profile, DT_S, steps=1, runs=1)
+        before = resident_bytes() or 0
+        timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
+        return Grown(timing, before, resident_bytes("VmHWM") or 0)
 
 
 @dataclass(frozen=True)
@@ -149,7 +127,7 @@ class GrowthCurve:
         profile: Name of the profile.
         points: From few discs to many.
         time_exponent: Of run time against the number of discs, with its interval: (exponent, low, high).
-        memory_exponent: Likewise of memory.
+        memory_exponent: The same of memory.
     """
 
     engine: str
@@ -218,7 +196,7 @@ def growth(
         if sizes or size <= SIZES[-1] or info.engine == "Carom"
     ]
     if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
-        _run(GrowthTask(WARM, "pic", profile), COMPILE_LIMIT_S)  # its kernel is kept on the disc from then on
+        _run(GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S)  # its kernel is kept on the disk from then on
     started = time.perf_counter()
     points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
     spent = dict.fromkeys(points, 0.0)
@@ -230,13 +208,14 @@ def growth(
         # No engine lives at the cost of another: each has its share of the budget.
         left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
         reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
-        own.append(_absent(size, reason) if reason else _run(GrowthTask(size, info.name, profile), time_limit_s))
+        own.append(
+            _absent(size, reason) if reason else _run(GrowthTask(size, Method(info.name, profile)), time_limit_s)
+        )
         spent[info.name] += time.perf_counter() - before
     pit = {point.discs: point.advance_s for point in points.get("pit", ())}
     curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
-    versions = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
     elapsed_s = time.perf_counter() - started
-    return Growth(curves, tuple(infos), environment(versions), budget_s, command, elapsed_s)
+    return Growth(curves, tuple(infos), environment(infos), budget_s, command, elapsed_s)
 
 
 def _absent(discs: int, reason: str) -> GrowthPoint:
@@ -265,20 +244,14 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
 
 
 def _run(task: GrowthTask, time_limit_s: float) -> GrowthPoint:
-    worker: Worker[object] = Worker()
-    with worker:
-        try:
-            answer = worker.ask(task, time_limit_s)
-        except Crashed as error:
-            return _absent(task.discs, f"crashed: {error}")
-        except TimedOut as error:
-            return _absent(task.discs, f"timed out: {error}")
-    if isinstance(answer, Failure):
-        return _absent(task.discs, answer.message)
-    if not isinstance(answer, Grown):
-        raise AdapterError(f"a worker answered with {type(answer).__name__} where a timing was asked for")
-    memory = max(0, answer.peak_bytes - answer.before_bytes)
-    return GrowthPoint(task.discs, answer.prepare_s, answer.advance_s, float(memory), float(answer.peak_bytes))
+    with Lane(time_limit_s) as lane:
+        answer: Answer[Grown] = lane.ask(task)
+    if answer.value is None:
+        started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
+        return _absent(task.discs, answer.said if started else answer.reason)
+    timing, memory = answer.value.timing, max(0, answer.value.peak_bytes - answer.value.before_bytes)
+    peak = float(answer.value.peak_bytes)
+    return GrowthPoint(task.discs, timing.prepare_s, timing.advance_s, float(memory), peak)
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
@@ -292,18 +265,7 @@ def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
 
 
 def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[int, float]) -> GrowthCurve:
-    held = tuple(
-        GrowthPoint(
-            point.discs,
-            point.prepare_s,
-            point.advance_s,
-            point.memory_bytes,
-            point.peak_bytes,
-            point.advance_s / pit.get(point.discs, math.nan),
-            point.reason,
-        )
-        for point in points
-    )
+    held = tuple(replace(point, ratio=point.advance_s / pit.get(point.discs, math.nan)) for point in points)
     fitted = same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]

@@ -1,4 +1,4 @@
-"""What a bench is to do: the plan, the series of steps where none are asked for, and every cell that comes of it."""
+"""What a bench is to do: the plan, the series of steps where none are asked for, and every job that comes of it."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 from carom.bench.error_kind import ErrorKind
 from carom.comparator.shift import even_phases
-from carom.errors import InputError, UnknownNameError
+from carom.errors import InputError
 from carom.registry import EngineInfo
-from carom.runs.plan import distinct_profiles
-from carom.runs.results import Cell
+from carom.runs.job import Job
+from carom.runs.plan import distinct_methods, profiles_to_plan, sorted_out
 from carom.scene import Scene
 
-__all__ = ["STEPS", "Plan", "default_steps", "geometric_steps", "plan_cells"]
+__all__ = ["STEPS", "BenchPlan", "default_steps", "geometric_steps", "jobs_of"]
 
 #: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
 #: 1/60 s, in so many steps as a fitted order needs to have a confidence interval worth reading.
@@ -23,14 +23,14 @@ STEPS = 6
 
 
 @dataclass(frozen=True)
-class Plan:
+class BenchPlan:
     """What a bench is to do.
 
     Attributes:
         engines: Names of adapters; None for all.
         dts: Steps, seconds; None for each scene's own series.
         profiles: Names of profiles.
-        phases: How many starts, evenly spread over a step, each cell is scored at.
+        phases: How many starts, evenly spread over a step, each job is scored at.
         error: Which error.
         target: The error for which the cheapest way is looked for.
         rounds: Rounds of the timing pass.
@@ -38,6 +38,9 @@ class Plan:
         budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
         time_limit_s: A run that takes longer is ended.
         timing: Whether to time at all.
+
+    Raises:
+        InputError: A number is out of range.
     """
 
     engines: tuple[str, ...] | None = None
@@ -51,6 +54,13 @@ class Plan:
     budget_s: float = 80.0
     time_limit_s: float = 60.0
     timing: bool = True
+
+    def __post_init__(self) -> None:
+        if self.rounds < 1:
+            raise InputError(f"rounds must be 1 or more, got {self.rounds}")
+        for name, value in (("budget", self.budget_s), ("time limit", self.time_limit_s), ("target", self.target)):
+            if not value > 0:
+                raise InputError(f"the {name} must be a positive number, got {value}")
 
 
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
@@ -79,34 +89,20 @@ def default_steps(scene: Scene) -> tuple[float, ...]:
     return geometric_steps(frame_s, frame_s * FINEST, STEPS)
 
 
-def plan_cells(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: Plan) -> list[Cell]:
-    """Return every cell of the scoring pass.
+def jobs_of(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan) -> list[Job]:
+    """Return every job of the scoring pass.
 
     Raises:
-        InputError: There is no scene, two have one name, or a number of the plan is out of range.
+        InputError: There is no scene, or two have one name.
         UnknownNameError: No engine asked for has a profile of the plan.
     """
-    if not scenes:
-        raise InputError("there is no scene to bench")
-    names = [scene.name for scene in scenes]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
-    if plan.rounds < 1:
-        raise InputError(f"rounds must be 1 or more, got {plan.rounds}")
-    for name, value in (("budget", plan.budget_s), ("time limit", plan.time_limit_s), ("target", plan.target)):
-        if not value > 0:
-            raise InputError(f"the {name} must be a positive number, got {value}")
-    offered = {profile for info in infos for profile in info.profiles}
-    for profile in plan.profiles:
-        if profile not in offered:
-            there_are = ", ".join(sorted(offered)) or "none"
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {there_are}")
-    cells = []
-    for scene in scenes:
-        for info in infos:
-            for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True)):
-                for profile in distinct_profiles(info, plan.profiles, dt_s):
-                    cells += [
-                        Cell(scene, info.name, profile, dt_s, refinement, phase) for phase in even_phases(plan.phases)
-                    ]
-    return cells
+    plain, _ = sorted_out(scenes)
+    profiles = profiles_to_plan(infos, plan.profiles)
+    return [
+        Job(scene, method, dt_s, refinement, phase)
+        for scene in plain
+        for info in infos
+        for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True))
+        for method in distinct_methods(info, profiles, dt_s)
+        for phase in even_phases(plan.phases)
+    ]

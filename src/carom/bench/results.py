@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 from carom.bench.convergence import Order
 from carom.bench.noise import Noise
-from carom.bench.plan import Plan
-from carom.bench.timing import CellTiming, Config
+from carom.bench.plan import BenchPlan
+from carom.bench.timing import At, CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
+from carom.runs.job import Method
 from carom.scene import Scene
 
 __all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front"]
@@ -58,9 +59,9 @@ class Point:
         return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
-    def config(self) -> Config:
-        """The point's configuration."""
-        return Config(self.engine, self.profile, self.dt_s)
+    def at(self) -> At:
+        """Its method and step."""
+        return Method(self.engine, self.profile), self.dt_s
 
 
 @dataclass(frozen=True)
@@ -119,7 +120,7 @@ class Bench:
     """
 
     scenes: tuple[SceneBench, ...]
-    plan: Plan
+    plan: BenchPlan
     engines: tuple[EngineInfo, ...]
     environment: Environment
     command: str

@@ -6,27 +6,37 @@ stands what is paid without any collision: Python's call into the world, and as 
 
 from __future__ import annotations
 
-import gc
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
 
 import numpy as np
 
-from carom.adapter import Adapter, World
 from carom.bench.noise import Noise, NoiseProbe, Spread, spread
-from carom.errors import AdapterError
 from carom.registry import load_adapter
-from carom.runs.drive import profile_settings
-from carom.runs.messages import Failure
-from carom.runs.process import Crashed, TimedOut, Worker
+from carom.runs.environment import environment
+from carom.runs.job import PIT_METHOD, Answer, Method, Progress
+from carom.runs.journal import Journal
+from carom.runs.pool import Asker
+from carom.runs.scoring import scene_hash, versions_of
+from carom.runs.timing import time_run
 from carom.scene import Disc, Scene
 
-__all__ = ["CellTiming", "Config", "SceneTiming", "Visit", "VisitTask", "empty_world", "time_scene"]
+__all__ = [
+    "At",
+    "CellTiming",
+    "SceneTiming",
+    "TimingKey",
+    "Visit",
+    "VisitTask",
+    "empty_world",
+    "time_scene",
+    "timing_journal",
+    "timing_key",
+]
 
 #: A visit repeats a short run until it has taken so long, seconds: then what the clock and the caches do is small.
 VISIT_S = 5e-3
@@ -38,24 +48,13 @@ EMPTY_STEPS = 1000
 #: Fewer rounds than this have no spread worth a name.
 LEAST_ROUNDS = 3
 
-#: What is measured against, see `carom.runs.cross_check.SAMPLING`.
-PIT = ("pit", "tuned")
-
-Progress = Callable[[int, int, str], None]
-
-
-@dataclass(frozen=True, order=True)
-class Config:
-    """What is timed on a scene."""
-
-    engine: str
-    profile: str
-    dt_s: float
+#: What is timed on a scene: a method at a step, seconds.
+At = tuple[Method, float]
 
 
 @dataclass(frozen=True)
 class Visit:
-    """One visit of a configuration in one round, medians of its repeats, seconds.
+    """One visit of a method at a step in one round, medians of its repeats, seconds.
 
     Attributes:
         prepare_s: To build the world.
@@ -82,29 +81,28 @@ class Visit:
 
 @dataclass(frozen=True)
 class VisitTask:
-    """Time a configuration, in a worker process that has timed it before."""
+    """Time a scene by a method at a step, in a worker process that has timed it before."""
 
     scene: Scene
-    config: Config
+    at: At
     repeats: int = 1
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.at[0].engine
 
     def carry_out(self) -> Visit:
         """Return the medians of the repeats, each in a fresh world."""
-        adapter = load_adapter(self.config.engine)
-        settings = dict(profile_settings(adapter, self.config.profile, self.config.dt_s))
-        steps = self.scene.step_count(self.config.dt_s)
+        method, dt_s = self.at
+        adapter = load_adapter(method.engine)
+        steps = self.scene.step_count(dt_s)
         some = min(steps, EMPTY_STEPS)
-        with _no_collection():
-            runs = [_run(adapter, self.scene, settings, steps) for _ in range(self.repeats)]
-            empty = [_run(adapter, empty_world(self.scene), settings, some) for _ in range(min(self.repeats, 5))]
-        call_s = statistics.median(run[1] for run in runs)
-        paid_s = 0.0 if math.isnan(call_s) else call_s
-        return Visit(
-            prepare_s=statistics.median(run[0] for run in runs),
-            advance_s=statistics.median(run[2] for run in runs),
-            call_s=call_s,
-            empty_s=max(0.0, statistics.median(run[2] for run in empty) - paid_s) * steps / some,
-        )
+        full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
+        nothing = empty_world(self.scene)
+        empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5))
+        paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
+        return Visit(full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / some)
 
 
 def empty_world(scene: Scene) -> Scene:
@@ -113,49 +111,9 @@ def empty_world(scene: Scene) -> Scene:
     return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
 
 
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Collect garbage now, and none meanwhile: somebody else's garbage is no part of a step."""
-    collecting = gc.isenabled()
-    gc.collect()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
-
-
-def _run(adapter: Adapter, scene: Scene, settings: dict[str, float | int | bool | str], steps: int) -> list[float]:
-    """Return seconds to prepare, to call for no step, and to take all steps."""
-    started = time.perf_counter()
-    world = adapter.prepare(scene, settings)
-    prepare_s = time.perf_counter() - started
-    try:
-        call_s = _call(world)
-        started = time.perf_counter()
-        world.advance(steps)
-        return [prepare_s, call_s, time.perf_counter() - started]
-    finally:
-        world.close()
-
-
-def _call(world: World) -> float:
-    """Return seconds for a call of no steps, NaN where the adapter refuses one; the second, as the first warms up."""
-    call_s = math.nan
-    try:
-        for _ in range(2):
-            started = time.perf_counter()
-            world.advance(0)
-            call_s = time.perf_counter() - started
-    except Exception:  # noqa: BLE001 - no adapter has to take no steps; then there is no such number
-        return math.nan
-    return call_s
-
-
 @dataclass(frozen=True)
 class CellTiming:
-    """Timing of a configuration, over all rounds; seconds.
+    """Timing of a method at a step, over all rounds; seconds.
 
     Attributes:
         steps: Steps of the run.
@@ -167,7 +125,7 @@ class CellTiming:
         empty_s: Of `advance_s`, what as many steps of an empty world cost.
         net_s: Of `advance_s`, what is left for this scene's own work.
         ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
-        whole_ratio: Likewise of `whole_s`.
+        whole_ratio: The same of `whole_s`.
     """
 
     steps: int
@@ -188,163 +146,171 @@ class CellTiming:
 
 
 @dataclass(frozen=True)
-class SceneTiming:
-    """What a scene's timing pass found.
+class TimingKey:
+    """What tells a timing from all others: only on this machine, with these versions and this order, is it the same.
 
     Attributes:
-        timings: By configuration.
-        untimed: Why a configuration was not timed.
-        rounds: How many rounds there were.
+        scene_sha256: Hash of the scene.
+        asked: What was timed, in order.
+        versions: Of each engine, all that its numbers depend on.
+        machine: System, processor, and number of cores.
         seed: Of the order of visits.
+    """
+
+    scene_sha256: str
+    asked: tuple[At, ...]
+    versions: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+    machine: tuple[str, str, int]
+    seed: int
+
+
+@dataclass(frozen=True)
+class SceneTiming:
+    """What a scene's timing pass found. Its rounds belong together, and ratios are taken within them.
+
+    Attributes:
+        key: What was timed where.
+        scene: Name of the scene, for readers.
+        date: When, UTC.
+        timings: What was timed, and what that took.
+        untimed: What was not, and why.
+        rounds: How many rounds there were.
         noise: What the machine made of fixed work meanwhile.
     """
 
-    timings: dict[Config, CellTiming]
-    untimed: dict[Config, str]
+    key: TimingKey
+    scene: str
+    date: str
+    timings: tuple[tuple[At, CellTiming], ...]
+    untimed: tuple[tuple[At, str], ...]
     rounds: int
-    seed: int
     noise: Noise
 
 
-class _Workers:
-    """One worker process an engine, so that each has its engine warm and no other's."""
+def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
+    """Return the key of a timing on this machine."""
+    here = environment()
+    ordered = tuple(sorted(asked))
+    engines = sorted({method.engine for method, _ in ordered})
+    versions = tuple((engine, versions_of(engine)) for engine in engines)
+    return TimingKey(scene_hash(scene), ordered, versions, (here.system, here.processor, here.cores), seed)
 
-    def __init__(self, stack: ExitStack, time_limit_s: float) -> None:
-        self._stack, self._time_limit_s = stack, time_limit_s
-        self._workers: dict[str, Worker[Any]] = {}
 
-    def visit(self, task: VisitTask) -> Visit | str:
-        """Return the visit, or why there is none."""
-        engine = task.config.engine
-        if engine not in self._workers:
-            self._workers[engine] = self._stack.enter_context(Worker())
-        try:
-            answer = self._workers[engine].ask(task, self._time_limit_s)
-        except Crashed as error:
-            return f"crashed: {error}"
-        except TimedOut as error:
-            return f"timed out: {error}"
-        if isinstance(answer, Failure):
-            return f"failed: {answer.message}"
-        if not isinstance(answer, Visit):
-            raise AdapterError(f"a worker answered with {type(answer).__name__} where a timing was asked for")
-        return answer
+def timing_journal(path: Path, *, resume: bool = False) -> Journal[SceneTiming]:
+    """Open the journal of a timing pass."""
+    return Journal(path, SceneTiming, lambda timing: timing.key, resume=resume)
 
 
 def time_scene(
     scene: Scene,
-    configs: Iterable[Config],
+    asked: Iterable[At],
+    asker: Asker,
     *,
     rounds: int = 7,
     seed: int = 1,
     budget_s: float = math.inf,
-    time_limit_s: float = 60.0,
     progress: Progress | None = None,
 ) -> SceneTiming:
-    """Time a scene on several configurations. The caller sees to it that nothing else is running.
+    """Time a scene by several methods at several steps. The caller sees to it that nothing else is running.
 
-    Every configuration is warmed up once. Then comes round after round: in each, every configuration is visited once,
-    in random order. PIT at each step is among them, asked for or not.
+    Each is warmed up once. Then comes round after round: in each, every one is visited once, in random order. PIT at
+    each step is among them, asked for or not.
 
     Args:
         scene: The scene.
-        configs: What is timed.
+        asked: What is timed.
+        asker: Has each visit carried out, in a worker process of its engine that stays.
         rounds: How many rounds; fewer, but three, where the budget is short.
         seed: Of the order of visits.
-        budget_s: Seconds that the pass may take; configurations that do not fit into it are left out, and say so.
-        time_limit_s: A visit that takes longer is ended, and its configuration left out.
+        budget_s: Seconds that the pass may take; what does not fit is left out, and says so.
         progress: Called with (done, all, what).
     """
-    asked = list(dict.fromkeys(configs))
-    pit = [Config(*PIT, dt_s) for dt_s in sorted({config.dt_s for config in asked}, reverse=True)]
-    ordered = [*pit, *sorted(set(asked) - set(pit), key=lambda c: (c.engine, c.profile, -c.dt_s))]
-    started = time.perf_counter()
-    probe = NoiseProbe()
-    with ExitStack() as stack:
-        workers = _Workers(stack, time_limit_s)
-        warm, untimed = _warm_up(scene, ordered, workers, budget_s, progress)
-        left_s = budget_s - (time.perf_counter() - started)
-        rounds = _fit(warm, untimed, rounds, left_s)
-        repeats = {config: min(MOST_REPEATS, math.ceil(VISIT_S / cost)) for config, cost in warm.items()}
-        visits: dict[Config, list[Visit]] = {config: [] for config in warm}
-        draw = np.random.default_rng(seed)
-        total, done = rounds * len(warm), 0
-        last_s = 0.0
-        for turn in range(rounds):
-            began = time.perf_counter()
-            if turn >= LEAST_ROUNDS and began - started + last_s > budget_s:
-                rounds = turn  # the machine was slower than the warm-up said
-                break
-            order = list(visits)
-            for k in draw.permutation(len(order)):
-                config = order[k]
-                done += 1
-                if config in untimed:
-                    continue
-                probe.take()
-                visit = workers.visit(VisitTask(scene, config, repeats[config]))
-                if isinstance(visit, str):
-                    untimed[config] = visit
-                else:
-                    visits[config].append(visit)
-                if progress is not None:
-                    progress(done, total, f"timing {config.engine} at {config.dt_s:.3g} s")
-            last_s = time.perf_counter() - began
-    probe.take()
-    timed = {config: found for config, found in visits.items() if config not in untimed}
-    timings = {
-        config: _summary(scene.step_count(config.dt_s), found, timed.get(Config(*PIT, config.dt_s)))
-        for config, found in timed.items()
-    }
     kept = set(asked)
+    pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
+    ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
+    until_s = time.perf_counter() + budget_s
+    probe = NoiseProbe()
+    warm, untimed = _warm_up(scene, ordered, asker, budget_s, progress)
+    rounds = _fit(warm, untimed, rounds, until_s - time.perf_counter())
+    tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
+    visits: dict[At, list[Visit]] = {at: [] for at in warm}
+    draw = np.random.default_rng(seed)
+    last_s = 0.0
+    for turn in range(rounds):
+        began = time.perf_counter()
+        if turn >= LEAST_ROUNDS and began + last_s > until_s:
+            rounds = turn  # the machine was slower than the warm-up said
+            break
+        for number, k in enumerate(draw.permutation(len(tasks))):
+            at = list(tasks)[k]
+            if at not in untimed:
+                probe.take()
+                answer = asker.ask(tasks[at])
+                if answer.value is None:
+                    untimed[at] = answer.said
+                else:
+                    visits[at].append(answer.value)
+            if progress is not None:
+                what = f"timing {at[0].engine} at {at[1]:.3g} s"
+                progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
+        last_s = time.perf_counter() - began
+    probe.take()
+    timed = {at: found for at, found in visits.items() if at not in untimed}
     return SceneTiming(
-        {config: timing for config, timing in timings.items() if config in kept},
-        {config: reason for config, reason in untimed.items() if config in kept},
+        timing_key(scene, kept, seed),
+        scene.name,
+        environment().date,
+        tuple(
+            (at, _summary(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
+            for at, found in timed.items()
+            if at in kept
+        ),
+        tuple((at, reason) for at, reason in untimed.items() if at in kept),
         rounds,
-        seed,
         probe.noise(),
     )
 
 
 def _warm_up(
-    scene: Scene, configs: Sequence[Config], workers: _Workers, budget_s: float, progress: Progress | None
-) -> tuple[dict[Config, float], dict[Config, str]]:
-    """Return what one visit of each configuration costs, seconds, and why some have none; from coarse to fine."""
-    costs: dict[Config, float] = {}
-    untimed: dict[Config, str] = {}
-    last: dict[tuple[str, str], tuple[float, float]] = {}
-    for k, config in enumerate(configs):
-        own = (config.engine, config.profile)
-        if own in last:
-            dt_s, cost = last[own]
-            expected_s = cost * dt_s / config.dt_s
-            # One configuration must leave most of the budget to the others.
-            if expected_s * LEAST_ROUNDS > budget_s / 4:
-                untimed[config] = (
-                    f"its {LEAST_ROUNDS} rounds would take about {expected_s * LEAST_ROUNDS:.0f} s of a budget of "
+    scene: Scene, ordered: Sequence[At], asker: Asker, budget_s: float, progress: Progress | None
+) -> tuple[dict[At, float], dict[At, str]]:
+    """Return what one visit of each costs, seconds, and why some have none; from coarse to fine."""
+    costs: dict[At, float] = {}
+    untimed: dict[At, str] = {}
+    last: dict[Method, tuple[float, float]] = {}
+    for k, at in enumerate(ordered):
+        method, dt_s = at
+        if method in last:
+            coarser_s, cost = last[method]
+            expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
+            # One method must leave most of the budget to the others.
+            if expected_s > budget_s / 4:
+                untimed[at] = (
+                    f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "
                     f"{budget_s:.0f} s for this scene; raise --budget"
                 )
                 continue
-        workers.visit(VisitTask(scene, config)) if own not in last else None
-        visit = workers.visit(VisitTask(scene, config))
-        if isinstance(visit, str):
-            untimed[config] = visit
+        else:
+            asker.ask(VisitTask(scene, at))
+        answer: Answer[Visit] = asker.ask(VisitTask(scene, at))
+        if answer.value is None:
+            untimed[at] = answer.said
             continue
-        costs[config] = visit.whole_s + visit.empty_s * min(1.0, EMPTY_STEPS / scene.step_count(config.dt_s))
-        last[own] = (config.dt_s, costs[config])
+        costs[at] = answer.value.whole_s + answer.value.empty_s * min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
+        last[method] = (dt_s, costs[at])
         if progress is not None:
-            progress(k + 1, len(configs), f"warming up {config.engine}")
+            progress(k + 1, len(ordered), f"warming up {method.engine}")
     return costs, untimed
 
 
-def _fit(costs: dict[Config, float], untimed: dict[Config, str], rounds: int, left_s: float) -> int:
-    """Return how many rounds fit; where not even the least number does, leave out the most expensive configurations."""
+def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
+    """Return how many rounds fit; where not even the least number does, leave out what is most expensive."""
 
     def round_s() -> float:
         return sum(max(cost, VISIT_S) for cost in costs.values())
 
     while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
-        most_expensive = max(costs, key=lambda config: costs[config])
+        most_expensive = max(costs, key=lambda at: costs[at])
         if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
             break
         cost = costs.pop(most_expensive)

@@ -5,39 +5,36 @@ from __future__ import annotations
 import math
 import statistics
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from carom.bench.convergence import fit_order
 from carom.bench.error_kind import ErrorKind, error_of
-from carom.bench.plan import Plan, plan_cells
+from carom.bench.plan import BenchPlan, jobs_of
 from carom.bench.results import Bench, Curve, Point, SceneBench, cheapest, pareto_front
-from carom.bench.timing import Config, SceneTiming, time_scene
-from carom.bench.timing_journal import TimingJournal
-from carom.runs.cell_score import CellKey, CellResult, cell_key
+from carom.bench.timing import At, SceneTiming, time_scene, timing_key
+from carom.registry import chosen_engines
 from carom.runs.environment import environment
+from carom.runs.job import Answer, Job, Progress
 from carom.runs.journal import Journal
-from carom.runs.plan import chosen_engines
-from carom.runs.results import Cell, Status
-from carom.runs.sweep import Pool, sweep
+from carom.runs.pool import Lane, Pool
+from carom.runs.scoring import JobKey, Measures, Scored, job_key, sweep
 from carom.scene import Scene
 
 __all__ = ["work_precision"]
 
-Progress = Callable[[int, int, str], None]
-
 
 def work_precision(
     scenes: Sequence[Scene],
-    plan: Plan,
+    plan: BenchPlan,
     pool: Pool,
     *,
-    journal: Journal | None = None,
-    timings: TimingJournal | None = None,
+    journal: Journal[Scored] | None = None,
+    timings: Journal[SceneTiming] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> Bench:
-    """Score every cell, then time every configuration that could be scored, and fit what the two say.
+    """Score every job, then time every method at every step that could be scored, and fit what the two say.
 
     Args:
         scenes: Scenes, no two of one name.
@@ -49,39 +46,37 @@ def work_precision(
         command: The command line to print.
 
     Raises:
-        InputError: As `plan_cells` says.
+        InputError: As `jobs_of` says.
         UnknownNameError: There is no such engine or profile.
     """
     started = time.perf_counter()
     infos = chosen_engines(plan.engines)
-    cells = plan_cells(scenes, infos, plan)
+    jobs = jobs_of(scenes, infos, plan)
     with pool:  # its processes are gone when the timing pass begins
-        results, over = _score(cells, plan.budget_s * len(scenes) / 2, pool, journal, progress)
+        results, over = _score(jobs, plan.budget_s * len(scenes) / 2, pool, journal, progress)
     benches = []
     for scene in scenes:
-        points = _points([cell for cell in cells if cell.scene is scene], results, over, plan.error)
-        timing, timed_at = None, ""
-        ran = [point.config for point in points if not point.reason]
-        if plan.timing and ran:
-            timing, timed_at = _timed(scene, ran, replace(plan, budget_s=plan.budget_s / 2), timings, progress)
-            points = [_with_timing(point, timing) for point in points]
-        benches.append(_scene_bench(scene, points, timing, timed_at, plan.target))
-    versions = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
-    return Bench(tuple(benches), plan, tuple(infos), environment(versions), command, time.perf_counter() - started)
+        points = _points([job for job in jobs if job.scene is scene], results, over, plan.error)
+        ran = [point.at for point in points if not point.reason]
+        timing = _timed(scene, ran, plan, timings, progress) if plan.timing and ran else None
+        if timing is not None:
+            clocks, why = dict(timing.timings), dict(timing.untimed)
+            points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
+        benches.append(_scene_bench(scene, points, timing, plan.target))
+    return Bench(tuple(benches), plan, tuple(infos), environment(infos), command, time.perf_counter() - started)
 
 
 def _score(
-    cells: Sequence[Cell], budget_s: float, pool: Pool, journal: Journal | None, progress: Progress | None
-) -> tuple[dict[CellKey, CellResult], str]:
+    jobs: Sequence[Job], budget_s: float, pool: Pool, journal: Journal[Scored] | None, progress: Progress | None
+) -> tuple[dict[JobKey, Scored], str]:
     """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
-    results: dict[CellKey, CellResult] = {}
+    results: dict[JobKey, Scored] = {}
     started = time.perf_counter()
     last_s, last_steps, done = 0.0, math.inf, 0
-    for level in sorted({cell.refinement for cell in cells}):
-        own = [cell for cell in cells if cell.refinement == level]
-        known = journal.results if journal else {}
-        missing = [cell for cell in own if cell_key(cell) not in known]
-        steps = sum(cell.scene.duration_s / cell.dt_s for cell in missing)
+    for level in sorted({job.refinement for job in jobs}):
+        own = [job for job in jobs if job.refinement == level]
+        missing = [job for job in own if journal is None or job_key(job) not in journal.entries]
+        steps = sum(job.scene.duration_s / job.dt_s for job in missing)
         expected_s = last_s * steps / last_steps
         if time.perf_counter() - started + expected_s > budget_s:
             return results, (
@@ -92,7 +87,7 @@ def _score(
 
         def shown(now: int, _all: int, what: str, done: int = done) -> None:
             if progress is not None:
-                progress(done + now, len(cells), f"scoring {what}")
+                progress(done + now, len(jobs), f"scoring {what}")
 
         results.update(sweep(own, pool, journal, shown))
         done += len(own)
@@ -102,50 +97,42 @@ def _score(
 
 
 def _timed(
-    scene: Scene, configs: list[Config], plan: Plan, timings: TimingJournal | None, progress: Progress | None
-) -> tuple[SceneTiming, str]:
-    if timings is not None and (found := timings.find(scene, configs, plan.seed)) is not None:
+    scene: Scene, asked: list[At], plan: BenchPlan, timings: Journal[SceneTiming] | None, progress: Progress | None
+) -> SceneTiming:
+    if timings is not None and (found := timings.entries.get(timing_key(scene, asked, plan.seed))) is not None:
         return found
-    timing = time_scene(
-        scene,
-        configs,
-        rounds=plan.rounds,
-        seed=plan.seed,
-        budget_s=plan.budget_s,
-        time_limit_s=plan.time_limit_s,
-        progress=progress,
-    )
-    at = environment({}).date
+    with Lane(plan.time_limit_s) as lane:
+        timing = time_scene(
+            scene, asked, lane, rounds=plan.rounds, seed=plan.seed, budget_s=plan.budget_s / 2, progress=progress
+        )
     if timings is not None:
-        timings.add(scene, configs, timing, at)
-    return timing, at
+        timings.add([timing])
+    return timing
 
 
-def _points(
-    cells: Sequence[Cell], results: Mapping[CellKey, CellResult], over_budget: str, kind: ErrorKind
-) -> list[Point]:
-    by_config: dict[Config, list[CellResult | None]] = {}
-    for cell in cells:
-        key = cell_key(cell)
-        by_config.setdefault(Config(cell.engine, cell.profile, cell.dt_s), []).append(results.get(key))
-    return [_point(config, found, over_budget, kind) for config, found in by_config.items()]
+def _points(jobs: Sequence[Job], results: Mapping[JobKey, Scored], over_budget: str, kind: ErrorKind) -> list[Point]:
+    answers: dict[At, list[Answer[Measures] | None]] = {}
+    for job in jobs:
+        found = results.get(job_key(job))
+        answers.setdefault((job.method, job.dt_s), []).append(None if found is None else found.answer)
+    return [_point(at, found, over_budget, kind) for at, found in answers.items()]
 
 
-def _point(config: Config, found: Sequence[CellResult | None], over_budget: str, kind: ErrorKind) -> Point:
-    results = [result for result in found if result is not None]
-    measured = [result.measures for result in results if result.measures is not None]
+def _point(at: At, found: Sequence[Answer[Measures] | None], over_budget: str, kind: ErrorKind) -> Point:
+    answers = [answer for answer in found if answer is not None]
+    measured = [answer.value for answer in answers if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
-    reason = next((f"{r.status.value}: {r.reason}" for r in results if r.status is not Status.RAN), "")
-    if len(results) < len(found):
+    reason = next((answer.said for answer in answers if answer.said), "")
+    if len(answers) < len(found):
         reason = over_budget
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
     if not reason and all(measures.expected == 0 for measures in measured):
         reason = "the scene has no impact, so there is no error to measure"
     return Point(
-        config.engine,
-        config.profile,
-        config.dt_s,
+        at[0].engine,
+        at[0].profile,
+        at[1],
         error=max(errors, default=math.nan),
         error_median=statistics.median(errors) if errors else math.nan,
         error_least=min(errors, default=math.nan),
@@ -157,13 +144,7 @@ def _point(config: Config, found: Sequence[CellResult | None], over_budget: str,
     )
 
 
-def _with_timing(point: Point, timing: SceneTiming) -> Point:
-    return replace(point, timing=timing.timings.get(point.config), untimed=timing.untimed.get(point.config, ""))
-
-
-def _scene_bench(
-    scene: Scene, points: Sequence[Point], timing: SceneTiming | None, timed_at: str, target: float
-) -> SceneBench:
+def _scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
     by_curve: dict[tuple[str, str], list[Point]] = {}
     for point in points:
         by_curve.setdefault((point.engine, point.profile), []).append(point)
@@ -179,5 +160,5 @@ def _scene_bench(
         cheapest(points, target),
         timing.noise if timing else None,
         timing.rounds if timing else 0,
-        timed_at,
+        timing.date if timing else "",
     )

@@ -45,7 +45,7 @@ def advise(
     from carom.bench.advise import Demand
     from carom.bench.advise import advise as find
     from carom.report.advice import advice_document
-    from carom.runs.local import LocalPool
+    from carom.runs.pool import LocalPool
 
     found = plain_scenes_named([scene])
     if len(found) != 1:

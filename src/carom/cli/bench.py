@@ -9,12 +9,12 @@ import typer
 
 from carom.bench.error_kind import ErrorKind
 from carom.cli.common import (
-    EXIT_INTERRUPTED,
     command_line,
     console,
     guarded,
     plain_scenes_named,
     print_document,
+    resumable,
     seconds,
 )
 from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
@@ -22,9 +22,9 @@ from carom.cli.progress import progress_bar
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.bench.plan import Plan
+    from carom.bench.plan import BenchPlan
     from carom.report.bench_figure import Diagram
-    from carom.runs.sweep import Pool
+    from carom.runs.pool import Pool
     from carom.scene import Scene
 
 __all__ = ["bench"]
@@ -94,17 +94,17 @@ def bench(
     if grow:
         _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
         return
-    from carom.bench.plan import Plan
-    from carom.bench.timing_journal import TimingJournal
+    from carom.bench.plan import BenchPlan
+    from carom.bench.timing import timing_journal
     from carom.bench.work_precision import work_precision
     from carom.report.bench import bench_document
     from carom.report.bench_figure import Diagram
     from carom.report.bench_write import write_bench
     from carom.report.write import require_writable
-    from carom.runs.journal import Journal
+    from carom.runs.scoring import score_journal
 
     found = _scenes(scenes or [])
-    plan = Plan(
+    plan = BenchPlan(
         engines=tuple(engine) if engine else None,
         dts=tuple(step for text in dt for step in step_series(text)) if dt else None,
         profiles=tuple(profile or ("default", "tuned")),
@@ -121,24 +121,15 @@ def bench(
     require_writable(out)
     pool = _pool(plan, scheduler, jobs)
     scored = out / "journal.jsonl"
-    try:
-        with (
-            Journal(scored, resume=resume) as journal,
-            TimingJournal(out / "timings.jsonl", resume=resume) as timings,
-            progress_bar() as progress,
-        ):
-            result = work_precision(
-                found,
-                plan,
-                pool,
-                journal=journal,
-                timings=timings,
-                progress=progress,
-                command=command_line(),
-            )
-    except KeyboardInterrupt:
-        typer.echo(f"carom: interrupted; what is finished is in {scored}, and --resume goes on from there", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+    with (
+        resumable(scored),
+        score_journal(scored, resume=resume) as journal,
+        timing_journal(out / "timings.jsonl", resume=resume) as timings,
+        progress_bar() as progress,
+    ):
+        result = work_precision(
+            found, plan, pool, journal=journal, timings=timings, progress=progress, command=command_line()
+        )
     paths = write_bench(result, out, shown)
     print_document(bench_document(result))
     console().print(f"page: {paths.html}", soft_wrap=True)
@@ -206,11 +197,11 @@ def _axes(asked: list[str] | None, there_are: tuple[Diagram, ...]) -> tuple[Diag
     return tuple(by_name[name] for name in dict.fromkeys(asked))
 
 
-def _pool(plan: Plan, scheduler: str, jobs: int | None) -> Pool:
+def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:
     if scheduler:
         from carom.runs.cluster import ClusterPool
 
         return ClusterPool(scheduler, plan.time_limit_s)
-    from carom.runs.local import LocalPool
+    from carom.runs.pool import LocalPool
 
     return LocalPool(jobs, plan.time_limit_s)

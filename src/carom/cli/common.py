@@ -5,7 +5,8 @@ from __future__ import annotations
 import functools
 import shlex
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, ParamSpec
 
@@ -31,6 +32,7 @@ __all__ = [
     "guarded",
     "plain_scenes_named",
     "print_document",
+    "resumable",
     "scenes_named",
     "seconds",
 ]
@@ -65,6 +67,16 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
     return guarded
+
+
+@contextmanager
+def resumable(journal: Path) -> Iterator[None]:
+    """Say how to go on with what Ctrl-C ended."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        typer.echo(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", err=True)
+        raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
 def console() -> Console:

@@ -16,16 +16,16 @@ from carom.cli.common import (
     console,
     guarded,
     print_document,
+    resumable,
     scenes_named,
     seconds,
 )
 from carom.cli.options import EngineNames, Jobs, TimeLimit
 from carom.cli.progress import progress_bar
+from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.runs import Results
-    from carom.scene import Scene
-    from carom.scenes import CatalogueScene
+    from carom.runs.results import Results
 
 __all__ = ["FailOn", "run"]
 
@@ -73,6 +73,9 @@ def run(
             "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run into the folder of --report that was ended.")
+    ] = False,
     jobs: Jobs = None,
     time_limit: TimeLimit = 60.0,
     timing: Annotated[
@@ -109,72 +112,62 @@ def run(
     """
     from carom.report import require_writable, write_report
     from carom.report.cross_check import cross_check_document
+    from carom.runs.execute import execute
+    from carom.runs.explain import explain as explained
+    from carom.runs.observed import observed_journal
+    from carom.runs.plan import Options, plan_of
 
-    found = scenes_named(scenes or [])
+    options = Options(
+        engines=engine or None,
+        dts=[seconds(text) for text in dt] if dt else None,
+        profiles=profile or None,
+        phases=phases,
+        certified=certify,
+        certify_s=certify_time,
+        timing=timing,
+        samples=report is not None,
+        jobs=jobs,
+        time_limit_s=time_limit,
+    )
+    plan = plan_of(scenes_named(scenes or []), options)
     if explain:
-        from carom.runs.explain import explain as explained
-
-        steps = [seconds(text) for text in dt] if dt else None
-        for line in explained(found, engine, steps, profile or None, phases=phases, drawn=report is not None):
+        for line in explained(plan):
             typer.echo(line)
         return
-    if report is not None:
+    if report is None:
+        if resume:
+            raise InputError("--resume goes on with what lies in the folder of --report: name it")
+        with progress_bar() as progress:
+            results = execute(plan, progress=progress, command=command_line())
+        print_document(cross_check_document(results))
+    else:
         require_writable(report)
-    results = _cross_check(
-        found, engine, dt, profile, jobs, time_limit, timing, certify, certify_time, phases, drawn=report is not None
-    )
-    document = cross_check_document(results)
-    paths = None if report is None else write_report(results, report, document)
-    print_document(document)
-    if paths is not None:
+        path = report / "journal.jsonl"
+        with (
+            resumable(path),
+            observed_journal(path, options, resume=resume) as journal,
+            progress_bar() as progress,
+        ):
+            results = execute(plan, journal=journal, progress=progress, command=command_line())
+            document = cross_check_document(results)
+            paths = write_report(results, report, document)
+            journal.discard()  # the report holds it all
+        print_document(document)
         console().print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
         raise typer.Exit(code)
 
 
-def _cross_check(
-    scenes: list[Scene | CatalogueScene],
-    engine: list[str] | None,
-    dt: list[str] | None,
-    profile: list[str] | None,
-    jobs: int | None,
-    time_limit: float,
-    timing: bool,
-    certify: bool | None,
-    certify_time: float,
-    phases: int,
-    *,
-    drawn: bool,
-) -> Results:
-    from carom.runs import cross_check
-
-    with progress_bar() as progress:
-        return cross_check(
-            scenes,
-            engine,
-            dts=[seconds(text) for text in dt] if dt else None,
-            profiles=profile or None,
-            jobs=jobs,
-            time_limit_s=time_limit,
-            timing=timing,
-            certified=certify,
-            certify_s=certify_time,
-            phases=phases,
-            samples=drawn,
-            progress=progress,
-            command=command_line(),
-        )
-
-
 def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
     from carom.comparator import Grade
-    from carom.runs import Status, violates
+    from carom.runs.job import Status
+    from carom.runs.results import violates
 
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
     if any(row.status in broken for row in results.rows):
         return EXIT_CRASHED
-    if any(row.status is Status.UNAVAILABLE and row.cell.engine in requested for row in results.rows):
+    if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return EXIT_UNAVAILABLE
     if all(row.score is None for row in results.rows):  # what was not run does not conform
         return EXIT_UNAVAILABLE

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_UNAVAILABLE, command_line, console, guarded, print_document
+from carom.cli.common import EXIT_UNAVAILABLE, command_line, console, guarded, print_document, resumable
 from carom.cli.options import EngineNames, Jobs, ProfileNames
 from carom.cli.progress import progress_bar
-
-if TYPE_CHECKING:
-    from carom.stress.results import StressResults
 
 __all__ = ["stress"]
 
@@ -22,7 +19,7 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, own, complaints. "
+            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, complaints. "
             "All by default; --list shows them."
         ),
     ] = None,
@@ -55,10 +52,10 @@ def stress(
     `carom stress --out reports/stress --resume`.
     """
     from carom.errors import InputError
-    from carom.stress.campaign import JOURNAL, listing
+    from carom.stress import campaign
 
     if list_only:
-        for line in listing(quick=quick):
+        for line in campaign.listing(quick=quick):
             typer.echo(f"{line.kind:10} {line.name:24} {line.axis}")
         return
     if time_limit is not None and not time_limit > 0:
@@ -67,41 +64,21 @@ def stress(
     from carom.report.stress_documents import stress_document, write_stress
 
     require_writable(out)
-    try:
-        results = _campaign(attacks or [], engine, profile, quick, resume, out, jobs, time_limit)
-    except KeyboardInterrupt:
-        typer.echo(f"carom: interrupted; finished cells are in {out / JOURNAL}: go on with --resume", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+    with resumable(out / campaign.JOURNAL), progress_bar() as progress:
+        results = campaign.stress(
+            attacks or [],
+            engine,
+            out=out,
+            resume=resume,
+            progress=progress,
+            command=command_line(),
+            profiles=tuple(profile or ("default", "tuned")),
+            quick=quick,
+            jobs=jobs,
+            time_limit_s=time_limit,
+        )
     paths = write_stress(results, out)
     print_document(stress_document(results))
     console().print(f"report: {paths.html}", soft_wrap=True)
-    asked = {method.engine: method for method in results.methods if method.engine in (engine or ())}
-    if any(method.unavailable for method in asked.values()):
+    if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(EXIT_UNAVAILABLE)
-
-
-def _campaign(
-    names: list[str],
-    engine: list[str] | None,
-    profile: list[str] | None,
-    quick: bool,
-    resume: bool,
-    out: Path,
-    jobs: int | None,
-    time_limit: float | None,
-) -> StressResults:
-    from carom.stress.campaign import stress as attack
-
-    with progress_bar() as progress:
-        return attack(
-            names,
-            engine,
-            out=out,
-            profiles=tuple(profile or ("default", "tuned")),
-            quick=quick,
-            resume=resume,
-            jobs=jobs,
-            time_limit_s=time_limit,
-            progress=progress,
-            command=command_line(),
-        )

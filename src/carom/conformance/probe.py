@@ -1,56 +1,31 @@
-"""What the suite asks of a worker process beyond whole runs: to look closely, to be refused, to make many worlds."""
+"""What the suite asks of an engine beyond whole runs: to look closely, to be refused, to make many worlds.
+
+Each probe is a task of a worker process. An error that the adapter raises is an answer like any other: `Raised`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import gc
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import wraps
+from typing import TypeVar
 
-from carom.adapter import Observation
+from carom.adapter import AdapterError, CuttableWorld, Observation, World
+from carom.errors import CaromError
+from carom.registry import load_adapter
+from carom.runs.environment import resident_bytes
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Cut", "Grown", "Make", "Raised", "Watch", "Watched"]
+__all__ = ["Cut", "Leftover", "Make", "Raised", "Watch", "Watched"]
 
+#: Pools that an engine fills once are full after so many worlds.
+WARM_UP_WORLDS = 10
 
-@dataclass(frozen=True)
-class Watch:
-    """Run a scene to its end and hand over every observation.
-
-    Attributes:
-        engine: Name of the adapter.
-        scene: The scene.
-        settings: The settings to prepare it with.
-        steps: How many steps.
-        looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
-    """
-
-    engine: str
-    scene: Scene
-    settings: Mapping[str, Setting]
-    steps: int
-    looks: int = 1
-
-
-@dataclass(frozen=True)
-class Cut:
-    """Run a scene to its end in steps each of which is cut, as for a profile that is located, and hand over each state.
-
-    Attributes:
-        engine: Name of the adapter.
-        scene: The scene.
-        settings: The settings to prepare it with.
-        dt_s: Length of each step, seconds.
-        steps: How many.
-        disturbed: Whether before each step one of three times the length is tried and taken back, and after each the
-            world is asked what touches.
-    """
-
-    engine: str
-    scene: Scene
-    settings: Mapping[str, Setting]
-    dt_s: float
-    steps: int
-    disturbed: bool
+Probe = TypeVar("Probe")
+Seen = TypeVar("Seen")
 
 
 @dataclass(frozen=True)
@@ -69,26 +44,7 @@ class Watched:
 
 
 @dataclass(frozen=True)
-class Make:
-    """Make, step once, and close so many worlds, and tell by how many bytes the process has grown since the first ten.
-
-    Attributes:
-        engine: Name of the adapter.
-        scene: The scene.
-        settings: The settings to prepare it with.
-        worlds: How many.
-        step: Whether to take a step and look before closing.
-    """
-
-    engine: str
-    scene: Scene
-    settings: Mapping[str, Setting]
-    worlds: int
-    step: bool = True
-
-
-@dataclass(frozen=True)
-class Grown:
+class Leftover:
     """Growth of the resident memory, bytes; None where the system does not tell."""
 
     bytes: int | None
@@ -109,3 +65,170 @@ class Raised:
     kind: str
     deliberate: bool
     message: str
+
+
+class _AdapterRaised(Exception):  # noqa: N818 - what happened; the suite decides whether that is an error
+    def __init__(self, raised: Raised) -> None:
+        super().__init__(raised)
+        self.raised = raised
+
+
+@contextmanager
+def _calling(where: str) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:
+        raised = Raised(where, type(error).__name__, isinstance(error, CaromError), str(error))
+        raise _AdapterRaised(raised) from error
+
+
+def _or_raised(carry_out: Callable[[Probe], Seen]) -> Callable[[Probe], Seen | Raised]:
+    """Make what the adapter raises the answer."""
+
+    @wraps(carry_out)
+    def carried_out(probe: Probe) -> Seen | Raised:
+        try:
+            return carry_out(probe)
+        except _AdapterRaised as error:
+            return error.raised
+
+    return carried_out
+
+
+@dataclass(frozen=True)
+class _Probe:
+    """What every probe is of.
+
+    Attributes:
+        engine: Name of the adapter.
+        scene: The scene.
+        settings: The settings to prepare it with.
+    """
+
+    engine: str
+    scene: Scene
+    settings: Mapping[str, Setting]
+
+    @contextmanager
+    def _world(self) -> Iterator[World]:
+        with _calling("prepare"):
+            world = load_adapter(self.engine).prepare(self.scene, self.settings)
+        try:
+            yield world
+        finally:
+            with _calling("close"):
+                world.close()
+
+
+def _observe(world: World) -> Observation:
+    with _calling("observe"):
+        return world.observe()
+
+
+def _copy(seen: Observation) -> Observation:
+    return replace(seen, position_m=seen.position_m.copy(), velocity_m_s=seen.velocity_m_s.copy())
+
+
+@dataclass(frozen=True)
+class Watch(_Probe):
+    """Run a scene to its end and hand over every observation.
+
+    Attributes:
+        steps: How many steps.
+        looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+    """
+
+    steps: int
+    looks: int = 1
+
+    @_or_raised
+    def carry_out(self) -> Watched:
+        """Return what was seen."""
+        with self._world() as world:
+            given = [_observe(world)]
+            copies = [_copy(given[0])]
+            for _ in range(self.steps if self.looks else 1):
+                with _calling("advance"):
+                    world.advance(1 if self.looks else self.steps)
+                given.append(_observe(world))
+                copies.append(_copy(given[-1]))
+                for _ in range(self.looks - 1):
+                    _observe(world)
+            with _calling("settings"):
+                settings = dict(world.settings)
+        changed = (
+            k
+            for k, (now, then) in enumerate(zip(given, copies, strict=True))
+            if now.position_m.tobytes() != then.position_m.tobytes()
+            or now.velocity_m_s.tobytes() != then.velocity_m_s.tobytes()
+        )
+        return Watched(settings, tuple(copies), next(changed, None))
+
+
+@dataclass(frozen=True)
+class Cut(_Probe):
+    """Run a scene to its end in steps each of which is cut, as for a profile that is located, and hand over each state.
+
+    Attributes:
+        dt_s: Length of each step, seconds.
+        steps: How many.
+        disturbed: Whether before each step one of three times the length is tried and taken back, and after each the
+            world is asked what touches.
+    """
+
+    dt_s: float
+    steps: int
+    disturbed: bool
+
+    @_or_raised
+    def carry_out(self) -> Watched:
+        """Return what was seen."""
+        with self._world() as world:
+            with _calling("prepare"):
+                if not isinstance(world, CuttableWorld):
+                    raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
+            given = [_observe(world)]
+            for _ in range(self.steps):
+                with _calling("cut"):
+                    if self.disturbed:
+                        state = world.save()
+                        world.cut(3 * self.dt_s)
+                        world.advance(1)
+                        world.touching()
+                        world.restore(state)
+                    world.cut(self.dt_s)
+                    world.advance(1)
+                    if self.disturbed:
+                        world.touching()
+                given.append(_copy(_observe(world)))
+        return Watched({}, tuple(given), None)
+
+
+@dataclass(frozen=True)
+class Make(_Probe):
+    """Make, step once, and close so many worlds, and tell by how many bytes the process has grown since the first ten.
+
+    Attributes:
+        worlds: How many.
+        step: Whether to take a step and look before closing.
+    """
+
+    worlds: int
+    step: bool = True
+
+    @_or_raised
+    def carry_out(self) -> Leftover:
+        """Return by how much the process has grown."""
+        before = None
+        for k in range(self.worlds):
+            if k == min(WARM_UP_WORLDS, self.worlds - 1):
+                gc.collect()
+                before = resident_bytes()
+            with self._world() as world:
+                if self.step:
+                    with _calling("advance"):
+                        world.advance(1)
+                    _observe(world)
+        gc.collect()
+        after = resident_bytes()
+        return Leftover(None if before is None or after is None else after - before)

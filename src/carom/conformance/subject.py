@@ -5,38 +5,34 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache
-from types import TracebackType
-from typing import Self
+from typing import TypeVar
 
 import numpy as np
 
 from carom.adapter import Adapter, Capabilities, Observation
 from carom.comparator import Score, compare
 from carom.conformance.known_answer import trace_of
-from carom.conformance.probe import Cut, Grown, Make, Raised, Watch, Watched
+from carom.conformance.probe import Cut, Make, Raised, Watch, Watched
 from carom.conformance.violation import Setup, Violation
-from carom.errors import AdapterError
 from carom.registry import load_adapter
-from carom.runs.drive import Timing, observe_run, profile_settings
-from carom.runs.messages import Failure, Request
+from carom.runs.job import Job, Method, Status, Task
+from carom.runs.observe import Observe, observe_run, profile_settings
 from carom.runs.plan import capabilities_of, unsupported_reason
-from carom.runs.process import Crashed, TimedOut, Worker
+from carom.runs.pool import Closing, Lane
 from carom.scene import Scene
 from carom.scenes import catalogue
 from carom.trace import Setting, Trace
 
 __all__ = ["Subject", "catalogue_setup", "greatest_speed", "masses", "momentum"]
 
-WORKER = "carom.conformance.worker"
-
 #: Relative rounding that a run of some hundred steps may add up: 1e-12 of 64-bit numbers, as the comparator has it, and
 #: as many units in the last place of narrower ones.
 ROUNDING_64 = 1e-12
 
-Answer = Trace | Timing | Failure | Watched | Grown | Raised
+T = TypeVar("T")
 
 
-class Subject:
+class Subject(Closing):
     """One adapter, by its name; used as a context manager, it ends its worker process.
 
     Attributes:
@@ -48,23 +44,13 @@ class Subject:
         self.name = name
         self.adapter: Adapter = load_adapter(name)
         self._time_limit_s = time_limit_s
-        self._worker: Worker[Answer] | None = None
+        self._lane = Lane(time_limit_s)
         self._scores: dict[tuple[str, str], tuple[Setup, Trace, Score, Score]] = {}
         self._seen: dict[tuple[str, str, float], Watched] = {}
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def close(self) -> None:
         """End the worker process."""
-        worker, self._worker = self._worker, None
-        if worker is not None:
-            worker.close()
+        self._lane.close()
 
     def another(self) -> Subject:
         """Return the same adapter with a worker process of its own, in which nothing has been run yet."""
@@ -123,10 +109,7 @@ class Subject:
         """
         settings = {**self.settings(setup.profile, setup.dt_s), **changes}
         steps = setup.scene.step_count(setup.dt_s)
-        answer = self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
-        if not isinstance(answer, Watched | Raised):
-            raise AdapterError(f"the worker answered a probe with {answer}")
-        return answer
+        return self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
 
     def try_to_cut(self, setup: Setup, *, disturbed: bool) -> Watched | Raised:
         """Run a scene in cut steps, `disturbed` by others that are taken back, or the error that the adapter raised.
@@ -136,10 +119,7 @@ class Subject:
         """
         settings = self.settings(setup.profile, setup.dt_s)
         steps = setup.scene.step_count(setup.dt_s)
-        answer = self._ask(Cut(self.name, setup.scene, settings, setup.dt_s, steps, disturbed), setup)
-        if not isinstance(answer, Watched | Raised):
-            raise AdapterError(f"the worker answered a probe with {answer}")
-        return answer
+        return self._ask(Cut(self.name, setup.scene, settings, setup.dt_s, steps, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
         """Make worlds one after another and return by how much the process has grown; None where nobody tells.
@@ -149,7 +129,7 @@ class Subject:
         """
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
-        if not isinstance(answer, Grown):
+        if isinstance(answer, Raised):
             raise Violation(
                 f"a world can't be made and closed {worlds} times", expected="no error", found=answer, setup=setup
             )
@@ -163,34 +143,28 @@ class Subject:
         """
         if (profile, name) not in self._scores:
             setup = catalogue_setup(name, profile)
-            answer = self._ask(Request(self.name, setup.scene, profile, setup.dt_s), setup)
-            if not isinstance(answer, Trace):
-                found = answer.message if isinstance(answer, Failure) else answer
-                raise Violation("the run fails", expected="a run to the end of the scene", found=found, setup=setup)
+            trace = self._ask(Observe(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
             reference, pit, pit_score = _sampling(name)
-            self._scores[profile, name] = (setup, answer, compare(reference, answer, sampling=pit), pit_score)
+            self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
         return self._scores[profile, name]
 
     def printed(self) -> str:
         """Return what the worker process has printed so far."""
-        return "" if self._worker is None else self._worker.printed()
+        return self._lane.of(self.name).printed()
 
     def files(self) -> list[str]:
         """Return the files that the engine has left in its working folder."""
-        return [] if self._worker is None else self._worker.files()
+        return self._lane.of(self.name).files()
 
-    def _ask(self, request: object, setup: Setup) -> Answer:
-        if self._worker is None:
-            self._worker = Worker(WORKER)
-        try:
-            return self._worker.ask(request, self._time_limit_s)
-        except Crashed as error:
-            what = "the engine ends its process"
-            raise Violation(what, expected="a run to the end of the scene", found=error, setup=setup) from None
-        except TimedOut as error:
-            what = "the engine hangs"
-            raise Violation(what, expected="a run to the end of the scene", found=error, setup=setup) from None
+    def _ask(self, task: Task[T], setup: Setup) -> T:
+        answer = self._lane.ask(task)
+        if answer.value is None:
+            what = _FAILURES.get(answer.status, "the run fails")
+            raise Violation(what, expected="a run to the end of the scene", found=answer.reason, setup=setup)
+        return answer.value
 
+
+_FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
 
 #: A quarter of each catalogue scene's own frame: the middle of the three steps that `carom run` takes.
 STEPS_A_FRAME = 4

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from carom.bench.advise import RESOLUTION, Advice, Answer, Cause, HardImpact, Trial
+from carom.bench.advise import RESOLUTION, Advice, Advised, Attempt, Cause, HardImpact
 from carom.report import wording
 from carom.report.document import Document, Section, Table
 from carom.trace import body_name
@@ -32,8 +32,8 @@ def advice_sentences(advice: Advice) -> Iterator[str]:
             else f"Any frame rate at which PIT looks before the scene ends gives {demand}."
         )
     for answer in advice.answers:
-        if answer.passes is not None and not (answer.engine == "pit" and advice.closed_form_s is not None):
-            yield f"{answer.engine} ({answer.profile}) needs {_rate(answer.passes.dt_s)} for {demand}."
+        if answer.passes is not None and not (answer.method.engine == "pit" and advice.closed_form_s is not None):
+            yield f"{answer.method.engine} ({answer.method.profile}) needs {_rate(answer.passes.dt_s)} for {demand}."
     yield _hardest(advice.hardest[0], advice.impacts)
 
 
@@ -80,15 +80,15 @@ def advice_table(advice: Advice) -> Table:
     )
 
 
-def _row(answer: Answer) -> tuple[str, ...]:
+def _row(answer: Advised) -> tuple[str, ...]:
     remark = answer.reason
     if not remark and answer.closed_form_s is not None:
         remark = f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
     if not remark and answer.fails is None:
         remark = "no step that was tried fails"
     return (
-        answer.engine,
-        answer.profile,
+        answer.method.engine,
+        answer.method.profile,
         _step(answer.passes),
         _found(answer.passes),
         _step(answer.fails),
@@ -97,11 +97,11 @@ def _row(answer: Answer) -> tuple[str, ...]:
     )
 
 
-def _step(trial: Trial | None) -> str:
+def _step(trial: Attempt | None) -> str:
     return wording.ABSENT if trial is None else f"{wording.number(trial.dt_s, 4)} s"
 
 
-def _found(trial: Trial | None) -> str:
+def _found(trial: Attempt | None) -> str:
     if trial is None:
         return wording.ABSENT
     lost = wording.percent(trial.lost_share) + ("+" if trial.lost_anywhere and not trial.lost_share else "")

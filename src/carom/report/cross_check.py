@@ -44,8 +44,9 @@ from carom.report.tables import (
     spread_table,
 )
 from carom.report.trend import Trend, build_trend
-from carom.runs import Results, default_dts
 from carom.runs.environment import Environment
+from carom.runs.plan import default_dts
+from carom.runs.results import Results
 
 __all__ = ["caption", "cross_check_document", "environment_facts"]
 
@@ -247,7 +248,7 @@ def _pictures(results: Results, grid: Grid) -> Iterator[Section]:
 def caption(entry: Divergence) -> str:
     """Return what a picture shows: who ran it, at which step, and every verdict with its numbers."""
     row = entry.cell.row
-    dt = wording.step(row.cell.dt_s) if row else ""
+    dt = wording.step(row.job.dt_s) if row else ""
     return f"{entry.cell.column.name} at {dt}: {'; '.join(entry.cell.reasons)}."
 
 
@@ -309,7 +310,7 @@ def _python_call(results: Results, grid: Grid) -> str:
     profiles = list(dict.fromkeys(column.profile for column in grid.columns))
     steps: dict[str, set[float]] = {}
     for row in results.rows:
-        steps.setdefault(row.cell.scene.name, set()).add(row.cell.dt_s)
+        steps.setdefault(row.job.scene.name, set()).add(row.job.dt_s)
     own = all(steps[row.scene.name] <= set(default_dts(row.scene)) for row in grid.rows)
     dts = "" if own else f", dts={sorted(set().union(*steps.values()), reverse=True)!r}"
     return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{dts})"

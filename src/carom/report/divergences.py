@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from carom.report.grid import Grid, GridCell
 from carom.report.marks import Mark
-from carom.runs import Results
 from carom.runs.execute import MOST_DISCS_DRAWN
+from carom.runs.results import Results
 from carom.trace import Trace
 
 __all__ = ["PAPER_GROUP", "Divergence", "divergences"]
@@ -46,10 +46,10 @@ def divergences(
     """
     cells = [(row.group, cell) for row in grid.rows if len(row.scene.discs) <= most_discs for cell in row.cells]
     paper = [cell for group, cell in cells if group == PAPER_GROUP and cell.column.engine == "pit"]
-    taken = {cell.row.cell.scene.name for cell in paper if cell.row is not None}
+    taken = {cell.row.job.scene.name for cell in paper if cell.row is not None}
     worst: dict[str, GridCell] = {}
     for _, cell in sorted(cells, key=lambda item: _badness(item[1]), reverse=True):
-        name = cell.row.cell.scene.name if cell.row else ""
+        name = cell.row.job.scene.name if cell.row else ""
         if _badness(cell)[0] and name not in taken:
             worst.setdefault(name, cell)
     return (
@@ -71,7 +71,7 @@ def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
 
 def _with_traces(results: Results, cells: list[GridCell]) -> tuple[Divergence, ...]:
     return tuple(
-        Divergence(cell, results.references[cell.row.cell.scene.name], cell.row.trace)
+        Divergence(cell, results.references[cell.row.job.scene.name], cell.row.trace)
         for cell in cells
-        if cell.row is not None and cell.row.trace is not None and cell.row.cell.scene.name in results.references
+        if cell.row is not None and cell.row.trace is not None and cell.row.job.scene.name in results.references
     )

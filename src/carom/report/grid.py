@@ -11,7 +11,7 @@ from typing import NamedTuple
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.marks import Mark, mark_of
-from carom.runs import Results, Row
+from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.trace import Outcome
 
@@ -146,17 +146,15 @@ def build_grid(results: Results) -> Grid:
     own = is_own_method(results)
     columns = tuple(
         Column(engine, profile, own.get(engine, False))
-        for engine, profile in dict.fromkeys((row.cell.engine, row.cell.profile) for row in results.rows)
+        for engine, profile in dict.fromkeys((row.job.engine, row.job.profile) for row in results.rows)
     )
     # A profile can come in at a later step only; among an engine's columns its own order decides.
     engines = list(dict.fromkeys(column.engine for column in columns))
     columns = tuple(sorted(columns, key=lambda column: engines.index(column.engine)))
     coarsest = {
-        (row.cell.scene.name, row.cell.engine, row.cell.profile): row
-        for row in results.rows
-        if row.cell.refinement == 0
+        (row.job.scene.name, row.job.engine, row.job.profile): row for row in results.rows if row.job.refinement == 0
     }
-    scenes = {row.cell.scene.name: row.cell.scene for row in results.rows}
+    scenes = {row.job.scene.name: row.job.scene for row in results.rows}
     rows = tuple(
         GridRow(
             scene=scene,
@@ -169,7 +167,7 @@ def build_grid(results: Results) -> Grid:
         columns=columns,
         rows=rows,
         own_frame_rate=all(
-            math.isclose(row.cell.dt_s * row.cell.scene.frame_rate_hz, 1.0, rel_tol=wording.WHOLE)
+            math.isclose(row.job.dt_s * row.job.scene.frame_rate_hz, 1.0, rel_tol=wording.WHOLE)
             for row in coarsest.values()
         ),
         unrun=_unrun(results, own, len(scenes)),
@@ -211,7 +209,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
     time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
     if score.total.velocity <= rounding and abs(time_s) > rounding * score.scales.time_s:
-        away = wording.steps(abs(time_s), row.cell.dt_s)
+        away = wording.steps(abs(time_s), row.job.dt_s)
         return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
     shown = wording.number(score.total.velocity)
     paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"
@@ -224,10 +222,10 @@ def _unrun(results: Results, own: Mapping[str, bool], scene_count: int) -> tuple
         mark = mark_of(row)
         if mark.ran:
             continue
-        engine, reason = row.cell.engine, "; ".join(reasons_of(row))
+        engine, reason = row.job.engine, "; ".join(reasons_of(row))
         columns, scenes = found.setdefault((mark, engine, reason), ({}, {}))
-        columns[Column(engine, row.cell.profile, own.get(engine, False)).name] = None
-        scenes[row.cell.scene.name] = None
+        columns[Column(engine, row.job.profile, own.get(engine, False)).name] = None
+        scenes[row.job.scene.name] = None
     return tuple(
         Unrun(mark, reason, tuple(columns), tuple(scenes), len(scenes) == scene_count)
         for (mark, _, reason), (columns, scenes) in found.items()

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 from carom.report import wording
 from carom.report.grid import Column, is_own_method, reasons_of
 from carom.report.marks import Mark, mark_of
-from carom.runs import Results, Row
+from carom.runs.results import Results, Row
 
 __all__ = ["junit"]
 
@@ -26,8 +26,8 @@ def junit(results: Results) -> str:
     own = is_own_method(results)
     suites: dict[Column, list[Row]] = {}
     for row in results.rows:
-        engine = row.cell.engine
-        suites.setdefault(Column(engine, row.cell.profile, own.get(engine, False)), []).append(row)
+        engine = row.job.engine
+        suites.setdefault(Column(engine, row.job.profile, own.get(engine, False)), []).append(row)
     root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows)})
     for column, rows in suites.items():
         suite = ET.SubElement(
@@ -51,7 +51,7 @@ def _case(suite: ET.Element, column: Column, row: Row) -> None:
         suite,
         "testcase",
         classname=_clean(f"carom.{column.engine}.{column.profile}"),
-        name=_clean(f"{row.cell.scene.name} at {wording.step(row.cell.dt_s)}"),
+        name=_clean(f"{row.job.scene.name} at {wording.step(row.job.dt_s)}"),
         time=f"{_seconds(row):.6f}",
     )
     kind = "failure" if mark in _FAILURES else "error" if mark in _ERRORS else "skipped" if mark in _SKIPPED else ""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from enum import Enum
 
 from carom.comparator import Grade
-from carom.runs import Row, Status
+from carom.runs.job import Status
+from carom.runs.results import Row
 
 __all__ = ["Mark", "mark_of"]
 

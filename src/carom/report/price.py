@@ -77,7 +77,7 @@ def prices(grid: Grid) -> tuple[Price, ...]:
     """Return what every engine pays that is not Carom's own; empty where PIT was not run."""
     found = []
     for column in grid.columns:
-        ran = {cell.row.cell.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
+        ran = {cell.row.job.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
         scores = {n: s for n, s in ran.items() if s is not None and s.sampling is not None and s.convention is None}
         if scores and not column.own:
             found.append(Price(column, scores))

@@ -13,7 +13,7 @@ from carom.comparator import Errors, Score
 from carom.errors import InputError
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
-from carom.runs import Results, Row
+from carom.runs.results import Results, Row
 
 __all__ = ["FORMAT", "read_records", "records", "strict"]
 
@@ -53,13 +53,13 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def _fields(row: Row) -> dict[str, object]:
-    cell, score, trace = row.cell, row.score, row.trace
+    job, score, trace = row.job, row.score, row.trace
     return {
-        "scene": cell.scene.name,
-        "engine": cell.engine,
-        "profile": cell.profile,
-        "dt_s": cell.dt_s,
-        "refinement": cell.refinement,
+        "scene": job.scene.name,
+        "engine": job.engine,
+        "profile": job.profile,
+        "dt_s": job.dt_s,
+        "refinement": job.refinement,
         "status": row.status.name.lower(),
         "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
         "grade": row.grade.name.lower() if row.grade else None,

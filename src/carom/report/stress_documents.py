@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from carom.report.cross_check import environment_facts
 from carom.report.document import ON_PAPER, PAGE, Cell, Code, Column, Document, Lines, Section, Table, Text
 from carom.report.render import html, markdown
-from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, columns, groups, reasons, summary
+from carom.report.stress_text import HEADINGS, NOTES, TITLE, cell_text, groups, reasons, summary
 from carom.report.write import replace_all
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def stress_document(results: StressResults) -> Document:
 
 
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
-    methods = columns(results, kind, lines)
+    methods = results.methods
     table = Table(
         (Column(kind), Column("axis"), *(Column(method.engine, method.profile) for method in methods)),
         tuple(
@@ -120,7 +120,11 @@ def _json(results: StressResults) -> str:
         "command": results.command,
         "elapsed_s": results.elapsed_s,
         "environment": asdict(results.environment),
-        "methods": [asdict(method) for method in results.methods],
+        "methods": [
+            {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
+            for method in results.methods
+            for engine in [results.engines[method.engine]]
+        ],
         "lines": [
             {
                 **asdict(line),

@@ -6,18 +6,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from carom.report import wording
-from carom.runs.results import Status
-from carom.stress.methods import Method
+from carom.runs.job import Status
 from carom.stress.results import Ending, Line, Spot, StressResults
 
-__all__ = ["HEADINGS", "NOTES", "TITLE", "CellText", "cell_text", "columns", "groups", "reasons", "summary"]
+__all__ = ["HEADINGS", "NOTES", "TITLE", "CellText", "cell_text", "groups", "reasons", "summary"]
 
 TITLE = "Carom: stress"
 
 HEADINGS = {
     "attack": "Where each method gives way",
     "relation": "Relations that need no truth",
-    "own": "What PIC must stand",
     "complaint": "Scenes from real complaints",
 }
 
@@ -26,7 +24,6 @@ NOTES = {
     "that stands as far as the axis goes. Below it, the error where it was last seen to stand.",
     "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
     "of the two; 0 is equal to the bit.",
-    "own": "Measured within runs of Carom's event-driven PIC, impact by impact: each value must not pass its limit.",
     "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
 }
 
@@ -91,21 +88,10 @@ def groups(results: StressResults) -> Iterator[tuple[str, list[Line]]]:
             yield kind, lines
 
 
-def columns(results: StressResults, kind: str, lines: list[Line]) -> list[Method]:
-    """Return the methods to show for a kind of line: all of them, but of PIC's own checks those that were looked at."""
-    if kind != "own":
-        return list(results.methods)
-    return [
-        method
-        for method in results.methods
-        if any(results.spots[line.name, method.name].ending is not Ending.NOT_RUN for line in lines)
-    ]
-
-
 def reasons(results: StressResults, line: Line) -> list[tuple[str, list[str]]]:
     """Return why cells of a line are as they are: each reason with the methods that it holds for."""
     found: dict[str, list[str]] = {}
-    for method in columns(results, line.kind, [line]):
+    for method in results.methods:
         spot = results.spots[line.name, method.name]
         if spot.reason:
             found.setdefault(spot.reason, []).append(method.name)

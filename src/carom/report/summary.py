@@ -9,7 +9,7 @@ from carom.report import wording
 from carom.report.grid import Grid
 from carom.report.marks import Mark
 from carom.report.price import Price
-from carom.runs import Results
+from carom.runs.results import Results
 
 __all__ = ["summarise"]
 

@@ -15,9 +15,9 @@ from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
 from carom.report.document import Column as Head
 from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
 from carom.report.marks import Mark, mark_of
-from carom.runs import Results, Row
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
+from carom.runs.results import Results, Row
 from carom.scenes import KnownAnswer
 from carom.trace import Setting, Trace, pair_name
 
@@ -85,7 +85,7 @@ def _grid_cell(scene: str, cell: GridCell) -> Cell:
 def profile_table(results: Results, grid: Grid) -> Table:
     """Return engines down, profiles and variants across: what came of each, or why there is nothing."""
     columns = {(column.engine, column.profile): column for column in grid.columns}
-    profiles = tuple(dict.fromkeys(row.cell.profile for row in results.rows))
+    profiles = tuple(dict.fromkeys(row.job.profile for row in results.rows))
     rows = []
     for info in results.engines:
         cells = []
@@ -113,18 +113,18 @@ class _Line(NamedTuple):
 def _lines(results: Results, grid: Grid) -> Iterator[_Line]:
     own = {(column.engine, column.profile): column for column in grid.columns}
     for row in results.rows:
-        yield _Line(row, own[row.cell.engine, row.cell.profile])
+        yield _Line(row, own[row.job.engine, row.job.profile])
 
 
 def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[_Line], str]:
     """Return what a column says of a row's spread over phases, and its step."""
-    return lambda line: "" if line.row.spread is None else say(line.row.spread, line.row.cell.dt_s)
+    return lambda line: "" if line.row.spread is None else say(line.row.spread, line.row.job.dt_s)
 
 
 _SPREAD_COLUMNS: Columns[_Line] = (
-    ("scene", lambda line: line.row.cell.scene.name),
+    ("scene", lambda line: line.row.job.scene.name),
     ("engine", lambda line: line.column.name),
-    ("step", lambda line: wording.step(line.row.cell.dt_s)),
+    ("step", lambda line: wording.step(line.row.job.dt_s)),
     ("phases", _spread(lambda spread, _: str(spread.phases))),
     ("velocity error, median", _spread(lambda spread, _: wording.number(spread.velocity_median))),
     ("velocity error, worst", _spread(lambda spread, _: wording.number(spread.velocity_worst))),
@@ -140,7 +140,7 @@ def spread_table(results: Results, grid: Grid) -> Table:
     lines = [
         line
         for line in _lines(results, grid)
-        if line.row.spread is not None and line.row.spread.phases and line.row.cell.engine != "pic"
+        if line.row.spread is not None and line.row.spread.phases and line.row.job.engine != "pic"
     ]
     return Table.made(_SPREAD_COLUMNS, lines, folded=wording.count(len(lines), "cell"), css="cells", only=ON_PAPER)
 
@@ -195,18 +195,18 @@ def settings_table(results: Results, grid: Grid) -> Table:
         runs = [
             row
             for row in results.rows
-            if (row.cell.engine, row.cell.profile) == (column.engine, column.profile) and row.trace is not None
+            if (row.job.engine, row.job.profile) == (column.engine, column.profile) and row.trace is not None
         ]
         if not runs:
             continue
-        first = min(runs, key=lambda row: row.cell.refinement)
+        first = min(runs, key=lambda row: row.job.refinement)
         values = [
             f"{name} = {wording.setting(value)}" + (f" ({varies})" if (varies := _variation(name, first, runs)) else "")
             for name, value in _settings(first).items()
         ]
         stands_for = profiles.get(column.engine, {}).get(column.profile, "")
         rows.append(
-            (column.name, Cell(stands_for, css="prose"), first.cell.scene.name, Cell("; ".join(values), css="prose"))
+            (column.name, Cell(stands_for, css="prose"), first.job.scene.name, Cell("; ".join(values), css="prose"))
         )
     heads = (Head("engine"), Head("what the profile stands for"), Head("used on"), Head("settings"))
     return Table(heads, tuple(rows), css="settings", only=ON_PAPER)
@@ -219,9 +219,9 @@ def _settings(row: Row) -> Mapping[str, Setting]:
 def _variation(name: str, first: Row, runs: list[Row]) -> str:
     """Say on what a setting depends: two runs of one scene differ in the step, two at one step in the scene."""
     here = _settings(first)[name]
-    scene = first.cell.scene.name
-    with_step = any(row.cell.scene.name == scene and _settings(row).get(name) != here for row in runs)
-    at_same_step = [row for row in runs if row.cell.dt_s == first.cell.dt_s and row.cell.scene.name != scene]
+    scene = first.job.scene.name
+    with_step = any(row.job.scene.name == scene and _settings(row).get(name) != here for row in runs)
+    at_same_step = [row for row in runs if row.job.dt_s == first.job.dt_s and row.job.scene.name != scene]
     with_scene = any(_settings(row).get(name) != here for row in at_same_step)
     on = [what for what, varies in (("step", with_step), ("scene", with_scene)) if varies]
     return f"varies with the {wording.listed(on, 'and the')}" if on else ""
@@ -240,7 +240,7 @@ def _metric(name: str) -> Callable[[_Line], str]:
             return wording.ABSENT
         error: float = getattr(line.row.score.total, name)
         if name.endswith("_s") and not math.isnan(error):
-            return f"{wording.seconds(error)} ({wording.steps(error, line.row.cell.dt_s)})"
+            return f"{wording.seconds(error)} ({wording.steps(error, line.row.job.dt_s)})"
         if name.endswith("_rad") and not math.isnan(error):
             return f"{wording.number(math.degrees(error), 3)}°"
         return wording.number(error, 3)
@@ -251,10 +251,10 @@ def _metric(name: str) -> Callable[[_Line], str]:
 #: The columns of the table of every cell: heading, and what it says of a row. Another one is another line; every metric
 #: of `Errors` has its own.
 _CELL_COLUMNS: Columns[_Line] = (
-    ("scene", lambda line: line.row.cell.scene.name),
+    ("scene", lambda line: line.row.job.scene.name),
     ("engine", lambda line: line.column.label),
     ("profile", lambda line: line.column.profile),
-    ("step", lambda line: wording.step(line.row.cell.dt_s)),
+    ("step", lambda line: wording.step(line.row.job.dt_s)),
     ("grade", lambda line: mark_cell(mark_of(line.row))),
     (
         "expected / missed / invented",
@@ -314,13 +314,13 @@ def impact_tables(results: Results) -> Iterator[Table]:
         return
     for row in rows:
         if row.trace is not None and row.score is not None:
-            cell, reference = row.cell, results.references[row.cell.scene.name]
+            job, reference = row.job, results.references[row.job.scene.name]
             left_out = len(reference.impacts) - MOST_IMPACTS
             more = f"\n{left_out} more impacts are not shown" if left_out > 0 else ""
             yield Table.made(
                 _IMPACT_COLUMNS,
                 _impacts(row.score, row.trace, reference),
-                title=f"{cell.scene.name} on {cell.engine} ({cell.profile}), dt = {cell.dt_s:.6g} s: "
+                title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: "
                 f"{row.score.grade.value}",
                 note="\n".join(reasons_of(row)) + more,
                 only=TERMINAL,

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report.grid import Column, Grid
 from carom.report.marks import Mark, mark_of
-from carom.runs import Results, Row
+from carom.runs.results import Results, Row
 
 __all__ = ["Point", "Series", "Trend", "build_trend"]
 
@@ -78,17 +78,16 @@ def build_trend(results: Results, grid: Grid) -> Trend:
     """
     by_name = {(column.engine, column.profile): column for column in grid.columns}
     rows = {
-        (row.cell.scene.name, by_name[row.cell.engine, row.cell.profile], row.cell.refinement): row
-        for row in results.rows
+        (row.job.scene.name, by_name[row.job.engine, row.job.profile], row.job.refinement): row for row in results.rows
     }
-    refinements = sorted({row.cell.refinement for row in results.rows})
+    refinements = sorted({row.job.refinement for row in results.rows})
     names = [row.scene.name for row in grid.rows]
-    coarsest = {name: row.cell.dt_s for (name, _, refinement), row in rows.items() if refinement == 0}
+    coarsest = {name: row.job.dt_s for (name, _, refinement), row in rows.items() if refinement == 0}
     chosen, left_out = _choose(rows, names)
     return Trend(
         parts=tuple(
             statistics.median(
-                row.cell.dt_s / coarsest[name] for (name, _, at), row in rows.items() if at == k and name in coarsest
+                row.job.dt_s / coarsest[name] for (name, _, at), row in rows.items() if at == k and name in coarsest
             )
             for k in refinements
         ),

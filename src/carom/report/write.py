@@ -14,7 +14,7 @@ from carom.report.extra import require_report_extra
 from carom.report.junit import junit
 from carom.report.records import records
 from carom.report.render import html, markdown
-from carom.runs import Results
+from carom.runs.results import Results
 
 __all__ = ["ReportPaths", "replace_all", "require_writable", "write_report"]
 

@@ -1,43 +1,45 @@
-"""Carrying out a sweep on a Dask cluster: the same cells, in the same worker processes, with the same results.
+"""A pool that is a Dask cluster: the same work, in the same worker processes, with the same results.
 
-A task of the cluster is one message of cells. It starts the engines in processes of their own, exactly as this machine
-would, so that an engine's abort ends neither the cluster's worker nor anybody else's cells. A cluster's worker that is
-lost takes its messages with it; the scheduler gives them to another.
+The cluster's tasks are the items of `ClusterPool.each`. Each starts engines in processes of their own, exactly as this
+machine would, so that an engine's abort ends neither the cluster's worker nor anybody else's item. A cluster's worker
+that is lost takes its items with it; the scheduler gives them to another.
 """
 
 from __future__ import annotations
 
 import importlib
 import threading
-from collections.abc import Iterator, Sequence
-from types import TracebackType
-from typing import Any, Self
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
 
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.registry import engines
-from carom.runs.cell_score import CellResult, versions_of
-from carom.runs.results import Cell
-from carom.runs.sweep import WorkersByEngine, carry_out
+from carom.runs.job import Answer, Task
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Closing, Lane
+from carom.runs.scoring import versions_of
 
 __all__ = ["ClusterError", "ClusterPool"]
 
 #: How long to wait for the scheduler to answer at all, seconds.
 CONNECT_S = 10
 
-#: A message that was lost with its worker is tried again so many times, by the scheduler and then by hand.
+#: What was lost with a worker is tried again so many times by the scheduler, and once more by hand.
 RETRIES = 3
+
+T = TypeVar("T")
+Item = TypeVar("Item")
 
 
 class ClusterError(CaromError, RuntimeError):
-    """The cluster could not be reached, or lost cells for good."""
+    """The cluster could not be reached, or lost work for good."""
 
 
-class ClusterPool:
+class ClusterPool(Closing):
     """A Dask cluster; used as a context manager, it lets go of the cluster, which goes on without us.
 
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
-        time_limit_s: A cell that gives no answer for so long is ended, and its result says so.
+        time_limit_s: As of a `carom.runs.pool.Lane`.
 
     Raises:
         MissingExtraError: distributed, the extra `cluster`, is not installed.
@@ -45,7 +47,7 @@ class ClusterPool:
         InputError: The versions of a worker are not those here: its results would not be the same ones.
     """
 
-    def __init__(self, scheduler: str, time_limit_s: float = 60.0) -> None:
+    def __init__(self, scheduler: str, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
         try:
             distributed: Any = importlib.import_module("distributed")  # untyped
         except ImportError:
@@ -64,35 +66,42 @@ class ClusterPool:
             self._client.close()
             raise
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def close(self) -> None:
+        """Let go of the cluster."""
         self._client.close()
 
-    def score_all(self, batches: Sequence[Sequence[Cell]]) -> Iterator[list[CellResult]]:
-        """Carry out all batches and yield the results of each as it comes.
+    def ask(self, task: Task[T]) -> Answer[T]:
+        """Have one task carried out by the cluster."""
+        (found,) = self.ask_each([task])
+        return found
+
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Have tasks of one engine carried out by one of the cluster's workers."""
+        return (one for found in self.each([("", tasks)], _ask_each) for one in found)
+
+    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+        """Work on items on the cluster; the results of an item come together.
 
         Raises:
-            ClusterError: Cells were lost with their workers again and again; all other results came before.
+            ClusterError: Items were lost with their workers again and again; all other results came before.
         """
         distributed: Any = importlib.import_module("distributed")
-        lost: list[Cell] = []
-        todo = [list(batch) for batch in batches]
+        todo, lost = list(items), list[tuple[str, Item]]()
         for attempt in (1, 2):
             submitted = {
-                self._client.submit(_score, batch, self._time_limit_s, pure=False, retries=RETRIES): batch
-                for batch in todo
+                self._client.submit(_carry_out, work, item, self._time_limit_s, pure=False, retries=RETRIES): (
+                    name,
+                    item,
+                )
+                for name, item in todo
             }
             try:
                 for future in distributed.as_completed(list(submitted), loop=self._client.loop):
-                    batch = submitted.pop(future)
+                    entry = submitted.pop(future)
                     try:
-                        results: list[CellResult] = future.result()
+                        results: list[T] = future.result()
                     except distributed.scheduler.KilledWorker:
-                        lost += batch
+                        lost.append(entry)
                     else:
                         yield results
                     future.release()
@@ -100,12 +109,11 @@ class ClusterPool:
                 self._client.cancel(list(submitted))
             if not lost or attempt == 2:
                 break
-            todo, lost = [[cell] for cell in lost], []  # one by one, so that one cell takes no other with it
+            todo, lost = lost, []
         if lost:
-            first = lost[0]
-            where = f"{first.scene.name} on {first.engine} ({first.profile}, dt = {first.dt_s:g} s)"
             raise ClusterError(
-                f"{len(lost)} cells were lost with the cluster's workers, the first {where}; --resume tries them again"
+                f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0][0]}; "
+                "--resume tries them again"
             )
 
     def _require_same_versions(self, scheduler: str) -> None:
@@ -132,8 +140,12 @@ def _shown(versions: tuple[tuple[str, str], ...] | None) -> str:
 _OF_THREAD = threading.local()
 
 
-def _score(batch: Sequence[Cell], time_limit_s: float) -> list[CellResult]:
-    """Carry out one message in the cluster's worker; engines stay up from one message to the next."""
-    if not hasattr(_OF_THREAD, "workers"):
-        _OF_THREAD.workers = WorkersByEngine()  # its processes end by themselves when this one is gone
-    return list(carry_out(batch, _OF_THREAD.workers, time_limit_s))
+def _carry_out(work: Callable[[Item, Asker], Iterable[T]], item: Item, time_limit_s: float) -> list[T]:
+    """Work on one item in the cluster's worker; engines stay up from one item to the next."""
+    if not hasattr(_OF_THREAD, "lane"):
+        _OF_THREAD.lane = Lane(time_limit_s)  # its processes end by themselves when this one is gone
+    return list(work(item, _OF_THREAD.lane))
+
+
+def _ask_each(tasks: Sequence[Task[T]], asker: Asker) -> Iterator[Answer[T]]:
+    return asker.ask_each(tasks)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
 
 from carom.cores import available_cores
+from carom.registry import EngineInfo
 
-__all__ = ["Environment", "environment"]
+__all__ = ["Environment", "environment", "resident_bytes"]
 
 
 @dataclass(frozen=True)
@@ -37,8 +38,9 @@ class Environment:
     versions: Mapping[str, str]
 
 
-def environment(distributions: Mapping[str, str]) -> Environment:
-    """Return what this process runs on; `distributions` are the engines' names and versions."""
+def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
+    """Return what this process runs on, with the versions of the engines that take part."""
+    engines = {info.engine: info.version for info in infos if info.available and info.engine != "Carom"}
     return Environment(
         date=datetime.now(UTC).isoformat(timespec="seconds"),
         carom=metadata.version("carom"),
@@ -46,7 +48,7 @@ def environment(distributions: Mapping[str, str]) -> Environment:
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
         processor=_processor(),
         cores=available_cores(),
-        versions={"numpy": metadata.version("numpy"), **distributions},
+        versions={"numpy": metadata.version("numpy"), **engines},
     )
 
 
@@ -58,3 +60,14 @@ def _processor() -> str:
     except OSError:
         pass  # not Linux: what the platform module knows has to do
     return platform.processor() or "unknown"
+
+
+def resident_bytes(field: str = "VmRSS") -> int | None:
+    """Return this process's resident memory: VmRSS is what is so now, VmHWM the most that ever was; None off Linux."""
+    try:
+        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
+            if line.startswith(f"{field}:"):
+                return int(line.split()[1]) * 1024
+    except OSError:
+        pass  # there is no such file
+    return None

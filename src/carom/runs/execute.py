@@ -1,130 +1,286 @@
-"""Carrying out cells: each in a worker process of its engine's own, several at a time, none able to harm another."""
+"""Carrying out the plan of a cross-check: references, observed, scored, spread over phases, timed."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import ExitStack
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from threading import local
-from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any
 
+from carom.comparator import Score, compare
+from carom.comparator.shift import Shifted, shifted_scenes
 from carom.errors import AdapterError
-from carom.registry import load_adapter, unavailable_reason
-from carom.runs.drive import Timing, profile_settings
-from carom.runs.messages import Failure, Request
-from carom.runs.plan import capabilities_of, unsupported_reason
-from carom.runs.process import Crashed, TimedOut, Worker
-from carom.runs.results import Cell, Row, Status
+from carom.registry import load_adapter
+from carom.runs.environment import environment
+from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
+from carom.runs.journal import Journal
+from carom.runs.observed import Observed
+from carom.runs.phases import phase_values, spread_of
+from carom.runs.plan import Options, Plan, plan_of, require_positive, trace_of
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
+from carom.runs.results import Results, Row
+from carom.runs.scoring import job_key
+from carom.runs.timing import Measure
+from carom.scene import Scene
+from carom.scenes import CatalogueScene, deviation
 from carom.trace import Trace
 
-__all__ = ["MOST_DISCS_DRAWN", "Executor", "drawn", "refusal"]
-
-#: Timed runs of a cell; the median of three throws one disturbed run away.
-TIMING_RUNS = 3
+__all__ = ["MOST_DISCS_DRAWN", "cross_check", "execute", "run"]
 
 #: More discs than this in one picture show nothing, and weigh megabytes.
 MOST_DISCS_DRAWN = 64
 
+#: What tells a job from the others of a cross-check, in which no two scenes have one name.
+Key = tuple[str, Method, float]
 
-Kind = TypeVar("Kind")
-Answer = Trace | Timing | Failure
+
+def run(
+    scene: Scene, engine: str, *, dt: float, profile: str = "tuned", time_limit_s: float = DEFAULT_TIME_LIMIT_S
+) -> Trace:
+    """Run a scene on an engine, in a process of its own, and return what happened.
+
+    Args:
+        scene: The scene.
+        engine: Name of an adapter, as `carom.engines()` lists it.
+        dt: Step, seconds.
+        profile: Name of one of its profiles.
+        time_limit_s: The engine is ended after so many seconds.
+
+    Raises:
+        UnknownNameError: There is no such engine or profile.
+        InputError: `dt` or `time_limit_s` is not a positive number.
+        AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
+    """
+    require_positive(dt=dt, time_limit_s=time_limit_s)
+    load_adapter(engine)
+    job = Job(scene, Method(engine, profile), dt)
+    with LocalPool(1, time_limit_s) as pool:
+        answer = trace_of(job, pool, samples=True)
+    if answer.value is None:
+        raise AdapterError(f"{job}: {answer.said}")
+    return answer.value
 
 
-class Executor:
-    """Runs cells in worker processes, one for each engine and thread; used as a context manager, it ends them all."""
+def cross_check(
+    scenes: Iterable[Scene | CatalogueScene],
+    engine_names: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    command: str = "",
+    pool: Pool | None = None,
+    **options: Any,
+) -> Results:
+    """Run every scene on every engine with every profile at every step, and score each run against PIC.
 
-    def __init__(self, jobs: int | None, time_limit_s: float) -> None:
-        self._jobs = jobs or os.cpu_count() or 1
-        self._time_limit_s = time_limit_s
-        self._stack = ExitStack()
-        self._of_thread = local()
+    Args:
+        scenes: Scenes, of one's own or of the catalogue; no two of one name.
+        engine_names: Names of adapters; every one that is installed by default.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command line to print in the report.
+        pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
+        options: ``dts``, ``profiles``, ``phases`` and the other fields of `carom.runs.Options`.
 
-    def __enter__(self) -> Self:
-        return self
+    Raises:
+        InputError: No scenes, two scenes of one name, or a number that is out of range.
+        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
+    """
+    return execute(plan_of(scenes, Options(engine_names, **options)), pool, progress=progress, command=command)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+
+def execute(
+    plan: Plan,
+    pool: Pool | None = None,
+    *,
+    journal: Journal[Observed] | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Results:
+    """Carry out the plan of a cross-check.
+
+    Args:
+        plan: What is to be run.
+        pool: Where; it stays open. By default processes of this machine, which are ended.
+        journal: What was observed already, and where more of it goes.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command line to print in the report.
+    """
+    started, options = time.perf_counter(), plan.options
+    references = _references(plan, progress)
+    held = {name: found for name, found in references.items() if isinstance(found, Reference)}
+    jobs = [job for job in plan.jobs if job.scene.name in held]
+    shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
+    timed = [job for job in jobs if options.timing and job.refinement == 0]
+    own: AbstractContextManager[Pool]
+    own = LocalPool(options.jobs, options.time_limit_s) if pool is None else nullcontext(pool)
+    with own as asked:
+        observer = _Observer(asked, journal, progress, samples=options.samples)
+        observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
+        observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+        rows = _scored(jobs, held, observer)
+        rows |= _spread(rows, shifted, held, observer)
+        rows |= _timed([rows[_key(job)] for job in timed], observer)
+    for job in plan.jobs:
+        if isinstance(reason := references[job.scene.name], str):
+            rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
+    return _results(plan, [rows[_key(job)] for job in plan.jobs], held, command, time.perf_counter() - started)
+
+
+class _Observer:
+    """Has jobs run, keeps what came of them in the journal, and tells how far a cross-check has come."""
+
+    def __init__(
+        self, pool: Pool, journal: Journal[Observed] | None, progress: Progress | None, *, samples: bool
     ) -> None:
-        self._stack.close()
+        self.pool, self.total = pool, 0
+        self._journal, self._progress, self._samples, self._done = journal, progress, samples, 0
 
-    def observe(self, cell: Cell, *, samples: bool) -> Row:
-        """Run one cell and return its row, not scored yet; whatever goes wrong is the row's status and reason."""
-        refused = refusal(cell)
-        if refused is not None:
-            return refused
-        answer = self._ask(cell, Request(cell.engine, cell.scene, cell.profile, cell.dt_s, samples=samples))
-        return answer if isinstance(answer, Row) else Row(cell, Status.RAN, trace=_as(Trace, answer))
+    def count(self, what: str, done: int = 1) -> None:
+        self._done += done
+        if self._progress is not None:
+            self._progress(self._done, self.total, what)
 
-    def observe_all(self, cells: Sequence[Cell], *, samples: bool = True) -> Iterator[Row]:
-        """Run many cells, yielding each row as it finishes.
+    def each(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
+        """Yield what came of each job as it comes.
 
         States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
         """
-        with ThreadPoolExecutor(max_workers=self._jobs) as pool:
-            futures = [pool.submit(self.observe, cell, samples=samples and drawn(cell)) for cell in cells]
-            try:
-                for future in as_completed(futures):
-                    yield future.result()
-            except BaseException:
-                pool.shutdown(wait=False, cancel_futures=True)
-                self._stack.close()  # ends the engines, and with them the threads that wait for their answers
-                raise
-
-    def time(self, row: Row) -> Row:
-        """Time the cell of a row that was run; the caller sees to it that nothing else is running."""
-        if row.status is not Status.RAN:
-            return row
-        cell = row.cell
-        request = Request(cell.engine, cell.scene, cell.profile, cell.dt_s, timing_runs=TIMING_RUNS)
-        answer = self._ask(cell, request)
-        if isinstance(answer, Row):
-            return replace(row, untimed=f"{answer.status.value}: {answer.reason}")
-        return replace(row, timing=_as(Timing, answer))
-
-    def _ask(self, cell: Cell, request: Request) -> object:
-        try:
-            answer = self._worker(cell.engine).ask(request, self._time_limit_s)
-        except Crashed as error:
-            return Row(cell, Status.CRASHED, str(error))
-        except TimedOut as error:
-            return Row(cell, Status.TIMED_OUT, str(error))
-        return Row(cell, Status.FAILED, answer.message) if isinstance(answer, Failure) else answer
-
-    def _worker(self, engine: str) -> Worker[Answer]:
-        if not hasattr(self._of_thread, "workers"):
-            self._of_thread.workers = {}
-        workers: dict[str, Worker[Answer]] = self._of_thread.workers
-        if engine not in workers:
-            workers[engine] = self._stack.enter_context(Worker())
-        return workers[engine]
+        todo = []
+        for job in jobs:
+            drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
+            known = self._journal.entries.get((job_key(job), drawn)) if self._journal else None
+            if known is None:
+                todo.append((job.engine, (job, drawn)))
+            else:
+                self.count(f"{job.scene.name} on {job.engine}")
+                yield job, known.answer
+        for several in self.pool.each(todo, _observe):
+            if self._journal is not None:
+                self._journal.add(Observed(job_key(job), drawn, answer) for job, drawn, answer in several)
+            for job, _, answer in several:
+                self.count(f"{job.scene.name} on {job.engine}")
+                yield job, answer
 
 
-def drawn(cell: Cell) -> bool:
-    """Whether a report may draw a cell."""
-    return cell.refinement == 0 and len(cell.scene.discs) <= MOST_DISCS_DRAWN
+def _observe(job_drawn: tuple[Job, bool], asker: Asker) -> Iterator[tuple[Job, bool, Answer[Trace]]]:
+    job, drawn = job_drawn
+    yield job, drawn, trace_of(job, asker, samples=drawn)
 
 
-def _as(kind: type[Kind], answer: object) -> Kind:
-    if not isinstance(answer, kind):
-        raise AdapterError(f"a worker answered with {type(answer).__name__} where {kind.__name__} was asked for")
-    return answer
+def _key(job: Job) -> Key:
+    return (job.scene.name, job.method, job.dt_s)
 
 
-def refusal(cell: Cell) -> Row | None:
-    """Return the row of a cell that can't be run, decided without starting the engine."""
-    try:
-        adapter = load_adapter(cell.engine)
-    except AdapterError as error:
-        return Row(cell, Status.UNAVAILABLE, str(error))
-    missing = unavailable_reason(adapter.engine)
-    if missing:
-        return Row(cell, Status.UNAVAILABLE, missing)
-    try:
-        profile_settings(adapter, cell.profile, cell.dt_s)
-    except AdapterError as error:
-        return Row(cell, Status.FAILED, str(error))
-    unsupported = unsupported_reason(cell.scene, capabilities_of(adapter, cell.profile), cell.dt_s)
-    return Row(cell, Status.UNSUPPORTED, unsupported) if unsupported else None
+def _references(plan: Plan, progress: Progress | None) -> dict[str, Reference | str]:
+    """Return what each scene's runs are held against, or why there is nothing."""
+    options = plan.options
+    found: dict[str, Reference | str] = {}
+    for scene in plan.scenes:
+        trace = reference_trace(scene)
+        if isinstance(trace, Trace) and progress is not None and will_certify(scene, options.certified):
+            progress(0, len(plan.jobs), f"certifying {scene.name}")
+        found[scene.name] = (
+            trace if isinstance(trace, str) else reference_of(trace, options.certified, options.certify_s)
+        )
+    return found
+
+
+def _sampling(job: Job) -> Job:
+    """Return PIT on the same scene at the same step: what sampling alone costs there."""
+    return replace(job, method=PIT_METHOD)
+
+
+def _scored(jobs: Sequence[Job], held: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
+    """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
+    sampling = {_key(one): one for one in map(_sampling, jobs)}
+    pit = {_key(job): answer for job, answer in observer.each(sampling.values())}
+    rows = {key: _row(sampling[key], answer, held, answer.value) for key, answer in pit.items()}
+    for job, answer in observer.each(job for job in jobs if job.method != PIT_METHOD):
+        rows[_key(job)] = _row(job, answer, held, pit[_key(_sampling(job))].value)
+    return rows
+
+
+def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Trace | None) -> Row:
+    """Return the row of a job, scored where there is a trace; PIT's own is what sampling costs at its step."""
+    row = Row(job, answer.status, answer.reason, answer.value)
+    if answer.value is None:
+        return row
+    reference = held[job.scene.name]
+    return replace(row, score=compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s))
+
+
+def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Shifted]]:
+    """Return for each job its scene at each phase, with what that is held against."""
+    if not phases:
+        return {}
+    steps = {(job.scene.name, job.dt_s) for job in jobs}
+    at = {step: list(shifted_scenes(held[step[0]].trace, step[1], phases)) for step in steps}
+    return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
+
+
+def _spread(
+    rows: Mapping[Key, Row],
+    shifted: Mapping[Key, Sequence[Shifted]],
+    held: Mapping[str, Reference],
+    observer: _Observer,
+) -> dict[Key, Row]:
+    """Run every job that ran at its phases, too, and return its row with the spread of its errors."""
+    ran = {key: several for key, several in shifted.items() if rows[key].status is Status.RAN}
+    if len(ran) < len(shifted):
+        observer.count("phases", sum(len(several) for key, several in shifted.items() if key not in ran))
+    jobs = [(key, one, replace(rows[key].job, scene=one.scene)) for key, several in ran.items() for one in several]
+    home = {id(job): (key, one) for key, one, job in jobs}
+    scores: dict[Key, list[Score]] = {key: [] for key in ran}
+    for job, answer in observer.each((job for *_, job in jobs), shifted=True):
+        key, one = home[id(job)]
+        if answer.value is not None:
+            scores[key].append(compare(one.reference, answer.value, horizon=held[key[0]].horizon_s))
+    return {
+        key: replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2])) for key, found in scores.items()
+    }
+
+
+def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
+    """Time the jobs that ran, one after another with nothing else running."""
+    timed = {}
+    for row in rows:
+        if row.status is Status.RAN:
+            answer = observer.pool.ask(Measure(row.job))
+            timed[_key(row.job)] = replace(row, timing=answer.value, untimed=answer.said)
+        observer.count(f"{row.job.scene.name} on {row.job.engine}")
+    return timed
+
+
+def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], command: str, elapsed_s: float) -> Results:
+    return Results(
+        rows=_with_ratios(rows),
+        references={name: reference.trace for name, reference in held.items()},
+        known={
+            name: (answer, deviation(held[name].pic or held[name].trace, answer, held[name].trace.scene))
+            for name, answer in plan.answers.items()
+            if name in held
+        },
+        engines=plan.engines,
+        environment=environment(plan.engines),
+        command=command,
+        elapsed_s=elapsed_s,
+        certified={name: one.certified for name, one in held.items() if one.certified is not None},
+        horizons={name: one.horizon_s for name, one in held.items() if one.horizon_s is not None},
+        phases=plan.options.phases,
+    )
+
+
+def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Return the rows with their run times over PIT's on the same scene at the same step."""
+    pit = {
+        (row.job.scene.name, row.job.dt_s): row.timing.advance_s
+        for row in rows
+        if row.job.engine == PIT_METHOD.engine and row.timing is not None
+    }
+    return tuple(
+        replace(row, time_ratio=row.timing.advance_s / pit[at])
+        if row.timing is not None and (at := (row.job.scene.name, row.job.dt_s)) in pit
+        else row
+        for row in rows
+    )

@@ -9,13 +9,12 @@ import numpy as np
 
 from carom.comparator.shift import shifted_scenes
 from carom.registry import EngineInfo
-from carom.runs.cross_check import reference_trace
-from carom.runs.execute import MOST_DISCS_DRAWN, refusal
+from carom.runs.execute import MOST_DISCS_DRAWN
+from carom.runs.job import Job, Method
 from carom.runs.phases import phase_values
-from carom.runs.plan import chosen_engines, default_dts, planned_cells, profiles_to_plan
-from carom.runs.results import Cell
+from carom.runs.plan import Plan, refusal
+from carom.runs.reference import reference_trace
 from carom.scene import Scene
-from carom.scenes import CatalogueScene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Trace
@@ -26,33 +25,11 @@ __all__ = ["explain"]
 MOST_FRAMES = 1_000_000
 
 
-def explain(
-    scenes: Sequence[Scene | CatalogueScene],
-    engine_names: Sequence[str] | None = None,
-    dts: Sequence[float] | None = None,
-    profiles: Sequence[str] | None = None,
-    *,
-    phases: int = 0,
-    drawn: bool = True,
-) -> Iterator[str]:
-    """Return the plan of a cross-check, line by line; arguments as those of `cross_check`.
-
-    Args:
-        scenes: Scenes.
-        engine_names: Names of adapters.
-        dts: Steps, seconds.
-        profiles: Names of profiles.
-        phases: At how many phases each cell is run beside the scene's own.
-        drawn: Whether a report with pictures is written.
-
-    Raises:
-        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
-    """
-    infos = chosen_engines(engine_names)
-    wanted = profiles_to_plan(infos, profiles)
-    for entry in scenes:
-        scene = entry.scene if isinstance(entry, CatalogueScene) else entry
-        steps = sorted(set(dts), reverse=True) if dts else list(default_dts(scene))
+def explain(plan: Plan) -> Iterator[str]:
+    """Return the plan of a cross-check, line by line: the very jobs that a cross-check would run."""
+    options = plan.options
+    for scene in plan.scenes:
+        steps = options.steps_of(scene)
         yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
         reference = reference_trace(scene)
         if isinstance(reference, str):
@@ -62,15 +39,15 @@ def explain(
         for dt_s in steps:
             yield f"  PIT at {dt_s:.6g} s: {_pit(scene, dt_s)}"
         yield f"  engines: {_engines(scene, reference, steps[0])}"
-        yield f"  states: {_samples(scene, drawn=drawn)}"
-        if phases:
-            kept = len(shifted_scenes(reference, steps[0], phase_values(phases)))
+        yield f"  states: {_samples(scene, drawn=options.samples)}"
+        if options.phases:
+            kept = len(shifted_scenes(reference, steps[0], phase_values(options.phases, options.seed)))
             why = "a shift that changes which impacts happen is left out"
-            yield f"  phases: {kept} of {phases} at {steps[0]:.6g} s; {why}"
-        cells = list(planned_cells([scene], infos, dts, profiles))
-        for info in infos:
-            for profile in wanted if info.profiles else wanted[-1:]:
-                planned = [cell for cell in cells if (cell.engine, cell.profile) == (info.name, profile)]
+            yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
+        jobs = [job for job in plan.jobs if job.scene is scene]
+        for info in plan.engines:
+            for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
+                planned = [job for job in jobs if job.method == Method(info.name, profile)]
                 yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(steps))}"
 
 
@@ -134,16 +111,16 @@ def _samples(scene: Scene, *, drawn: bool) -> str:
     return "kept at the coarsest step, the only one that is drawn"
 
 
-def _fate(planned: Sequence[Cell], info: EngineInfo, profile: str, steps: int) -> str:
+def _fate(planned: Sequence[Job], info: EngineInfo, profile: str, steps: int) -> str:
     """Return at which steps a profile is run, or why it is not."""
     if not planned:
         same = profile in info.profiles
         return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
-    refused = {cell.dt_s: row.reason for cell in planned if (row := refusal(cell)) is not None}
+    refused = {job.dt_s: answer.reason for job in planned if (answer := refusal(job)) is not None}
     if len(refused) == len(planned):
         return f"skipped: {refused[planned[0].dt_s]}"
     left_out = "".join(f"; skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items())
-    runs = ", ".join(f"{cell.dt_s:.6g}" for cell in planned if cell.dt_s not in refused)
+    runs = ", ".join(f"{job.dt_s:.6g}" for job in planned if job.dt_s not in refused)
     if len(planned) < steps:
         return f"run at {runs} s only, as its error hardly depends on the step; finer ones with --dt{left_out}"
     return f"run at {runs} s{left_out}"

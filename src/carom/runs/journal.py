@@ -1,182 +1,152 @@
-"""The journal of a sweep: one line of JSON a finished cell, only ever appended to, so that nothing written is at risk.
+"""Journals: one line of JSON for each thing that is finished, only ever appended to: nothing written is at risk.
 
 Each append is one write of whole lines to a file opened for appending, and is on the disk before it returns. A process
-killed in the middle can leave one torn line, the last; the next one to open the journal cuts it off. Floats are
-written as the shortest text that reads back as the same float, to the bit; NaN is null, infinity the string "inf".
+killed in the middle can leave one torn line, the last; the next one to open the journal cuts it off. The first line
+says what the journal is of. Floats are written as the shortest text that reads back as the same float, to the bit;
+NaN and infinities are strings.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import errno
 import json
-import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from pathlib import Path
-from types import MappingProxyType, TracebackType
-from typing import Any, Self
+from types import MappingProxyType
+from typing import Any, Generic, TypeVar
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from carom.errors import InputError
-from carom.runs.cell_score import CellKey, CellResult, Measures
-from carom.runs.results import Status
+from carom.runs.pool import Closing
 
-__all__ = ["FORMAT", "Journal", "LineFile", "canonical", "decode", "encode", "read_journal"]
+__all__ = ["FORMAT", "Journal", "canonical"]
 
-#: Raised when a field changes its meaning or goes; a new field does not raise it.
-FORMAT = 1
+#: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
+FORMAT = 2
 
-_FLOATS = frozenset(field.name for field in dataclasses.fields(Measures) if field.type == "float")
-
-
-def encode(result: CellResult) -> str:
-    """Return the line of a result, without its end."""
-    key, measures = result.key, result.measures
-    line: dict[str, object] = {
-        "format": FORMAT,
-        "scene": result.scene,
-        "scene_sha256": key.scene_sha256,
-        "engine": key.engine,
-        "profile": key.profile,
-        "dt_s": key.dt_s,
-        "phase": key.phase,
-        "versions": dict(key.versions),
-        "status": result.status.name.lower(),
-        "reason": result.reason,
-    }
-    for field in dataclasses.fields(Measures):
-        line[field.name] = None if measures is None else _plain(getattr(measures, field.name))
-    return json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+T = TypeVar("T")
 
 
-def decode(line: str) -> CellResult:
-    """Return the result of a line.
-
-    Raises:
-        ValueError: The line is no JSON, or not a line of a journal of this format.
-    """
-    content = json.loads(line)
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise ValueError(f"not a line of a journal of format {FORMAT}")
-    try:
-        key = CellKey(
-            content["scene_sha256"],
-            content["engine"],
-            content["profile"],
-            float(content["dt_s"]),
-            float(content["phase"]),
-            tuple(sorted(content["versions"].items())),
-        )
-        status = Status[content["status"].upper()]
-        values = {field.name: content[field.name] for field in dataclasses.fields(Measures)}
-        measures = Measures(**{name: _value(name, value) for name, value in values.items()})
-        return CellResult(key, content["scene"], status, content["reason"], measures if status is Status.RAN else None)
-    except (KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"a field is missing or of the wrong kind: {error}") from error
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, float) and not math.isfinite(value):
-        return None if math.isnan(value) else str(value)
-    return value
-
-
-def _value(name: str, value: Any) -> Any:
-    if name not in _FLOATS:
-        return value
-    return math.nan if value is None else float(value)
-
-
-class LineFile:
-    """A file of JSON lines that is open for appending, by one process at a time; used as a context manager.
+class Journal(Closing, Generic[T]):
+    """A journal that is open for appending, by one process at a time; used as a context manager.
 
     Args:
         path: The file; made where it does not exist.
-        resume: Whether a file that exists is gone on with; it is refused otherwise.
-
-    Attributes:
-        path: The file.
-        found: The whole lines that it held when it was opened.
+        kind: The type of an entry: a dataclass of what JSON can hold.
+        key: What tells an entry from the others.
+        stamp: What whoever goes on with the journal must share with who began it.
+        resume: Whether a journal that exists is gone on with; it is refused otherwise.
 
     Raises:
-        InputError: The file exists and `resume` is not set, or another process writes to it.
+        InputError: The file exists and `resume` is not set, is no journal of this kind, stamp and format, or is being
+            written by another process.
     """
 
-    def __init__(self, path: Path, *, resume: bool = False) -> None:
+    def __init__(
+        self,
+        path: Path,
+        kind: type[T],
+        key: Callable[[T], Hashable],
+        *,
+        stamp: Mapping[str, Any] = MappingProxyType({}),
+        resume: bool = False,
+    ) -> None:
         self.path = path
+        # The tuple is there for its settings, which pydantic takes for no dataclass, though it hands them down to one.
+        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))  # type: ignore[valid-type] # a type that is a value
+        self._key = key
         if not resume and path.exists() and path.stat().st_size:
-            raise InputError(f"{path} holds results already: go on with them by --resume, or name another --out")
+            raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
+        self._own_folder = not path.parent.exists()
         path.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)
-            self.found = _cut_torn_line(self._file)
+            self._entries = self._read({"journal": kind.__name__, "format": FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
 
-    def append(self, lines: Iterable[str]) -> None:
-        """Write lines, all in one piece, and return when they are on the disk."""
-        data = "".join(f"{line}\n" for line in lines).encode()
+    @property
+    def entries(self) -> Mapping[Hashable, T]:
+        """Every entry, by its key; where one stands there twice, the later one."""
+        return MappingProxyType(self._entries)
+
+    def add(self, entries: Iterable[T]) -> None:
+        """Write entries, all in one piece, and return when they are on the disk."""
+        found = list(entries)
+        # Without the brackets of the tuple.
+        self._append(self._adapter.dump_json((entry,))[1:-1] for entry in found)
+        self._entries.update((self._key(entry), entry) for entry in found)
+
+    def close(self) -> None:
+        """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
+        if not self._entries:
+            self.discard()
+            if self._own_folder and not any(self.path.parent.iterdir()):
+                self.path.parent.rmdir()
+        os.close(self._file)
+
+    def discard(self) -> None:
+        """Remove the file: what it was kept for is finished and lies elsewhere."""
+        self.path.unlink(missing_ok=True)
+
+    def _append(self, lines: Iterable[bytes]) -> None:
+        data = b"".join(line + b"\n" for line in lines)
         written = os.write(self._file, data)
         if written != len(data):  # a full disk; what is torn is cut off at the next start
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
-    def close(self) -> None:
-        """Close the file; the lock goes with it."""
-        os.close(self._file)
+    def _read(self, stamp: Mapping[str, Any]) -> dict[Hashable, T]:
+        """Return what the file holds; in an empty one, write down what it is to be of."""
+        stamp = json.loads(json.dumps(stamp))
+        head, *lines = _cut_torn_line(self._file).splitlines() or [b""]
+        if not head:
+            self._append([json.dumps(stamp).encode()])
+            return {}
+        there = json.loads(head) if _is_json(head) else None
+        if there != stamp:
+            what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
+            raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
+        found: dict[Hashable, T] = {}
+        for number, line in enumerate(lines, start=2):
+            try:
+                (entry,) = self._adapter.validate_json(b"[" + line + b"]")
+            except ValidationError as error:
+                first = error.errors()[0]
+                where = ".".join(map(str, first["loc"][1:])) or "the line"
+                message = (
+                    f"{self.path}, line {number}: {where}: {first['msg']}; remove the line, or name another folder"
+                )
+                raise InputError(message) from None
+            found[self._key(entry)] = entry
+        return found
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+def canonical(path: Path) -> list[bytes]:
+    """Return the lines of a journal in an order that does not depend on which job was finished first.
 
-
-class Journal(LineFile):
-    """The journal of a sweep, open for appending.
-
-    Raises:
-        InputError: As for any `LineFile`; or a line that is not the last is no line of a journal.
+    Two journals hold the same, to the bit, where these lists are equal.
     """
-
-    def __init__(self, path: Path, *, resume: bool = False) -> None:
-        super().__init__(path, resume=resume)
-        try:
-            self._results = {result.key: result for result in _decoded(self.found, path)}
-        except BaseException:
-            self.close()
-            raise
-
-    @property
-    def results(self) -> Mapping[CellKey, CellResult]:
-        """Every result in the journal, by its key; where a cell stands there twice, the later one."""
-        return MappingProxyType(self._results)
-
-    def add(self, results: Sequence[CellResult]) -> None:
-        """Write results, all in one piece, and return when they are on the disk."""
-        self.append(encode(result) for result in results)
-        self._results.update((result.key, result) for result in results)
+    return sorted(set(_whole_lines(path.read_bytes()).splitlines()))
 
 
-def read_journal(path: Path) -> list[CellResult]:
-    """Return the results of a journal, in the order in which they were finished, a torn last line left out.
-
-    Raises:
-        InputError: A line that is not the last is no line of a journal.
-    """
-    return list(_decoded(_whole_lines(path.read_bytes()), path))
+def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
+    if there.get("format") != FORMAT:
+        return f"it is of format {there.get('format')}, as another version of Carom wrote it, and this one is {FORMAT}"
+    name = next(name for name in (*here, *there) if there.get(name) != here.get(name))
+    return f"its {name} is {there.get(name)}, and this one's {here.get(name)}"
 
 
-def canonical(path: Path) -> list[str]:
-    """Return the content of a journal in an order that does not depend on which cell was finished first.
-
-    Two journals hold the same results, to the bit, where these lists are equal.
-    """
-    return sorted({result.key: encode(result) for result in read_journal(path)}.values())
+def _is_json(line: bytes) -> bool:
+    try:
+        json.loads(line)
+    except ValueError:
+        return False
+    return True
 
 
 def _lock(file: int, path: Path) -> None:
@@ -188,7 +158,7 @@ def _lock(file: int, path: Path) -> None:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)  # let go of by the system when the process ends, however
     except OSError:
         raise InputError(
-            f"{path} is being written by another process; end that one first, or name another --out"
+            f"{path} is being written by another process; end that one first, or name another folder"
         ) from None
 
 
@@ -207,17 +177,6 @@ def _whole_lines(data: bytes) -> bytes:
     """Return the data up to the end of the last whole line; a last line that is no JSON is torn, too."""
     whole = data[: data.rfind(b"\n") + 1]
     last = whole.rstrip(b"\n").rpartition(b"\n")[2]
-    if last:
-        try:
-            json.loads(last)
-        except ValueError:  # after a loss of power a file can end in zeros
-            return whole[: whole.rstrip(b"\n").rfind(b"\n") + 1]
+    if last and not _is_json(last):  # after a loss of power a file can end in zeros
+        return whole[: whole.rstrip(b"\n").rfind(b"\n") + 1]
     return whole
-
-
-def _decoded(data: bytes, path: Path) -> Iterator[CellResult]:
-    for number, line in enumerate(data.splitlines(), start=1):
-        try:
-            yield decode(line.decode())
-        except ValueError as error:
-            raise InputError(f"{path}, line {number}: {error}; remove the line, or name another --out") from None

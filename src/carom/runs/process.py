@@ -11,74 +11,60 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
+from functools import cache
 from types import TracebackType
-from typing import Any, Generic, NoReturn, Self, TypeVar
+from typing import Any, Self, TypeVar, get_type_hints
 
-from carom.runs.messages import Task
+from carom.errors import AdapterError
+from carom.runs.job import Answer, Status, Task
 
-__all__ = ["Crashed", "TimedOut", "Worker"]
+__all__ = ["ClosedError", "Worker"]
 
-Answer = TypeVar("Answer")
-
-
-class Crashed(Exception):  # noqa: N818 - the name of what happened, as the report has it
-    """The worker process ended without an answer."""
+T = TypeVar("T")
 
 
-class TimedOut(Exception):  # noqa: N818 - the name of what happened, as the report has it
-    """The worker process gave no answer in time and was killed."""
+class ClosedError(Exception):
+    """Whoever asked was ended meanwhile, by Ctrl-C say, so that nobody waits for the answer."""
 
 
-class Worker(Generic[Answer]):
-    """One worker process, started at the first request and again after a crash or a time-out.
+class Worker:
+    """One worker process, started at the first task and again after one that ended it."""
 
-    Args:
-        module: The module that the process runs, which answers every request with an `Answer`.
-    """
-
-    def __init__(self, module: str = "carom.runs.worker") -> None:
-        self._module = module
+    def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
         self._closed = False
         self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
         self._folder = tempfile.TemporaryDirectory(prefix="carom-", ignore_cleanup_errors=True)
         self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the worker
 
-    def ask(self, request: object, time_limit_s: float) -> Answer:
-        """Send a request and return its answer.
-
-        Raises:
-            Crashed: The process ended; the message says how, and what it last printed.
-            TimedOut: No answer came within `time_limit_s`.
-        """
-        if not self._send(request):
-            self._crashed()
-        answer: Answer = self._receive(time_limit_s)
-        return answer
-
-    def ask_each(self, tasks: Sequence[Task], time_limit_s: float) -> Iterator[object]:
+    def ask_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send several tasks in one message and yield the answer to each, in their order, as soon as it is there.
 
+        A task that ends the process, or gives no answer within `time_limit_s` of the one before, costs nobody else:
+        its answer says so, and those behind it are sent again.
+
         Raises:
-            Crashed: The process ended in the task whose answer is the next one; those behind it were not begun.
-            TimedOut: No answer came within `time_limit_s` of the one before.
+            ClosedError: The worker was closed meanwhile.
+            AdapterError: The process answers something else than was asked for.
         """
-        if not self._send(list(tasks)):
-            self._crashed()
-        answered = 0
+        todo = list(tasks)
         try:
-            for _ in tasks:
-                answer = self._receive(time_limit_s)
-                answered += 1
-                yield answer
+            while todo:
+                sent = self._send(todo)
+                while todo:
+                    answer, alive = self._receive(time_limit_s, sent)
+                    _require_kind(answer, todo.pop(0))
+                    yield answer
+                    if not alive:
+                        break
         finally:
-            if answered < len(tasks):  # whoever asked went away: what is still to come must not answer the next
+            if todo:  # whoever asked went away: what is still to come must not answer the next
                 self._kill()
 
     def _send(self, message: object) -> bool:
         """Send a message to the process, which is started where there is none; False where it has ended."""
         if self._closed:
-            raise Crashed("the cross-check was ended")
+            raise ClosedError
         process = self._process or self._start()
         assert process.stdin is not None  # noqa: S101 - it was opened with a pipe
         try:
@@ -88,16 +74,14 @@ class Worker(Generic[Answer]):
             return False
         return True
 
-    def _receive(self, time_limit_s: float) -> Any:
+    def _receive(self, time_limit_s: float, sent: bool) -> tuple[Any, bool]:
+        """Return an answer, and whether the process that gave it, or gave none, is still there."""
         try:
-            answer = self._answers.get(timeout=time_limit_s)
+            answer = self._answers.get(timeout=time_limit_s) if sent else None
         except queue.Empty:
             self._kill()
-            raise TimedOut(f"no answer within {time_limit_s:g} s") from None
-        return self._crashed() if answer is None else answer
-
-    def _crashed(self) -> NoReturn:
-        raise Crashed(self._obituary())
+            return Answer(Status.TIMED_OUT, f"no answer within {time_limit_s:g} s"), False
+        return (Answer(Status.CRASHED, self._obituary()), False) if answer is None else (answer, True)
 
     def printed(self) -> str:
         """Return what the process has printed since it was started; the place where it prints next is left alone."""
@@ -109,7 +93,7 @@ class Worker(Generic[Answer]):
         return sorted(os.listdir(self._folder.name))
 
     def close(self) -> None:
-        """End the process and remove what it left. A request that still waits for its answer is told of a crash."""
+        """End the process and remove what it left; who still waits for an answer is told so."""
         self._closed = True
         self._kill()
         self._printed.close()
@@ -129,8 +113,8 @@ class Worker(Generic[Answer]):
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
         self._printed.seek(0)
         self._printed.truncate()
-        process = subprocess.Popen(  # noqa: S603 - a module of this package, by this interpreter
-            [sys.executable, "-m", self._module],
+        process = subprocess.Popen(
+            [sys.executable, "-m", "carom.runs.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._printed,
@@ -149,7 +133,7 @@ class Worker(Generic[Answer]):
             code = process.wait()
             _close_pipes(process)
         if process is None or self._closed:  # ended by the thread that closes this worker
-            return "the cross-check was ended"
+            raise ClosedError
         how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
         self._printed.seek(0)
         printed = [line.strip() for line in self._printed.read().decode(errors="replace").splitlines() if line.strip()]
@@ -161,6 +145,19 @@ class Worker(Generic[Answer]):
             process.kill()
             process.wait()
             _close_pipes(process)
+
+
+@cache
+def _kind_of(task: type[Task[object]]) -> Any:
+    return get_type_hints(task.carry_out)["return"]
+
+
+def _require_kind(answer: object, task: Task[object]) -> None:
+    kind = _kind_of(type(task))
+    if isinstance(answer, Answer) and (answer.value is None or isinstance(answer.value, kind)):
+        return
+    found = answer.value if isinstance(answer, Answer) else answer
+    raise AdapterError(f"a worker answered with {type(found).__name__} where {kind} was asked for")
 
 
 def _signal_name(number: int) -> str:

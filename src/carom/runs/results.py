@@ -4,58 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
 
 from carom.comparator import Grade, Horizon, Score
 from carom.registry import EngineInfo
-from carom.runs.drive import Timing
 from carom.runs.environment import Environment
+from carom.runs.job import Job, Status
 from carom.runs.phases import PhaseSpread
-from carom.scene import Scene
+from carom.runs.timing import Timing
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
 
-__all__ = ["Cell", "Results", "Row", "Status", "violates"]
-
-
-class Status(Enum):
-    """Whether a cell was run; the value is the sentence shown."""
-
-    RAN = "ran"
-    UNSUPPORTED = "unsupported"
-    UNAVAILABLE = "unavailable"
-    CRASHED = "crashed"
-    TIMED_OUT = "timed out"
-    FAILED = "the adapter raised an error"
-
-
-@dataclass(frozen=True)
-class Cell:
-    """What is to be run: one scene on one engine with one profile at one step.
-
-    Attributes:
-        scene: The scene.
-        engine: Name of the adapter.
-        profile: Name of the profile.
-        dt_s: Step, seconds.
-        refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
-        phase: Where in a step the scene's start falls, 0 to 1: the scene begins so large a part of a step earlier.
-    """
-
-    scene: Scene
-    engine: str
-    profile: str
-    dt_s: float
-    refinement: int = 0
-    phase: float = 0.0
+__all__ = ["Results", "Row", "violates"]
 
 
 @dataclass(frozen=True)
 class Row:
-    """What came of a cell.
+    """What came of a job.
 
     Attributes:
-        cell: What was asked for.
+        job: What was asked for.
         status: Whether it was run.
         reason: Why it was not run, empty where it was.
         trace: What happened; None where it was not run.
@@ -67,7 +34,7 @@ class Row:
         untimed: Why it was not timed although it ran and timing was asked for; empty otherwise.
     """
 
-    cell: Cell
+    job: Job
     status: Status
     reason: str = ""
     trace: Trace | None = None
@@ -79,7 +46,7 @@ class Row:
 
     @property
     def grade(self) -> Grade | None:
-        """The grade, None where the cell was not run."""
+        """The grade, None where the job was not run."""
         return self.score.grade if self.score else None
 
 
@@ -104,7 +71,7 @@ class Results:
             of one or two discs are left out unless that was asked for.
         horizons: Up to when a scene's reference may be believed, seconds, by the scene's name; what is not listed is
             believed whole. An estimate where nobody has certified it.
-        phases: At how many sub-step phases each cell was run beside the scene's own.
+        phases: At how many sub-step phases each job was run beside the scene's own.
     """
 
     rows: tuple[Row, ...]

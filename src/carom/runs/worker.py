@@ -1,4 +1,4 @@
-"""The worker process: takes requests on standard input, runs them on an engine, answers on what was standard output.
+"""The worker process: takes tasks on standard input, carries them out, answers on what was standard output.
 
 Run as ``python -m carom.runs.worker`` by `carom.runs.process` only. Engines print, abort and hang; here they do it
 to nobody else. What they print goes where standard error goes, which the parent keeps for the reason of a crash.
@@ -6,39 +6,36 @@ to nobody else. What they print goes where standard error goes, which the parent
 
 from __future__ import annotations
 
+import ctypes
 import os
 import pickle
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable
-from typing import Any, BinaryIO
+from typing import BinaryIO, TypeVar
 
 from carom.errors import CaromError
-from carom.registry import load_adapter
-from carom.runs.drive import observe_run, time_run
-from carom.runs.messages import Failure, Request, Task
+from carom.runs.job import Answer, Status, Task, UnsupportedError
 
-__all__ = ["answer", "main", "serve"]
+__all__ = ["answer", "main"]
 
 #: How long a process may outlive its parent, seconds; looking costs microseconds.
 PARENT_CHECK_S = 0.5
 
+T = TypeVar("T")
 
-def answer(request: Request | Task) -> object:
-    """Carry out one request; whatever the engine raises is the answer, too."""
+
+def answer(task: Task[T]) -> Answer[T]:
+    """Carry out a task; whatever the engine raises is the answer, too."""
     try:
-        if isinstance(request, Task):
-            return request.carry_out()
-        adapter = load_adapter(request.engine)
-        if request.timing_runs:
-            return time_run(adapter, request.scene, request.profile, request.dt_s, runs=request.timing_runs)
-        return observe_run(adapter, request.scene, request.profile, request.dt_s, samples=request.samples)
+        return Answer(Status.RAN, value=task.carry_out())
+    except UnsupportedError as error:
+        return Answer(Status.UNSUPPORTED, str(error))
     except CaromError as error:
-        return Failure(str(error))
-    except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this cell's reason
-        return Failure(f"{type(error).__name__}: {error}")
+        return Answer(Status.FAILED, str(error))
+    except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
+        return Answer(Status.FAILED, f"{type(error).__name__}: {error}")
 
 
 def _end_with(parent: int) -> None:
@@ -48,8 +45,8 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def serve(answer_to: Callable[[Any], object]) -> None:
-    """Answer requests until standard input ends."""
+def main() -> None:
+    """Answer tasks until standard input ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends this process
     requests: BinaryIO = os.fdopen(os.dup(0), "rb")
     answers: BinaryIO = os.fdopen(os.dup(1), "wb")
@@ -57,21 +54,20 @@ def serve(answer_to: Callable[[Any], object]) -> None:
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
     threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    printed_from_c = ctypes.CDLL(None) if os.name == "posix" else None
     while True:
         try:
-            message = pickle.load(requests)  # noqa: S301 - written by our own parent process
+            tasks: list[Task[object]] = pickle.load(requests)  # noqa: S301 - written by our own parent process
         except EOFError:
             return
-        for request in message if isinstance(message, list) else [message]:
-            # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
-            pickle.dump(answer_to(request), answers, protocol=pickle.HIGHEST_PROTOCOL)
-            answers.flush()
+        for task in tasks:
+            found = answer(task)
+            if printed_from_c is not None:
+                printed_from_c.fflush(None)  # what an engine printed from C is still in its buffer
             sys.stdout.flush()
-
-
-def main() -> None:
-    """Serve the requests of a cross-check."""
-    serve(answer)
+            # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
+            pickle.dump(found, answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.flush()
 
 
 if __name__ == "__main__":

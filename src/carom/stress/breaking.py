@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 from carom.errors import InputError
-from carom.runs.results import Cell, Row, Status
+from carom.runs.job import Job, Method, Status
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
 from carom.scene import save_scene
 from carom.stress.attack import Attack, Judgement, Trial
-from carom.stress.methods import Method
 from carom.stress.results import Ending, Spot
 
-__all__ = ["Observe", "breaking_point", "observed"]
-
-#: Runs one cell and returns its row.
-Observe = Callable[[Cell], Row]
+__all__ = ["breaking_point"]
 
 #: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
@@ -37,7 +34,7 @@ class _Tried:
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, observe: Observe, scenes: Path, *, quick: bool) -> Spot:
+def breaking_point(attack: Attack, method: Method, asker: Asker, scenes: Path, *, quick: bool) -> Spot:
     """Return the cell of an attack and a method; the scene that shows its number is saved into `scenes`."""
     ladder = attack.ladder(quick)
     runs = 0
@@ -45,7 +42,7 @@ def breaking_point(attack: Attack, method: Method, observe: Observe, scenes: Pat
     fell: _Tried | None = None
     try:
         for value in ladder:
-            tried = _try(attack, value, method, observe, quick=quick)
+            tried = _try(attack, value, method, asker, quick=quick)
             runs += tried.runs
             if not tried.stands:
                 fell = tried
@@ -53,7 +50,7 @@ def breaking_point(attack: Attack, method: Method, observe: Observe, scenes: Pat
             stood = tried
         resolution = QUICK_RESOLUTION if quick else RESOLUTION
         while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
-            tried = _try(attack, middle, method, observe, quick=quick)
+            tried = _try(attack, middle, method, asker, quick=quick)
             runs += tried.runs
             stood, fell = (tried, fell) if tried.stands else (stood, tried)
     except NotRunError as error:
@@ -76,21 +73,19 @@ def breaking_point(attack: Attack, method: Method, observe: Observe, scenes: Pat
     )
 
 
-def observed(method: Method, trial: Trial, observe: Observe) -> Judgement:
+def _judged(method: Method, trial: Trial, asker: Asker) -> Judgement:
     """Run one trial and judge it; whatever an engine does instead of answering is a reason.
 
     Raises:
-        NotRunError: The engine is unavailable, or declares that it does not support the scene.
+        NotRunError: The engine is unavailable.
     """
-    row = observe(Cell(trial.scene, method.engine, method.profile, trial.dt_s))
-    if row.status is Status.UNAVAILABLE:
-        raise NotRunError(f"unavailable: {row.reason}")
-    if row.trace is None:
-        return Judgement(math.nan, f"{row.status.value}: {row.reason}")
-    return trial.judge(row.trace)
+    answer = trace_of(Job(trial.scene, method, trial.dt_s), asker)
+    if answer.status is Status.UNAVAILABLE:
+        raise NotRunError(answer.said)
+    return Judgement(math.nan, answer.said) if answer.value is None else trial.judge(answer.value)
 
 
-def _try(attack: Attack, value: float, method: Method, observe: Observe, *, quick: bool) -> _Tried:
+def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> _Tried:
     worst: _Tried | None = None
     try:
         trials = attack.trials(value)
@@ -98,7 +93,7 @@ def _try(attack: Attack, value: float, method: Method, observe: Observe, *, quic
         message = f"attack {attack.name} makes no scene at {value:g}: {error}"
         raise InputError(message) from error
     for runs, trial in enumerate(trials[::2] if quick else trials, 1):
-        judgement = observed(method, trial, observe)
+        judgement = _judged(method, trial, asker)
         if judgement.broken:
             return _Tried(value, trial, judgement, runs)
         if worst is None or judgement.error > worst.judgement.error:

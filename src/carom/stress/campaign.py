@@ -2,32 +2,30 @@
 
 from __future__ import annotations
 
-import os
-import queue
-import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
+from typing import Any
 
 from carom.errors import InputError, UnknownNameError
+from carom.registry import EngineInfo, chosen_engines
 from carom.runs.environment import environment
-from carom.runs.execute import Executor
+from carom.runs.job import Method, Progress
+from carom.runs.journal import Journal
+from carom.runs.plan import distinct_methods, profiles_to_plan
+from carom.runs.pool import Asker, LocalPool
 from carom.scenes import Complaint, all_scenes
 from carom.stress.attack import Attack
-from carom.stress.breaking import Observe, breaking_point
+from carom.stress.breaking import breaking_point
 from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
-from carom.stress.journal import Journal
-from carom.stress.methods import Method, methods
-from carom.stress.own import Check, checks, own_spot
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
 from carom.stress.results import Ending, Line, Spot, StressResults
 
-__all__ = ["JOURNAL", "SCENES", "attacks", "listing", "stress"]
+__all__ = ["JOURNAL", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
 
 JOURNAL = "journal.jsonl"
 SCENES = "scenes"
@@ -35,8 +33,30 @@ SCENES = "scenes"
 #: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
 TIME_LIMIT_S, QUICK_TIME_LIMIT_S = 60.0, 10.0
 
-Progress = Callable[[int, int, str], None]
-Task = tuple[Line, Callable[[Method, Observe], Spot]]
+#: A line of the table, and what finds its spot for a method.
+StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
+
+
+@dataclass(frozen=True)
+class StressOptions:
+    """What is asked of a campaign beside its attacks and engines.
+
+    Attributes:
+        profiles: Names of profiles.
+        quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
+        jobs: Cells at a time; as many as there are cores by default.
+        time_limit_s: An engine that gives no answer for so long has given way.
+    """
+
+    profiles: Sequence[str] = ("default", "tuned")
+    quick: bool = False
+    jobs: int | None = None
+    time_limit_s: float | None = None
+
+    @property
+    def limit_s(self) -> float:
+        """The time limit, asked for or not."""
+        return self.time_limit_s or (QUICK_TIME_LIMIT_S if self.quick else TIME_LIMIT_S)
 
 
 def attacks() -> list[Attack]:
@@ -55,28 +75,22 @@ def stress(
     engine_names: Sequence[str] | None = None,
     *,
     out: Path,
-    profiles: Sequence[str] = ("default", "tuned"),
-    quick: bool = False,
     resume: bool = False,
-    jobs: int | None = None,
-    time_limit_s: float | None = None,
     progress: Progress | None = None,
     command: str = "",
+    **options: Any,
 ) -> StressResults:
     """Attack methods and return where each gives way.
 
     Args:
-        names: Attacks, relations, checks of our own and complaints by name, or the words "attacks", "relations", "own"
-            and "complaints"; all by default.
+        names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
+            default.
         engine_names: Names of adapters; every one that is installed by default.
         out: Folder for the journal and for the scenes that reproduce the numbers.
-        profiles: Names of profiles.
-        quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
         resume: Take up what a journal in `out` says is finished.
-        jobs: Cells at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for so long has given way.
         progress: Called with (done, all, what) as cells finish.
         command: The command that makes this again, for the results.
+        options: ``quick``, ``profiles`` and the other fields of `StressOptions`.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
@@ -84,93 +98,54 @@ def stress(
             campaign.
     """
     started = time.perf_counter()
-    limit = time_limit_s or (QUICK_TIME_LIMIT_S if quick else TIME_LIMIT_S)
+    asked = StressOptions(**options)
     scenes = out / SCENES
-    tasks = _chosen(names, scenes, quick)
-    columns = methods(engine_names, profiles, 1.0 / RATE_HZ)
-    versions = {method.engine: method.version for method in columns if method.version}
-    here = environment(versions)
-    stamp = {"quick": quick, "carom": here.carom, "versions": versions, "time_limit_s": limit}
-    with Journal(out / JOURNAL, stamp, resume=resume) as journal:
+    tasks = _chosen(names, scenes, asked.quick)
+    engines = {info.name: info for info in chosen_engines(engine_names or None)}
+    wanted = profiles_to_plan([*engines.values()], asked.profiles)
+    columns = [method for info in engines.values() for method in distinct_methods(info, wanted, 1.0 / RATE_HZ)]
+    here = environment(engines.values())
+    stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
+    every = [(task, method) for task in tasks for method in columns]
+    with stress_journal(out / JOURNAL, stamp, resume=resume) as journal, LocalPool(asked.jobs, asked.limit_s) as pool:
         if not resume and scenes.exists() and any(scenes.iterdir()):
-            raise InputError(f"{scenes} holds files already: name another --out, or go on with a campaign by --resume")
-        todo = [
-            (task, method)
-            for task in tasks
-            for method in columns
-            if (task[0].kind, task[0].name, method.name) not in journal.spots
-        ]
-        total = len(tasks) * len(columns)
-        done = total - len(todo)
-        for spot in _carry_out(todo, jobs, limit):
-            journal.add(spot)
-            done += 1
-            if progress is not None:
-                progress(done, total, f"{spot.line} on {spot.method}")
-        spots = {
-            (line.name, method.name): journal.spots[line.kind, line.name, method.name]
-            for line, _ in tasks
-            for method in columns
-        }
-    return StressResults(
-        lines=tuple(line for line, _ in tasks),
-        methods=tuple(columns),
-        spots=spots,
-        environment=here,
-        command=command,
-        quick=quick,
-        elapsed_s=time.perf_counter() - started,
-    )
+            raise InputError(f"{scenes} holds files already: name another folder, or go on with a campaign by --resume")
+        todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
+        done = len(every) - len(todo)
+
+        def work(cell: tuple[StressTask, Method], asker: Asker) -> Iterator[Spot]:
+            yield _spot(*cell, engines[cell[1].engine], asker)
+
+        for several in pool.each(((cell[1].engine, cell) for cell in todo), work):
+            journal.add(several)
+            for spot in several:
+                done += 1
+                if progress is not None:
+                    progress(done, len(every), f"{spot.line} on {spot.method}")
+        spots = {(task[0].name, method.name): journal.entries[_cell_key(task, method)] for task, method in every}
+    lines = tuple(line for line, _ in tasks)
+    elapsed_s = time.perf_counter() - started
+    return StressResults(lines, tuple(columns), engines, spots, here, command, asked.quick, elapsed_s)
 
 
-def _carry_out(todo: Sequence[tuple[Task, Method]], jobs: int | None, limit_s: float) -> Iterator[Spot]:
-    """Carry out cells, several at a time, and yield each as it finishes.
-
-    A worker process takes a second or two to start and import its engine, so the cells of one engine go down as few
-    lanes as keep every job busy.
-    """
-    jobs = jobs or os.cpu_count() or 1
-    by_engine: dict[str, list[tuple[Task, Method]]] = {}
-    for task, method in todo:
-        by_engine.setdefault(method.engine, []).append((task, method))
-    lanes_each = max(1, jobs // max(1, len(by_engine)))
-    lanes = [cells[k::lanes_each] for cells in by_engine.values() for k in range(lanes_each)]
-    finished: queue.SimpleQueue[Spot | BaseException] = queue.SimpleQueue()
-    stopped = threading.Event()
-
-    def go_down(lane: Sequence[tuple[Task, Method]], observe: Observe) -> None:
-        try:
-            for task, method in lane:
-                if stopped.is_set():
-                    return
-                finished.put(_spot(task, method, observe))
-        except BaseException as error:  # noqa: BLE001 - it is raised again in the thread that waits
-            finished.put(error)
-
-    with Executor(jobs, limit_s) as executor:
-        pool = ThreadPoolExecutor(max_workers=jobs)
-        try:
-            for lane in lanes:
-                pool.submit(go_down, lane, partial(executor.observe, samples=False))
-            for _ in todo:
-                spot = finished.get()
-                if isinstance(spot, BaseException):
-                    raise spot
-                yield spot
-        finally:
-            stopped.set()
-            pool.shutdown(wait=False, cancel_futures=True)
+def stress_journal(path: Path, stamp: Mapping[str, Any], *, resume: bool) -> Journal[Spot]:
+    """Open the journal of a campaign; `stamp` is what it must share with the one that it takes up."""
+    return Journal(path, Spot, lambda spot: (spot.kind, spot.line, spot.method), stamp=stamp, resume=resume)
 
 
-def _spot(task: Task, method: Method, observe: Observe) -> Spot:
+def _cell_key(task: StressTask, method: Method) -> tuple[str, str, str]:
+    return (task[0].kind, task[0].name, method.name)
+
+
+def _spot(task: StressTask, method: Method, info: EngineInfo, asker: Asker) -> Spot:
     line, carry_out = task
-    if method.unavailable:
-        return Spot(line.kind, line.name, method.name, Ending.NOT_RUN, reason=f"unavailable: {method.unavailable}")
-    return carry_out(method, observe)
+    if info.unavailable:
+        return Spot(line.kind, line.name, method.name, Ending.NOT_RUN, reason=f"unavailable: {info.unavailable}")
+    return carry_out(method, asker)
 
 
-def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
-    tasks: list[Task] = []
+def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
+    tasks: list[StressTask] = []
     for attack in attacks():
         if quick and attack.full_only:
             continue
@@ -185,22 +160,11 @@ def _all_tasks(scenes: Path, quick: bool) -> list[Task]:
         for name, states in stated.items()
     ]
     tasks += [
-        (
-            Line("own", check.name, check.states, "conservation, or the closed form", check.measure),
-            partial(_own, check, scenes, quick),
-        )
-        for check in checks(quick)
-    ]
-    tasks += [
         (_complaint_line(entry), partial(_complaint, entry, scenes))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
     return tasks
-
-
-def _own(check: Check, scenes: Path, quick: bool, method: Method, _observe: Observe) -> Spot:
-    return own_spot(check, method, scenes, quick=quick)
 
 
 def _complaint_line(entry: Complaint) -> Line:
@@ -216,23 +180,23 @@ def _complaint_line(entry: Complaint) -> Line:
     )
 
 
-def _complaint(entry: Complaint, scenes: Path, method: Method, observe: Observe) -> Spot:
-    return complaint_spot(entry, method, observe, scenes)
+def _complaint(entry: Complaint, scenes: Path, method: Method, asker: Asker) -> Spot:
+    return complaint_spot(entry, method, asker, scenes)
 
 
-def _relation(name: str, scenes: Path, method: Method, observe: Observe) -> Spot:
-    return relation_spot(name, method, observe, scenes)
+def _relation(name: str, scenes: Path, method: Method, asker: Asker) -> Spot:
+    return relation_spot(name, method, asker, scenes)
 
 
-def _attack_task(attack: Attack, scenes: Path, quick: bool) -> Callable[[Method, Observe], Spot]:
-    return lambda method, observe: breaking_point(attack, method, observe, scenes, quick=quick)
+def _attack_task(attack: Attack, scenes: Path, quick: bool) -> Callable[[Method, Asker], Spot]:
+    return lambda method, asker: breaking_point(attack, method, asker, scenes, quick=quick)
 
 
-def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[Task]:
+def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]:
     everything = _all_tasks(scenes, quick)
     if not names:
         return everything
-    kinds = {"attacks": "attack", "relations": "relation", "own": "own", "complaints": "complaint"}
+    kinds = {"attacks": "attack", "relations": "relation", "complaints": "complaint"}
     known = {line.name for line, _ in everything}
     for name in names:
         if name not in known and name not in kinds:

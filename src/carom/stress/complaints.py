@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from carom.runs.results import Cell, Status
+from carom.runs.job import Job, Method, Status
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
-from carom.stress.breaking import Observe
-from carom.stress.methods import Method
 from carom.stress.results import Ending, Spot
 from carom.trace import Outcome, Trace, kinetic_energy
 
@@ -22,22 +22,20 @@ __all__ = ["NOTICED", "complaint_spot", "shows"]
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, observe: Observe, scenes: Path) -> Spot:
+def complaint_spot(complaint: Complaint, method: Method, asker: Asker, scenes: Path) -> Spot:
     """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
-    row = observe(Cell(scene, method.engine, method.profile, 1.0 / scene.frame_rate_hz))
+    answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
     scenes.mkdir(parents=True, exist_ok=True)
     file = f"issues-{line}.toml"
     save_scene(scene, scenes / file)
     files = (f"{scenes.name}/{file}",)
-    if row.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        reason = f"{row.status.value}: {row.reason}"
-        return Spot("complaint", line, method.name, Ending.NOT_RUN, reason=reason, scenes=files)
-    if row.trace is None:
-        seen, figure = complaint.symptom is Symptom.NEVER_ENDS, math.inf
-        reason = f"{row.status.value}: {row.reason}"
+    if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+        return Spot("complaint", line, method.name, Ending.NOT_RUN, reason=answer.said, scenes=files)
+    if answer.value is None:
+        seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
-        seen, figure, reason = shows(complaint, row.trace)
+        seen, figure, reason = shows(complaint, answer.value)
     return Spot(
         "complaint",
         line,

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.runs.results import Cell, Status
+from carom.runs.job import Job, Method, Status
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
 from carom.scene import Disc, Scene, save_scene
-from carom.stress.breaking import NotRunError, Observe
-from carom.stress.methods import Method
+from carom.stress.breaking import NotRunError
 from carom.stress.results import Ending, Spot
 from carom.trace import Outcome, Trace
 
@@ -187,44 +188,34 @@ RUNS = {
 }
 
 
-def relation_spot(name: str, method: Method, observe: Observe, scenes: Path) -> Spot:
+def relation_spot(name: str, method: Method, asker: Asker, scenes: Path) -> Spot:
     """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
     base = base_scene()
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
         used.append(scene)
-        row = observe(Cell(scene, method.engine, method.profile, 1.0 / scene.frame_rate_hz))
-        if row.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-            raise NotRunError(f"{row.status.value}: {row.reason}")
-        if row.trace is None:
-            raise _StoppedError(f"{row.status.value}: {row.reason}")
-        if row.trace.outcome is not Outcome.COMPLETED:
-            raise _StoppedError(f"{row.trace.outcome.value}; {'; '.join(row.trace.notes)}".rstrip("; "))
-        return row.trace
+        answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
+        if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+            raise NotRunError(answer.said)
+        if answer.value is None:
+            raise _StoppedError(answer.said)
+        if answer.value.outcome is not Outcome.COMPLETED:
+            raise _StoppedError(f"{answer.value.outcome.value}; {'; '.join(answer.value.notes)}".rstrip("; "))
+        return answer.value
 
+    value = None
     try:
-        deviation = deviation_of(name, base, run)
+        value = deviation_of(name, base, run)
+        reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
     except NotRunError as error:
         return Spot("relation", name, method.name, Ending.NOT_RUN, reason=str(error))
     except _StoppedError as error:
-        files = _save(name, method, used, scenes)
-        return Spot("relation", name, method.name, Ending.FAILS, reason=str(error), scenes=files, runs=len(used))
+        reason = str(error)
     except InputError as error:
         reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
-        files = _save(name, method, used, scenes)
-        return Spot("relation", name, method.name, Ending.FAILS, reason=reason, scenes=files, runs=len(used))
-    holds = deviation <= HOLDS
-    return Spot(
-        "relation",
-        name,
-        method.name,
-        Ending.HOLDS if holds else Ending.FAILS,
-        value=deviation,
-        reason="" if holds else f"off by {deviation:.2g} of the scene's length or speed",
-        scenes=_save(name, method, used, scenes),
-        runs=len(used),
-    )
+    ending, files = Ending.FAILS if reason else Ending.HOLDS, _save(name, method, used, scenes)
+    return Spot("relation", name, method.name, ending, value, reason=reason, scenes=files, runs=len(used))
 
 
 class _StoppedError(Exception):

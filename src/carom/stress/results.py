@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
+from carom.registry import EngineInfo
 from carom.runs.environment import Environment
-from carom.stress.methods import Method
+from carom.runs.job import Method
 
 __all__ = ["Ending", "Line", "Spot", "StressResults"]
 
@@ -31,7 +32,7 @@ class Spot:
     """One cell of the table: one attack, relation or complaint, and one method.
 
     Attributes:
-        kind: "attack", "relation", "own" or "complaint".
+        kind: "attack", "relation" or "complaint".
         line: Name of the attack, relation or complaint.
         method: Name of the method.
         ending: How it ended.
@@ -59,19 +60,13 @@ class Spot:
         """Return the cell as plain values."""
         return {**asdict(self), "ending": self.ending.name.lower(), "scenes": list(self.scenes)}
 
-    @classmethod
-    def from_json(cls, fields: Mapping[str, Any]) -> Spot:
-        """Return the cell that `as_json` made; raise KeyError or TypeError where it is none."""
-        plain = dict(fields)
-        return cls(**{**plain, "ending": Ending[plain["ending"].upper()], "scenes": tuple(plain["scenes"])})
-
 
 @dataclass(frozen=True)
 class Line:
     """One line of the table.
 
     Attributes:
-        kind: "attack", "relation", "own" or "complaint".
+        kind: "attack", "relation" or "complaint".
         name: Its name.
         axis: What varies, or what must hold, or what was reported.
         truth: Where the right answer comes from.
@@ -98,6 +93,7 @@ class StressResults:
     Attributes:
         lines: Attacks, relations, complaints, in the order of the table.
         methods: The columns.
+        engines: What is known of their engines, by name.
         spots: The cells, by name of line and method.
         environment: Machine and versions.
         command: The command that makes this again.
@@ -107,6 +103,7 @@ class StressResults:
 
     lines: tuple[Line, ...]
     methods: tuple[Method, ...]
+    engines: Mapping[str, EngineInfo]
     spots: Mapping[tuple[str, str], Spot]
     environment: Environment
     command: str

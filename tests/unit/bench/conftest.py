@@ -1,4 +1,4 @@
-"""The hostile adapters of the runner's tests, for the bench's, too."""
+"""The hostile adapters of the runs' tests, for the bench's, too."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impact
 from carom.bench.sampling_limit import Window, miss_share, pair_limit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.runs.local import LocalPool
+from carom.runs.pool import InProcess
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
@@ -127,7 +127,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
 def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails() -> None:
     """Search and closed form agree: tuned pymunk does what PIT does, whose closed form is confirmed by running it."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
-    with LocalPool(2) as pool:
+    with InProcess() as pool:
         advice = advise(pair(0.4), Demand(DEGREE), pool, ["pit", "pymunk"], profiles=["tuned"], phases=2, budget_s=300)
     pit, pymunk = advice.answers
     assert advice.closed_form_s is not None
@@ -152,5 +152,5 @@ def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails(
 )
 def test_a_demand_that_is_none_is_refused(demand: Demand, words: str) -> None:
     """A demand out of range is refused by name and value before anything runs."""
-    with LocalPool(1) as pool, pytest.raises(InputError, match=words):
+    with InProcess() as pool, pytest.raises(InputError, match=words):
         advise(pair(), demand, pool)

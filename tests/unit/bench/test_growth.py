@@ -9,7 +9,7 @@ import pytest
 
 from carom.adapter import Capabilities, Profile
 from carom.bench import growth
-from carom.errors import AdapterError
+from carom.runs.job import Method, UnsupportedError
 
 
 def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -21,5 +21,5 @@ def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
     profiles = {"narrow": Profile("without walls", settings, capabilities=Capabilities(walls=False))}
     adapter = SimpleNamespace(name="stub", capabilities=Capabilities(), profiles=profiles)
     monkeypatch.setattr(growth, "load_adapter", lambda _name: adapter)
-    with pytest.raises(AdapterError, match="does not support"):
-        growth.GrowthTask(2, "stub", "narrow").carry_out()
+    with pytest.raises(UnsupportedError, match="does not support"):
+        growth.GrowthTask(2, Method("stub", "narrow")).carry_out()

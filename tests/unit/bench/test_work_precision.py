@@ -18,16 +18,16 @@ from carom.bench.convergence import Convergence
 from carom.bench.error_kind import ErrorKind
 from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
-from carom.bench.plan import Plan, geometric_steps
+from carom.bench.plan import BenchPlan, geometric_steps
 from carom.bench.results import Bench, Point, cheapest, pareto_front
-from carom.bench.timing import CellTiming, Config, time_scene
-from carom.bench.timing_journal import TimingJournal
+from carom.bench.timing import CellTiming, time_scene, timing_journal
 from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
 from carom.errors import InputError, UnknownNameError
-from carom.runs.journal import Journal, read_journal
-from carom.runs.local import LocalPool
+from carom.runs.job import Method
+from carom.runs.pool import InProcess, Lane
+from carom.runs.scoring import Measures, score_journal
 
 SCENE = """
 name = "mine & yours"
@@ -92,21 +92,21 @@ def test_the_front_is_what_nothing_beats() -> None:
 
 def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     """PIT converges with order 1, PIC is exact, each point is timed and held against PIT; all of it can be resumed."""
-    plan = Plan(engines=("pit", "pic"), dts=(1 / 60, 1 / 240, 1 / 960), profiles=("tuned",), phases=2, rounds=3)
+    plan = BenchPlan(engines=("pit", "pic"), dts=(1 / 60, 1 / 240, 1 / 960), profiles=("tuned",), phases=2, rounds=3)
 
     def run(resume: bool) -> Bench:
         with (
-            Journal(tmp_path / "journal.jsonl", resume=resume) as journal,
-            TimingJournal(tmp_path / "timings.jsonl", resume=resume) as timings,
+            score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
+            timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return work_precision([scene], plan, LocalPool(1), journal=journal, timings=timings)
+            return work_precision([scene], plan, InProcess(), journal=journal, timings=timings)
 
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
-    assert len(read_journal(tmp_path / "journal.jsonl")) == 12
-    with Journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = work_precision([scene], replace(plan, timing=False), LocalPool(1), journal=journal)
+    assert len(measured_in(tmp_path / "journal.jsonl")) == 12
+    with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
+        bench = work_precision([scene], replace(plan, timing=False), InProcess(), journal=journal)
     assert bench.scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
@@ -122,16 +122,20 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
 
 def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
     """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
-    timing = time_scene(scene, [Config("pit", "tuned", 1 / 60), Config("pit", "tuned", 1e-5)], rounds=3, budget_s=0.5)
-    assert "budget" in timing.untimed[Config("pit", "tuned", 1e-5)]
+    coarse, fine = (Method("pit", "tuned"), 1 / 60), (Method("pit", "tuned"), 1e-5)
+    with Lane() as lane:
+        timing = time_scene(scene, [coarse, fine], lane, rounds=3, budget_s=0.5)
+    assert "budget" in dict(timing.untimed)[fine]
 
 
 @pytest.mark.usefixtures("hostile")
 def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> None:
     """An abort in the timing pass is a reason of one configuration; the others are timed."""
-    timing = time_scene(scene, [Config("aborts", "tuned", 0.1), Config("pit", "tuned", 0.1)], rounds=3)
-    assert "SIGABRT" in timing.untimed[Config("aborts", "tuned", 0.1)]
-    assert timing.timings[Config("pit", "tuned", 0.1)].rounds == 3
+    aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
+    with Lane() as lane:
+        timing = time_scene(scene, [aborts, pit], lane, rounds=3)
+    assert "SIGABRT" in dict(timing.untimed)[aborts]
+    assert dict(timing.timings)[pit].rounds == 3
 
 
 def test_noise_is_measured_by_fixed_work() -> None:
@@ -147,21 +151,23 @@ def test_noise_is_measured_by_fixed_work() -> None:
 
 def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
     """No scene, two of one name, an unknown profile or a target of 0 are refused before anything runs."""
-    plan = Plan(engines=("pit",))
+    plan = BenchPlan(engines=("pit",))
     for scenes, wrong, error, words in (
         ([], plan, InputError, "no scene"),
         ([scene, scene], plan, InputError, "two scenes have the name 'oblique'"),
         ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
-        ([scene], replace(plan, target=0.0), InputError, "target must be a positive number, got 0"),
-        ([scene], replace(plan, budget_s=math.nan), InputError, "budget must be a positive number, got nan"),
     ):
         with pytest.raises(error, match=words):
-            work_precision(scenes, wrong, LocalPool(1))
+            work_precision(scenes, wrong, InProcess())
+    for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
+        words = f"{name.removesuffix('_s')} must be .*, got {value:g}"
+        with pytest.raises(InputError, match=words):
+            replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
 
 def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:
     """Each size has time, memory and a ratio to PIT; a size beyond the budget has a reason in their place."""
-    found = growth(["pit", "pic"], sizes=(2, 40, 10**7), budget_s=12.0)
+    found = growth(["pit", "pic"], sizes=(2, 40, 10**9), budget_s=60.0)
     for curve in found.curves:
         ran = [entry for entry in curve.points if not entry.reason]
         assert [entry.discs for entry in ran][:2] == [2, 40]
@@ -237,10 +243,15 @@ def test_bad_usage_is_a_sentence(arguments: tuple[str, ...], words: str, tmp_pat
     assert words in " ".join(result.output.split())
 
 
+def measured_in(path: Path) -> list[tuple[float, Measures]]:
+    with score_journal(path, resume=True) as journal:
+        return [(r.key.dt_s, r.answer.value) for r in journal.entries.values() if r.answer.value is not None]
+
+
 def journal_of(tmp_path: Path, scene: Scene) -> Path:
-    plan = Plan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
-    with Journal(tmp_path / "journal.jsonl") as journal:
-        work_precision([scene], plan, LocalPool(1), journal=journal)
+    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
+    with score_journal(tmp_path / "journal.jsonl") as journal:
+        work_precision([scene], plan, InProcess(), journal=journal)
     return tmp_path / "journal.jsonl"
 
 
@@ -255,7 +266,7 @@ def test_numpy_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypat
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
     found = eval(documented("np"), {"json": json, "np": np, "Path": Path})  # noqa: S307 - our own documentation
-    assert found.tolist() == [r.measures.velocity_error for r in read_journal(path) if r.measures]
+    assert found.tolist() == [measures.velocity_error for _, measures in measured_in(path)]
 
 
 def test_pandas_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -263,10 +274,10 @@ def test_pandas_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypa
     pandas = pytest.importorskip("pandas", reason="pandas is not installed")
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
-    frame = eval(documented("pd"), {"pd": pandas})  # noqa: S307 - our own documentation
-    expected = [r.measures.velocity_error for r in read_journal(path) if r.measures]
-    assert frame["velocity_error"].tolist() == pytest.approx(expected, rel=1e-15)
-    assert frame["engine"].tolist() == ["pit", "pit"]
+    frame = eval(documented("pd"), {"json": json, "pd": pandas, "Path": Path})  # noqa: S307 - our own documentation
+    expected = [measures.velocity_error for _, measures in measured_in(path)]
+    assert frame["answer.value.velocity_error"].tolist() == pytest.approx(expected, rel=1e-15)
+    assert frame["key.method.engine"].tolist() == ["pit", "pit"]
 
 
 def test_duckdb_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -275,7 +286,7 @@ def test_duckdb_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypa
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
     found = eval(documented("duckdb"), {"duckdb": duckdb}).fetchall()  # noqa: S307 - our own documentation
-    expected = [("pit", r.key.dt_s, r.measures.velocity_error) for r in read_journal(path) if r.measures]
+    expected = [("pit", dt_s, measures.velocity_error) for dt_s, measures in measured_in(path)]
     assert sorted(found) == sorted(expected)
 
 
@@ -295,7 +306,7 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
     ) as process:
         deadline = time.monotonic() + 60
         journal = out / "journal.jsonl"
-        while time.monotonic() < deadline and not (journal.exists() and read_journal(journal)):
+        while time.monotonic() < deadline and not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
             time.sleep(0.05)
         process.send_signal(signal.SIGINT)
         try:
@@ -305,4 +316,4 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
     assert process.returncode == 130
     assert "--resume goes on from there" in errors
     assert "Traceback" not in errors
-    assert read_journal(out / "journal.jsonl")
+    assert measured_in(out / "journal.jsonl")

@@ -13,7 +13,7 @@ from carom import Disc, Scene, Trace, Wall, compare, solve_pic
 from carom.comparator import Grade, Verdict
 from carom.comparator.consistency import Consistency
 from carom.registry import load_adapter
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 from carom.scenes import catalogue
 
 REFERENCE = solve_pic(ROW)

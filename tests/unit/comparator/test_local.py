@@ -12,7 +12,7 @@ from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator.local import local_errors
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
-from carom.runs.drive import observe_run
+from carom.runs.observe import observe_run
 from carom.scenes import catalogue
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
 from tests.forms import plain_form
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom import time_of_impact
-from carom.bench.time_of_impact import CLASSES, pairs_of_class
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

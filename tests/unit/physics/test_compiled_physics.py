@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from benchmarks.time_of_impact import CLASSES, pairs_of_class
 
-from carom.bench.time_of_impact import CLASSES, pairs_of_class
 from carom.physics.double_double import two_diff, two_prod, two_sum
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import encounter, exact_pair_time, pair_time

@@ -7,12 +7,12 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
 from tests.forms import needs_extension, plain_form
 from tests.unit.physics.exact import exact_time, ulps
 
 import carom
-from carom.bench.time_of_impact import CLASSES, carom_form, pairs_of_class
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time

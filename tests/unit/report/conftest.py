@@ -9,9 +9,11 @@ import pytest
 
 from carom.comparator import compare
 from carom.registry import EngineInfo, load_adapter
-from carom.runs import Cell, Results, Row, Status
-from carom.runs.drive import Timing, observe_run
 from carom.runs.environment import Environment
+from carom.runs.job import Job, Method, Status
+from carom.runs.observe import observe_run
+from carom.runs.results import Results, Row
+from carom.runs.timing import Timing
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
 from carom.solvers.pic import solve_pic
@@ -85,12 +87,12 @@ def results() -> Results:
             pic = observe_run(load_adapter("pic"), scene, "tuned", dt_s, samples=refinement == 0)
             ran = {"pic": pic, "pit": pit, "toy": replace(pit, method="toy")}
             for engine, trace in ran.items():
-                cell = Cell(scene, engine, "tuned", dt_s, refinement)
+                cell = Job(scene, Method(engine, "tuned"), dt_s, refinement)
                 score = compare(reference, trace, sampling=pit)
                 ratio = 0.5 if engine == "toy" else 1.0
                 rows.append(Row(cell, Status.RAN, "", trace, score, Timing(1e-3, ratio * 1e-2, 3), ratio))
             for engine, (status, reason) in NOT_RUN.items():
-                rows.append(Row(Cell(scene, engine, "tuned", dt_s, refinement), status, reason))
+                rows.append(Row(Job(scene, Method(engine, "tuned"), dt_s, refinement), status, reason))
     infos = [_info("pic", "Carom", {"tuned": "Event-driven."}), _info("pit", "Carom", {"tuned": "Algorithm 1."})]
     infos += [_info(name, name.title(), {"tuned": "As it comes."}) for name in ("toy", *NOT_RUN)]
     return Results(

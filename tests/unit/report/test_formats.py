@@ -24,7 +24,8 @@ from carom.report.records import read_records
 from carom.report.render import html as html_of
 from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
-from carom.runs import Results, Status
+from carom.runs.job import Status
+from carom.runs.results import Results
 
 VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
 
@@ -126,7 +127,7 @@ def test_html_shows_the_papers_cases(source: str) -> None:
 @pytest.fixture(scope="module")
 def one_scene(results: Results) -> Results:
     """As little as a report can be of, for tests that write several."""
-    return replace(results, rows=tuple(row for row in results.rows if row.cell.scene.name == "paper/late"))
+    return replace(results, rows=tuple(row for row in results.rows if row.job.scene.name == "paper/late"))
 
 
 def test_report_is_the_same_when_written_again(results: Results, paths: ReportPaths, tmp_path: Path) -> None:
@@ -183,7 +184,7 @@ def test_jsonl_is_strict_and_complete(results: Results, paths: ReportPaths) -> N
     lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
     head, *found = (json.loads(line, parse_constant=refuse) for line in lines)
     assert [(line["scene"], line["engine"], line["dt_s"]) for line in found] == [
-        (row.cell.scene.name, row.cell.engine, row.cell.dt_s) for row in results.rows
+        (row.job.scene.name, row.job.engine, row.job.dt_s) for row in results.rows
     ]
     assert head["environment"]["processor"] == "A <CPU>"
     assert not any("environment" in line for line in found)

@@ -19,8 +19,8 @@ from carom.report.price import price_table, prices
 from carom.report.records import records
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import cell_table, spread_table
-from carom.runs import Results, Row
 from carom.runs.phases import PhaseSpread
+from carom.runs.results import Results, Row
 from carom.trace import Trace
 
 
@@ -28,8 +28,8 @@ def with_toy(results: Results, change: dict[str, float]) -> Results:
     """The results with the toy engine's velocities after each impact made faster, by scene."""
     rows = []
     for row in results.rows:
-        if row.cell.engine == "toy" and row.trace is not None and row.score is not None:
-            rows.append(rescored(results, row, change.get(row.cell.scene.name, 1.0)))
+        if row.job.engine == "toy" and row.trace is not None and row.score is not None:
+            rows.append(rescored(results, row, change.get(row.job.scene.name, 1.0)))
         else:
             rows.append(row)
     return replace(results, rows=tuple(rows))
@@ -43,9 +43,9 @@ def rescored(results: Results, row: Row, factor: float) -> Row:
     pit = next(
         other.trace
         for other in results.rows
-        if other.cell.engine == "pit" and other.cell.scene == row.cell.scene and other.cell.dt_s == row.cell.dt_s
+        if other.job.engine == "pit" and other.job.scene == row.job.scene and other.job.dt_s == row.job.dt_s
     )
-    score = compare(results.references[row.cell.scene.name], trace, sampling=pit)
+    score = compare(results.references[row.job.scene.name], trace, sampling=pit)
     return replace(row, trace=trace, score=score)
 
 
@@ -77,9 +77,9 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
     late = "paper/late"
     rows = []
     for row in results.rows:
-        if row.cell.engine == "toy" and row.score is not None:
-            truth = results.references[row.cell.scene.name]
-            right = replace(truth, method="toy", dt_s=row.cell.dt_s)
+        if row.job.engine == "toy" and row.score is not None:
+            truth = results.references[row.job.scene.name]
+            right = replace(truth, method="toy", dt_s=row.job.dt_s)
             rows.append(rescored(results, replace(row, trace=right), 1 + 1e-9))
         else:
             rows.append(row)
@@ -91,7 +91,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
     (score,) = (
         row.score
         for row in rows
-        if (row.cell.engine, row.cell.scene.name, row.cell.refinement) == ("toy", late, 0) and row.score
+        if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", late, 0) and row.score
     )
     assert score.against_pit is not None
     assert score.against_pit.velocity > 0.001  # far from PIT, for being right
@@ -138,7 +138,7 @@ def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkey
 def test_the_spread_over_phases_is_shown(results: Results) -> None:
     """A cell that was run at many phases shows median, worst and miss share in both documents."""
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
-    rows = tuple(replace(row, spread=spread) if row.cell.engine == "toy" else row for row in results.rows)
+    rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
     view = cross_check_document(wide)
     assert {row[1].text for row in spread_table(wide, build_grid(wide)).shown(Medium.PAGE)[1]} == {"toy tuned"}

@@ -24,7 +24,8 @@ from carom.report.price import prices
 from carom.report.render import html, terminal
 from carom.report.tables import run_time_table, settings_table
 from carom.report.trend import build_trend
-from carom.runs import Results, Row, Status
+from carom.runs.job import Status
+from carom.runs.results import Results, Row
 
 
 def said(results: Results) -> str:
@@ -46,7 +47,7 @@ def test_grid_holds_every_scene_and_engine(
     for row in grid.rows:
         for column, cell in zip(grid.columns, row.cells, strict=True):
             assert cell.row is not None
-            assert (cell.row.cell.engine, cell.row.cell.refinement) == (column.engine, 0)
+            assert (cell.row.job.engine, cell.row.job.refinement) == (column.engine, 0)
             assert cell.reasons
             assert all(cell.reasons)
 
@@ -81,7 +82,7 @@ def test_a_row_that_ran_keeps_its_verdicts_where_it_could_not_be_timed(results: 
 
 def test_a_cell_without_a_row_says_so(results: Results, nasty: str) -> None:
     """Where a profile was not planned at a scene's coarsest step the grid has a cell all the same."""
-    rows = tuple(row for row in results.rows if not (row.cell.engine == "toy" and row.cell.scene.name == nasty))
+    rows = tuple(row for row in results.rows if not (row.job.engine == "toy" and row.job.scene.name == nasty))
     cell = build_grid(replace(results, rows=rows)).rows[2].cells[2]
     assert (cell.mark, cell.figure) == (Mark.ABSENT, "")
     assert "another profile" in cell.reasons[0]
@@ -98,13 +99,13 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
 
 def test_what_has_a_horizon_before_its_first_impact_has_no_tick(results: Results) -> None:
     """Where no impact may be believed, no cell is shown as exact or sampled, and each says why it is not graded."""
-    pit = {(row.cell.scene.name, row.cell.dt_s): row.trace for row in results.rows if row.cell.engine == "pit"}
+    pit = {(row.job.scene.name, row.job.dt_s): row.trace for row in results.rows if row.job.engine == "pit"}
 
     def at_nothing(row: Row) -> Row:
         if row.trace is None:
             return row
-        name = row.cell.scene.name
-        sampling = pit[name, row.cell.dt_s]
+        name = row.job.scene.name
+        sampling = pit[name, row.job.dt_s]
         return replace(row, score=compare(results.references[name], row.trace, sampling=sampling, horizon=0))
 
     bare = replace(results, rows=tuple(at_nothing(row) for row in results.rows))
@@ -121,7 +122,7 @@ def test_what_has_a_horizon_before_its_first_impact_has_no_tick(results: Results
 def test_verdict_line_counts_the_rows(results: Results) -> None:
     """The numbers of the verdict are those of the foreign engines' rows at the coarsest step."""
     line = said(results)
-    rows = [row for row in results.rows if row.cell.engine == "toy" and row.cell.refinement == 0]
+    rows = [row for row in results.rows if row.job.engine == "toy" and row.job.refinement == 0]
     assert f"Of {len(rows)} engine runs at each scene's own frame rate" in line
     for grade in (Grade.SAMPLED, Grade.WRONG):
         n = sum(row.grade is grade for row in rows)
@@ -141,14 +142,14 @@ def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Resul
 
 def test_verdict_line_without_engines_speaks_of_pit(results: Results) -> None:
     """Where only Carom's own methods were run, the counts are PIT's."""
-    own = tuple(row for row in results.rows if row.cell.engine in {"pic", "pit"})
+    own = tuple(row for row in results.rows if row.job.engine in {"pic", "pit"})
     assert "Of 3 PIT runs at" in said(replace(results, rows=own, engines=results.engines[:2]))
 
 
 def test_verdict_line_with_other_steps_does_not_speak_of_frame_rates(results: Results) -> None:
     """Where the coarsest step is not the scene's frame, the sentence says so."""
     rows = tuple(
-        replace(row, cell=replace(row.cell, dt_s=row.cell.dt_s / 3.0, refinement=row.cell.refinement))
+        replace(row, job=replace(row.job, dt_s=row.job.dt_s / 3.0, refinement=row.job.refinement))
         for row in results.rows
     )
     assert "at the coarsest step" in said(replace(results, rows=rows))
@@ -196,7 +197,7 @@ def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results:
 
 def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
     """A sampled path runs through the states looked at, and ends where the scene does, if the last step reaches on."""
-    row = next(row for row in results.rows if row.cell.engine == "pit" and row.trace is not None)
+    row = next(row for row in results.rows if row.job.engine == "pit" and row.trace is not None)
     assert row.trace is not None
     paths = observed_paths(row.trace)
     times, points = paths.lines[0]

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from carom import registry
-from carom.runs import cell_score
+from carom.runs import scoring
 
 HOSTILE = """
 import os, sys, time
@@ -32,8 +32,6 @@ class World:
             case "exits":
                 os._exit(7)
             case "hangs":
-                time.sleep(3600)
-            case "hangs-when-timed" if steps > 1:
                 time.sleep(3600)
             case "raises":
                 raise ZeroDivisionError("inertia")
@@ -80,7 +78,6 @@ bad_profile = BadProfile("bad-profile")
 aborts, exits, hangs, raises, litters, goes_nan, warns = (
     Adapter(how) for how in ("aborts", "exits", "hangs", "raises", "litters", "goes-nan", "warns")
 )
-hangs_when_timed = Adapter("hangs-when-timed")
 missing, only_discs = Missing("missing"), OnlyDiscs("only-discs")
 """
 
@@ -88,7 +85,6 @@ ENTRY_POINTS = """[carom.adapters]
 aborts = hostile:aborts
 exits = hostile:exits
 hangs = hostile:hangs
-hangs-when-timed = hostile:hangs_when_timed
 raises = hostile:raises
 litters = hostile:litters
 goes-nan = hostile:goes_nan
@@ -110,7 +106,7 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     (info / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(str(tmp_path))
     registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
-    cell_score._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring._versions.cache_clear()  # noqa: SLF001 - as above
     yield
     registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found
-    cell_score._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring._versions.cache_clear()  # noqa: SLF001 - as above

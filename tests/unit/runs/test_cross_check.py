@@ -1,8 +1,9 @@
 from __future__ import annotations
 
 import math
-import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +12,15 @@ import carom
 from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.runs import Status, default_dts
-from carom.trace import Outcome
+from carom.runs import execute, reference
+from carom.runs.job import Answer, Job, Method, Status, Task
+from carom.runs.observe import Observe
+from carom.runs.observed import observed_journal
+from carom.runs.plan import Options, default_dts, plan_of
+from carom.runs.pool import InProcess
+from carom.runs.timing import Measure
+from carom.scenes import catalogue
+from carom.trace import Outcome, Trace
 
 pytestmark = pytest.mark.usefixtures("hostile")
 
@@ -31,7 +39,7 @@ def scene() -> Scene:
 
 
 def statuses(results: carom.Results) -> dict[str, Status]:
-    return {row.cell.engine: row.status for row in results.rows}
+    return {row.job.engine: row.status for row in results.rows}
 
 
 def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
@@ -46,12 +54,12 @@ def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
         "exits": Status.CRASHED,
         "raises": Status.FAILED,
     }
-    reasons = {row.cell.engine: row.reason for row in results.rows}
+    reasons = {row.job.engine: row.reason for row in results.rows}
     assert "SIGABRT" in reasons["aborts"]
     assert "assertion failed in solver.c:42" in reasons["aborts"]
     assert "exit code 7" in reasons["exits"]
     assert "ZeroDivisionError: inertia" in reasons["raises"]
-    assert next(row.grade for row in results.rows if row.cell.engine == "pic") is Grade.EXACT
+    assert next(row.grade for row in results.rows if row.job.engine == "pic") is Grade.EXACT
 
 
 def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
@@ -61,15 +69,21 @@ def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
     assert "1.5 s" in results.rows[0].reason
 
 
+class HangsWhenTimed(InProcess):
+    """A pool in which no engine but PIT answers when it is timed."""
+
+    def ask(self, task: Task[Any]) -> Answer[Any]:
+        if isinstance(task, Measure) and task.engine != "pit":
+            return Answer(Status.TIMED_OUT, "no answer within 3 s")
+        return super().ask(task)
+
+
 def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
     """An engine that hangs when its steps are timed keeps the run that was observed, and the others their times."""
-    results = carom.cross_check(
-        [scene], ["pit", "hangs-when-timed"], dts=[0.1], profiles=["tuned"], time_limit_s=3.0, jobs=1
-    )
-    rows = {row.cell.engine: row for row in results.rows}
-    hung = rows["hangs-when-timed"]
-    assert hung.untimed.startswith("timed out: ")
-    assert "3 s" in hung.untimed
+    results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
+    rows = {row.job.engine: row for row in results.rows}
+    hung = rows["pic"]
+    assert hung.untimed == "timed out: no answer within 3 s"
     assert hung.reason == ""
     assert (hung.status, hung.timing) == (Status.RAN, None)
     assert hung.trace is not None
@@ -79,7 +93,9 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
 
 def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
     """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
-    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[
+        0
+    ]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
@@ -88,7 +104,7 @@ def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
 
 def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
     """An engine that warns of its state is cut short with its own words, and what came before is kept."""
-    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False).rows[0]
+    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[0]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.WARNED
     assert row.trace.counts["steps"] == 2
@@ -116,9 +132,14 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
     soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
     falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
     results = carom.cross_check(
-        [walled, fast, soft, falling], ["missing", "only-discs", "broken"], dts=[0.1], profiles=["tuned"], timing=False
+        [walled, fast, soft, falling],
+        ["missing", "only-discs", "broken"],
+        dts=[0.1],
+        profiles=["tuned"],
+        timing=False,
+        pool=InProcess(),
     )
-    reasons = {(row.cell.scene.name, row.cell.engine): (row.status, row.reason) for row in results.rows}
+    reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
     assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
     assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
@@ -137,7 +158,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
 def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
     """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
     falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
-    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False)
+    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False, pool=InProcess())
     for row in results.rows:
         assert row.trace is not None
         assert row.trace.final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
@@ -149,12 +170,12 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
-    results = carom.cross_check([scene], ["pic", "pit"], timing=False)
+    results = carom.cross_check([scene], ["pic", "pit"], timing=False, pool=InProcess())
     rest_s = 0.5 * (1 + 2 * 0.25 / (1 - 0.25))  # t0 + 2 v0 / g (e + e^2 + ...), with t0 = v0 / g = 1/2
     for row in results.rows:
         assert row.score is not None
         assert row.score.horizon_s == pytest.approx(rest_s, rel=1e-12)
-        assert (row.score.grade is Grade.EXACT) == (row.cell.engine == "pic")
+        assert (row.score.grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
 def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
@@ -218,14 +239,14 @@ def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
 def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
     """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
     assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
-    results = carom.cross_check([scene], ["pit"], timing=False)
-    assert [(row.cell.dt_s, row.cell.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
+    results = carom.cross_check([scene], ["pit"], timing=False, pool=InProcess())
+    assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
 def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
     """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
-    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False)
-    assert [(row.cell.engine, row.cell.profile) for row in results.rows] == [
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, pool=InProcess())
+    assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "default"),
         ("pic", "tuned"),
         ("pit", "tuned"),
@@ -236,9 +257,14 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
     """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
     calls: list[tuple[int, int, str]] = []
     results = carom.cross_check(
-        [scene], ["pic", "pit"], dts=[0.1], profiles=["tuned"], progress=lambda *call: calls.append(call)
+        [scene],
+        ["pic", "pit"],
+        dts=[0.1],
+        profiles=["tuned"],
+        progress=lambda *call: calls.append(call),
+        pool=InProcess(),
     )
-    ratios = {row.cell.engine: row.time_ratio for row in results.rows}
+    ratios = {row.job.engine: row.time_ratio for row in results.rows}
     assert ratios["pit"] == 1.0
     assert ratios["pic"] is not None
     assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
@@ -250,7 +276,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
-    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "SAMPLING", ("aborts", "tuned"))
+    monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
     assert row.score is not None
@@ -259,22 +285,78 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
 
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
-    monkeypatch.setattr(sys.modules["carom.runs.cross_check"], "MOST_IMPACTS", 100)
+    monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
     endless = Scene(
         name="endless",
         discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],
         walls=[Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(0.5, 0), normal=(-1, 0))],
         duration_s=1e9,
     )
-    row = carom.cross_check([endless], ["pit"], timing=False).rows[0]
+    row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert "100 impacts come before" in row.reason
 
 
 def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
     """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
-    results = carom.cross_check([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False)
-    failed = {row.cell.profile: row.reason for row in results.rows if row.cell.engine == "bad-profile"}
+    results = carom.cross_check(
+        [scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False, pool=InProcess()
+    )
+    failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]
     assert statuses(results)["pit"] is Status.RAN
+
+
+def contents(trace: Trace) -> dict[str, object]:
+    """Return what a trace holds, arrays with their types as bytes."""
+    samples = vars(trace.samples).items() if trace.samples else ()
+    values = {**vars(trace), **{f"samples.{name}": value for name, value in samples}, "samples": None}
+    return {
+        name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+        for name, value in values.items()
+    }
+
+
+def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
+    options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
+    plan, path = plan_of([scene], options), tmp_path / "journal.jsonl"
+    whole = execute.execute(plan, InProcess())
+
+    def end(done: int, _total: int, _what: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), observed_journal(path, options) as journal:
+        execute.execute(plan, InProcess(), journal=journal, progress=end)
+    before = len(path.read_bytes().splitlines()) - 1
+    ran: list[Job] = []
+    carry_out = Observe.carry_out
+
+    def noted(task: Observe) -> Trace:
+        ran.append(task.job)
+        return carry_out(task)
+
+    monkeypatch.setattr(Observe, "carry_out", noted)
+    with observed_journal(path, options, resume=True) as journal:
+        again = execute.execute(plan, InProcess(), journal=journal)
+    assert before == 3
+    assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
+    for one, other in zip(whole.rows, again.rows, strict=True):
+        assert one.trace is not None
+        assert other.trace is not None
+        assert contents(one.trace) == contents(other.trace)
+        assert repr(one.score) == repr(other.score)
+        assert one.spread == other.spread
+
+
+def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
+    """A journal of other steps is refused, and the message says which; how many jobs run at a time does not matter."""
+    path = tmp_path / "journal.jsonl"
+    options = Options(["pit"], [0.1], jobs=1, timing=False)
+    with observed_journal(path, options) as journal:
+        execute.execute(plan_of([catalogue()["paper/late"]], options), InProcess(), journal=journal)
+    observed_journal(path, replace(options, jobs=2), resume=True).close()
+    with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
+        observed_journal(path, replace(options, dts=[0.2]), resume=True)

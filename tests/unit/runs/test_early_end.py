@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from carom import Disc, Scene, Wall, solve_pic, time_of_impact
 from carom.adapter import Observation
 from carom.registry import load_adapter
-from carom.runs.drive import observe_run
 from carom.runs.early_end import FreeFlight, near_after
+from carom.runs.observe import observe_run
 from carom.scenes import find_scenes
 
 DT = 1 / 60

@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,122 +13,193 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.errors import InputError
-from carom.runs.cell_score import CellKey, CellResult, Measures
-from carom.runs.journal import Journal, canonical, decode, encode, read_journal
-from carom.runs.results import Status
+from carom.runs.job import Answer, Method, Status
+from carom.runs.journal import canonical
+from carom.runs.scoring import JobKey, Measures, Scored, score_journal
+from carom.stress.campaign import stress_journal
+from carom.stress.results import Ending, Spot
 
-KEY = CellKey("ab" * 32, "pit", "tuned", 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
+KEY = JobKey("ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 
 
 def measures(value: float = 0.1) -> Measures:
     return Measures(3, 2, 1, 0, 0, 0, value, value, value, value, value, value, value, 2.0, 120, "completed")
 
 
-def result(dt_s: float = 1 / 60, value: float = 0.1) -> CellResult:
-    key = CellKey(KEY.scene_sha256, KEY.engine, KEY.profile, dt_s, KEY.phase, KEY.versions)
-    return CellResult(key, "mine", Status.RAN, measures=measures(value))
+def result(dt_s: float = 1 / 60, value: float = 0.1) -> Scored:
+    return Scored(replace(KEY, dt_s=dt_s), "mine", Answer(Status.RAN, value=measures(value)))
+
+
+def steps_in(path: Path) -> list[float]:
+    with score_journal(path, resume=True) as journal:
+        return [found.key.dt_s for found in journal.entries.values()]
 
 
 @given(value=st.floats(), dt_s=st.floats(min_value=0, exclude_min=True, allow_infinity=False))
-def test_a_float_comes_back_to_the_bit(value: float, dt_s: float) -> None:
-    """Whatever float a result holds, subnormal, negative zero or infinite, its line holds it to the bit."""
-    written = result(dt_s, value)
-    line = encode(written)
+def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Whatever float an entry holds, subnormal, negative zero or infinite, its line holds it to the bit."""
+    path, written = tmp_path_factory.mktemp("journal") / "journal.jsonl", result(dt_s, value)
+    with score_journal(path) as journal:
+        journal.add([written])
+    line = path.read_bytes().splitlines()[1]
     json.loads(line, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
-    read = decode(line)
+    with score_journal(path, resume=True) as journal:
+        (read,) = journal.entries.values()
+        journal.add([read])
     assert read.key == written.key
-    assert read.measures is not None
+    assert read.answer.value is not None
     if math.isnan(value):
-        assert math.isnan(read.measures.velocity_error)
+        assert math.isnan(read.answer.value.velocity_error)
     else:
-        assert read.measures.velocity_error.hex() == value.hex()
-    assert encode(read) == line
+        assert read.answer.value.velocity_error.hex() == value.hex()
+    assert path.read_bytes().splitlines()[2] == line
 
 
-def test_a_cell_that_was_not_run_keeps_its_reason() -> None:
+def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:
     """A crash is a line, too: status and reason come back, and there are no numbers."""
-    crashed = CellResult(KEY, "mine", Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n')
-    assert decode(encode(crashed)) == crashed
-    assert "\n" not in encode(crashed)
+    path = tmp_path / "journal.jsonl"
+    crashed = Scored(KEY, "mine", Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
+    with score_journal(path) as journal:
+        journal.add([crashed])
+    with score_journal(path, resume=True) as journal:
+        assert list(journal.entries.values()) == [crashed]
+    assert path.read_bytes().count(b"\n") == 2
 
 
-@pytest.mark.parametrize("torn", ['{"format":1,"scene":"mi', "{", "\x00\x00\x00", "\x00\x00\n", '{"format":1,\n'])
+SPOTS = (
+    Spot("attack", "grazing", "pit/tuned", Ending.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
+    Spot("relation", "boost", "pic/tuned", Ending.NOT_RUN, reason="unavailable"),
+    Spot("relation", "boost", "pit/tuned", Ending.FAILS, math.inf),
+)
+
+
+def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
+    """What a campaign has written down is taken up again, equal in every field."""
+    path = tmp_path / "out" / "journal.jsonl"
+    with stress_journal(path, {"quick": True}, resume=False) as journal:
+        journal.add(SPOTS)
+    with stress_journal(path, {"quick": True}, resume=True) as journal:
+        assert tuple(journal.entries.values()) == SPOTS
+
+
+def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
+    """A journal of another campaign, of another kind or of none is refused, and the message says in what it differs."""
+    path = tmp_path / "journal.jsonl"
+    with stress_journal(path, {"quick": True}, resume=False) as journal:
+        journal.add(SPOTS)
+    with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
+        stress_journal(path, {"quick": False}, resume=True)
+    with pytest.raises(InputError, match="its journal is Spot, and this one's Scored"):
+        score_journal(path, resume=True)
+    path.write_text("anything\n[1]\n")
+    with pytest.raises(InputError, match="is no journal of this work"):
+        score_journal(path, resume=True)
+
+
+@pytest.mark.parametrize("torn", ['{"key":{"scene', "{", "\x00\x00\x00", "\x00\x00\n", '{"key":1,\n'])
 def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str) -> None:
     """What a kill or a loss of power tears is the last line; it goes, the others stay, and the next is a line."""
     path = tmp_path / "journal.jsonl"
-    with Journal(path) as journal:
+    with score_journal(path) as journal:
         journal.add([result(0.1), result(0.2)])
     whole = path.read_bytes()
     path.write_bytes(whole + torn.encode())
-    assert len(read_journal(path)) == 2
-    with Journal(path, resume=True) as journal:
-        assert len(journal.results) == 2
+    assert len(canonical(path)) == 3
+    assert steps_in(path) == [0.1, 0.2]
+    assert path.read_bytes() == whole
+    with score_journal(path, resume=True) as journal:
         journal.add([result(0.3)])
-    assert path.read_bytes() == whole + encode(result(0.3)).encode() + b"\n"
+    assert path.read_bytes().startswith(whole)
+    assert steps_in(path) == [0.1, 0.2, 0.3]
+
+
+def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> None:
+    """What was ended before anything was finished leaves no journal, and no folder that it made itself."""
+    score_journal(tmp_path / "new" / "journal.jsonl").close()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
+    """A process killed while it wrote what its journal is of leaves a journal that can be gone on with."""
+    path = tmp_path / "journal.jsonl"
+    path.write_text('{"journal": "Sco')
+    with score_journal(path, resume=True) as journal:
+        journal.add([result(0.1)])
+    assert steps_in(path) == [0.1]
 
 
 def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -> None:
     """A line that is not the last is somebody's doing: it is named by number, and the file is not touched."""
     path = tmp_path / "journal.jsonl"
-    text = f"{encode(result(0.1))}\nnot json\n{encode(result(0.2))}\n"
-    path.write_text(text)
-    with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
-        Journal(path, resume=True)
-    assert path.read_text() == text
+    with score_journal(path) as journal:
+        journal.add([result(0.1), result(0.2)])
+    head, first, second = path.read_text().splitlines()
+    for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
+        text = f"{head}\n{broken}\n{second}\n"
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
+            score_journal(path, resume=True)
+        assert path.read_text() == text
 
 
-def test_a_journal_of_another_format_is_refused(tmp_path: Path) -> None:
-    """A line whose fields mean something else is not read as if they did not."""
+@pytest.mark.parametrize(
+    "line", [{"format": 1, "scene": "mine", "dt_s": 0.1}, {"format": 1, "quick": True, "carom": "0.1"}, {"format": 99}]
+)
+def test_a_journal_of_another_format_is_refused(tmp_path: Path, line: dict[str, object]) -> None:
+    """A line whose fields mean something else is not read as if they did not; the message names both formats."""
     path = tmp_path / "journal.jsonl"
-    path.write_text(json.dumps({"format": 99}) + "\n")
-    with pytest.raises(InputError, match="not a line of a journal of format 1"):
-        Journal(path, resume=True)
+    path.write_text(json.dumps(line) + "\n")
+    with pytest.raises(
+        InputError, match=rf"it is of format {line['format']}, as another version .* this one is 2; name"
+    ):
+        score_journal(path, resume=True)
 
 
 def test_results_are_not_overwritten_unasked(tmp_path: Path) -> None:
     """A journal that holds something is gone on with when that is asked for, and refused otherwise."""
     path = tmp_path / "journal.jsonl"
-    with Journal(path) as journal:
+    with score_journal(path) as journal:
         journal.add([result()])
+    before = path.read_bytes()
     with pytest.raises(InputError, match="--resume"):
-        Journal(path)
+        score_journal(path)
+    assert path.read_bytes() == before
 
 
 def test_two_processes_do_not_write_one_journal(tmp_path: Path) -> None:
     """While one process has a journal open, another is refused; when it is gone, however, the way is free."""
     path = tmp_path / "journal.jsonl"
     code = (
-        "import sys; from pathlib import Path; from carom.runs.journal import Journal\n"
-        f"journal = Journal(Path({str(path)!r})); print('open', flush=True); sys.stdin.read()"
+        "import sys; from pathlib import Path; from carom.runs.scoring import score_journal\n"
+        f"journal = score_journal(Path({str(path)!r})); print('open', flush=True); sys.stdin.read()"
     )
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == b"open\n"
         with pytest.raises(InputError, match="another process"):
-            Journal(path)
+            score_journal(path, resume=True)
         other.kill()
-    Journal(path).close()
+    score_journal(path, resume=True).close()
 
 
 def test_content_is_compared_without_its_order(tmp_path: Path) -> None:
     """Two journals are the same where they hold the same results, in whatever order they were finished."""
     one, two, three = (tmp_path / name for name in ("one", "two", "three"))
     for path, dts in ((one, (0.1, 0.2)), (two, (0.2, 0.1)), (three, (0.1, 0.3))):
-        with Journal(path) as journal:
+        with score_journal(path) as journal:
             journal.add([result(dt_s) for dt_s in dts])
     assert canonical(one) == canonical(two)
     assert canonical(one) != canonical(three)
 
 
-def test_a_full_disc_is_an_error_and_the_journal_survives_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where only a part of a line could be written, that is an error; what was there before is still read."""
     path = tmp_path / "journal.jsonl"
     write = os.write
-    with Journal(path) as journal:
+    with score_journal(path) as journal:
         journal.add([result(0.1)])
         monkeypatch.setattr(os, "write", lambda file, data: write(file, data[:10]))
         with pytest.raises(OSError, match="no space left"):
             journal.add([result(0.2)])
         monkeypatch.undo()
-    with Journal(path, resume=True) as journal:
-        assert [found.key.dt_s for found in journal.results.values()] == [0.1]
+    assert steps_in(path) == [0.1]

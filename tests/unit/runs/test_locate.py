@@ -9,8 +9,8 @@ from carom import Disc, Scene
 from carom.adapter import Capabilities, Engine, Observation, Profile, Setting
 from carom.errors import AdapterError
 from carom.runs import locate
-from carom.runs.drive import observe_run
 from carom.runs.locate import Cutter
+from carom.runs.observe import observe_run
 
 
 class Runner:

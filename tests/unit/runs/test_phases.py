@@ -12,6 +12,7 @@ from carom import Disc, Scene, Wall, solve_pic
 from carom.comparator.shift import begun_earlier, even_phases, shifted_scenes
 from carom.errors import InputError
 from carom.runs.phases import phase_values, pit_miss_probability
+from carom.runs.pool import InProcess
 from carom.scenes import catalogue
 
 
@@ -144,7 +145,9 @@ def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float,
     Points at multiples of the golden ratio have a discrepancy below (2 + log N)/N.
     """
     scene = missing(offset, advance)
-    results = carom.cross_check([scene], ["pit"], dts=[0.1], profiles=["tuned"], timing=False, phases=60)
+    results = carom.cross_check(
+        [scene], ["pit"], dts=[0.1], profiles=["tuned"], timing=False, phases=60, pool=InProcess()
+    )
     spread = results.rows[0].spread
     assert spread is not None
     assert spread.phases == 60

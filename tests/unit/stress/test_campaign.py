@@ -22,7 +22,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def results(folder: Path) -> StressResults:
     """A small campaign, through worker processes: one line of each kind, on our own two methods."""
-    names = ["tunnelling", "reversal", "own-collapse", "mujoco-441", "rapier-97"]
+    names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
     return stress(names, ["pic", "pit"], out=folder, quick=True, jobs=2, command="carom stress")
 
 
@@ -44,8 +44,6 @@ def test_the_methods_are_told_apart(results: StressResults) -> None:
     # Head-on, the approaching half of the chord is two radii: no frame need lie there beyond that.
     assert 1.0 < fell.value <= 10.0
     assert cells["reversal", "pic/tuned"].ending is Ending.HOLDS
-    assert cells["own-collapse", "pic/tuned"].ending is Ending.HOLDS
-    assert cells["own-collapse", "pit/tuned"].ending is Ending.NOT_RUN
     assert cells["mujoco-441", "pic/tuned"].ending is Ending.DOES_NOT
     assert cells["mujoco-441", "pit/tuned"].ending is Ending.STILL_DOES
     assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
@@ -83,10 +81,11 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, jobs=1, progress=interrupt)
-    assert len((tmp_path / JOURNAL).read_text().splitlines()) == 2
+    finished = len((tmp_path / JOURNAL).read_text().splitlines()) - 1
+    assert finished >= 1
     done: list[int] = []
     stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, resume=True, progress=lambda d, _t, _w: done.append(d))
-    assert done == [2, 3]
+    assert done == list(range(finished + 1, 4))
 
 
 def test_an_unknown_name_is_refused(tmp_path: Path) -> None:
@@ -124,7 +123,6 @@ def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None
     assert [str(item.title) for item in shown if not isinstance(item, str)] == [
         "Where each method gives way",
         "Relations that need no truth",
-        "What PIC must stand",
         "Scenes from real complaints",
     ]
     assert any(isinstance(item, str) and "Of 1 attack, stood as far as the axis goes" in item for item in shown)

@@ -10,7 +10,7 @@ import pytest
 from carom import Scene, Trace, solve_pic
 from carom.bench.error_kind import ErrorKind, error_of
 from carom.bench.results import Point
-from carom.runs.cell_score import Measures
+from carom.runs.scoring import Measures
 from carom.scenes import catalogue
 from carom.stress.relations import base_scene, deviation_of, relations
 

@@ -1,16 +1,30 @@
-"""What of a scene's reference is certified, and what is scored against."""
+"""The reference of a scene: PIC's trace, how far it is certified, and up to when it may be believed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
+from carom.comparator.believed import estimate_horizon
+from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene
 from carom.solvers.certified import certify
+from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
-__all__ = ["CERTIFY_SECONDS", "Reference", "certified_reference", "will_certify"]
+__all__ = [
+    "CERTIFY_SECONDS",
+    "MOST_IMPACTS",
+    "Reference",
+    "certified_reference",
+    "reference_of",
+    "reference_trace",
+    "will_certify",
+]
+
+#: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
+MOST_IMPACTS = 200_000
 
 #: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
 CERTIFY_SECONDS = 10.0
@@ -28,11 +42,35 @@ class Reference:
         trace: The PIC trace, or the certified one.
         certified: How far PIC agrees with the certified run, or why that is not known; None where it was not looked at.
         horizon_s: Time up to which `trace` may be believed; None for all of it.
+        pic: The PIC trace where `trace` is not it.
     """
 
     trace: Trace
     certified: Horizon | str | None = None
     horizon_s: float | None = None
+    pic: Trace | None = None
+
+
+def reference_trace(scene: Scene) -> Trace | str:
+    """Return the PIC trace that everything is held against, or why there is none, for every row to say."""
+    try:
+        trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
+    except InputError as error:
+        return str(error)
+    if trace.outcome is Outcome.MAX_IMPACTS:
+        at = f"{MOST_IMPACTS} impacts come before {trace.end_time_s:.6g} s of its {scene.duration_s:g} s"
+        return f"{at}, more than a cross-check follows; shorten duration_s"
+    if broken := not_finite(trace):
+        return f"PIC's own answer is no number: {broken}"
+    return trace
+
+
+def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+    """Return a scene's reference, certified as `certified_reference` says, or else with an estimate of its horizon."""
+    reference = certified_reference(trace, asked, time_budget_s)
+    if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
+        return reference
+    return replace(reference, horizon_s=estimate_horizon(reference.trace))
 
 
 def will_certify(scene: Scene, asked: bool | None) -> bool:
@@ -79,4 +117,4 @@ def _certified(scene: Scene, trace: Trace, asked: bool | None, time_budget_s: fl
     if not asked:
         return Reference(trace, found, None if found.covers_the_scene else found.end_s)
     reach_s = scene.duration_s if found.complete else certified.trace.end_time_s
-    return Reference(certified.trace, found, reach_s)
+    return Reference(certified.trace, found, reach_s, trace)

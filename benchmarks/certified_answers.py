@@ -1,4 +1,4 @@
-"""Make the certified answers that tests hold PIC against: ``python -m carom.bench.certified_answers [folder]``.
+"""Make the certified answers that tests hold PIC against: ``python -m benchmarks.certified_answers [folder]``.
 
 They are committed in ``tests/validation/certified``: a test that reads them needs no python-flint.
 """
@@ -9,7 +9,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from carom.bench.arguments import parser, run
+from benchmarks.arguments import parser, run
+
 from carom.bench.gas import gas_scene
 from carom.scenes import Tag, catalogue
 from carom.solvers.certified import certify, enclosures
@@ -45,6 +46,6 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    command = parser("carom.bench.certified_answers", __doc__)
+    command = parser("benchmarks.certified_answers", __doc__)
     command.add_argument("folder", nargs="?", type=Path, default=DEFAULT_FOLDER, help="where to write one file a scene")
     run(command, main)

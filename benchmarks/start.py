@@ -1,8 +1,8 @@
-"""What starting costs: processes, and the check of scenes for overlaps: ``python -m carom.bench.start``.
+"""What starting costs: processes, and the check of scenes for overlaps: ``python -m benchmarks.start``.
 
 Each row is the median of repeats, in processor time, and beside it that of another environment (``--baseline``: the
 path of its Python), the two measured in turn. Memory is what the peak of a process grew by. Small scenes, from
-`solve_pic` to the trace, are rows of ``python -m carom.bench.pic``.
+`solve_pic` to the trace, are rows of ``python -m benchmarks.pic``.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from carom.bench.arguments import count, parser, run
+from benchmarks.arguments import count, parser, run
 
 __all__ = ["main"]
 
@@ -49,7 +49,7 @@ def process_seconds(command: list[str]) -> float:
 
 
 def worker(python: str, *task: object, patience_s: float | None = None) -> tuple[float, float, str] | None:
-    """Return seconds, MiB and what became of it, see `carom.bench.start_worker`; None where patience has ended."""
+    """Return seconds, MiB and what became of it, see `benchmarks.start_worker`; None where patience has ended."""
     source = Path(__file__).with_name("start_worker.py").read_text(encoding="utf-8")
     try:
         done = subprocess.run(  # noqa: S603 - an interpreter that the user names, and our own text
@@ -110,7 +110,7 @@ def main(discs: int, many: int, baseline: str = "", repeats: int = 9) -> None:
 
 
 if __name__ == "__main__":
-    command = parser("carom.bench.start", __doc__)
+    command = parser("benchmarks.start", __doc__)
     command.add_argument("--discs", type=count, default=100_000, help="discs of the scenes")
     command.add_argument("--many", type=count, default=1_000_000, help="discs as arrays")
     command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")

@@ -1,4 +1,4 @@
-"""What the seam costs, an adapter's timed path over a loop written by hand: ``python -m carom_adapters.bench``.
+"""What the seam costs, an adapter's timed path over a loop written by hand: ``python -m benchmarks.seam``.
 
 Both take the same steps of the engine, in turns, in processor time; the ratio is the median of the rounds'.
 """
@@ -13,10 +13,11 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 
+from benchmarks.arguments import parser, run
+from benchmarks.seam_loops import LOOPS
+
 from carom.adapter import Disc, Scene
-from carom.bench.arguments import parser, run
 from carom.registry import load_adapter, unavailable_reason
-from carom_adapters.bench.loops import LOOPS
 
 __all__ = ["main"]
 
@@ -113,4 +114,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run(parser("carom_adapters.bench", __doc__), main)
+    run(parser("benchmarks.seam", __doc__), main)

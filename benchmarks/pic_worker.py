@@ -1,4 +1,4 @@
-"""What the benchmark of PIC times, in an interpreter of its own: run by `carom.bench.pic`, as text.
+"""What the benchmark of PIC times, in an interpreter of its own: run by `benchmarks.pic`, as text.
 
 Only what versions of Carom have in common stands here. The first line of standard input says what to prepare: "gas",
 discs, packing, and whether impacts are recorded; "solve", discs, and impacts; or "ensemble". Each line after that holds

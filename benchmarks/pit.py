@@ -1,4 +1,4 @@
-"""PIT with skipping and without, and beside another environment's: ``python -m carom.bench.pit [discs ...]``.
+"""PIT with skipping and without, and beside another environment's: ``python -m benchmarks.pit [discs ...]``.
 
 A gas at packing .3, 60 frames a second; processor time, medians of alternating runs.
 """
@@ -9,8 +9,8 @@ import statistics
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
-from carom.bench.arguments import count, parser, run
-from carom.bench.baseline import Interpreter
+from benchmarks.arguments import count, parser, run
+from benchmarks.baseline import Interpreter
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -71,7 +71,7 @@ def main(sizes: Sequence[int], baseline: str, rounds: int) -> None:
 
 
 if __name__ == "__main__":
-    command = parser("carom.bench.pit", __doc__)
+    command = parser("benchmarks.pit", __doc__)
     command.add_argument("sizes", nargs="*", type=count, default=_SIZES, metavar="discs", help="sizes of the gas")
     command.add_argument("--baseline", default="", metavar="PYTHON", help="the interpreter of another environment")
     command.add_argument("--rounds", type=count, default=9, help="alternating runs, of which medians are taken")

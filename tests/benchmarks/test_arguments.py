@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import re
 import runpy
 import sys
 from pathlib import Path
 
 import pytest
+from benchmarks.arguments import count, parser, run
 
-import carom.bench
-from carom.bench.arguments import count, parser, run
 from carom.errors import InputError
 
+ROOT = Path(__file__).parents[2]
 MODULES = sorted(
     path
-    for path in Path(carom.bench.__file__).parent.glob("*.py")
-    if f'parser("carom.bench.{path.stem}"' in path.read_text(encoding="utf-8")
+    for path in (ROOT / "benchmarks").glob("*.py")
+    if f'parser("benchmarks.{path.stem}"' in path.read_text(encoding="utf-8")
 )
 
 
@@ -35,14 +36,22 @@ def test_every_benchmark_answers_help_and_refuses_what_it_does_not_know(
     """`--help` says how it is called and what it measures; an unknown option ends it with a line and exit code 2."""
     assert called(path, monkeypatch, "--help") == 0
     told = capsys.readouterr().out
-    assert told.startswith(f"usage: python -m carom.bench.{path.stem} ")
+    assert told.startswith(f"usage: python -m benchmarks.{path.stem} ")
     assert called(path, monkeypatch, "--nonsense") == 2
     assert "unrecognized arguments: --nonsense" in capsys.readouterr().err
 
 
+def test_no_benchmark_is_packaged() -> None:
+    """What is made into the wheel imports none of them, so none has to be in it."""
+    packaged = [path for folder in ("src", "adapters") for path in (ROOT / folder).rglob("*.py")]
+    assert packaged
+    importing = re.compile(r"^\s*(from|import) benchmarks\b", re.MULTILINE)
+    assert not [path for path in packaged if importing.search(path.read_text(encoding="utf-8"))]
+
+
 def test_there_are_benchmarks() -> None:
     """The search for benchmarks finds those that the documentation names."""
-    assert {"pic", "certified", "certified_answers", "campaign", "time_of_impact"} <= {path.stem for path in MODULES}
+    assert {"pic", "certified", "certified_answers", "time_of_impact"} <= {path.stem for path in MODULES}
 
 
 @pytest.mark.parametrize("text", ["0", "-3", "2.5", "nan", "inf", "ten", ""])
@@ -61,6 +70,6 @@ def test_an_error_of_caroms_own_is_a_line(monkeypatch: pytest.MonkeyPatch, capsy
 
     monkeypatch.setattr(sys, "argv", ["x"])
     with pytest.raises(SystemExit) as ended:
-        run(parser("carom.bench.x", "Nothing: ``python -m carom.bench.x``."), main)
+        run(parser("benchmarks.x", "Nothing: ``python -m benchmarks.x``."), main)
     assert ended.value.code == 2
     assert "so many discs do not fit" in capsys.readouterr().err

@@ -1,10 +1,7 @@
-"""Driving one world through one scene: an observing pass that yields a trace, and a timing pass that yields seconds."""
+"""The observing pass: one world driven through one scene, step by step, to a trace."""
 
 from __future__ import annotations
 
-import gc
-import statistics
-import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -13,13 +10,15 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
+from carom.registry import load_adapter
 from carom.runs.early_end import FreeFlight
 from carom.runs.impacts import ImpactCollector, gravity_of
+from carom.runs.job import Job
 from carom.runs.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
-__all__ = ["Timing", "observe_run", "profile_settings", "time_run"]
+__all__ = ["Observe", "observe_run", "profile_settings"]
 
 
 #: Samples are for drawing, and no picture is more than so many pixels wide.
@@ -27,18 +26,21 @@ MOST_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
-class Timing:
-    """Two clocks, each the median of several runs.
+class Observe:
+    """Run a job, in a worker process, and return its trace."""
 
-    Attributes:
-        prepare_s: Seconds to build the world.
-        advance_s: Seconds to take all steps, nothing observed.
-        runs: How many runs the medians are of.
-    """
+    job: Job
+    samples: bool = False
 
-    prepare_s: float
-    advance_s: float
-    runs: int
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.job.engine
+
+    def carry_out(self) -> Trace:
+        """Return what happened."""
+        job = self.job
+        return observe_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s, samples=self.samples)
 
 
 def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str, Setting]:
@@ -167,44 +169,3 @@ def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
     if not (np.isfinite(now.position_m).all() and np.isfinite(now.velocity_m_s).all()):
         return Outcome.NON_FINITE, ()
     return Outcome.COMPLETED, ()
-
-
-def time_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, runs: int = 3) -> Timing:
-    """Time the steps alone, in as few calls as the adapter allows, each run in a fresh world.
-
-    Raises:
-        UnknownNameError: The adapter has no such profile.
-        AdapterError: The adapter refuses the scene or fails.
-    """
-    if runs < 1:
-        raise AdapterError(f"runs must be 1 or more, got {runs}")
-    settings = profile_settings(adapter, profile, dt_s)
-    steps = scene.step_count(dt_s)
-    prepared, advanced = [], []
-    for _ in range(runs):
-        started = time.perf_counter()
-        world = adapter.prepare(scene, settings)
-        prepared.append(time.perf_counter() - started)
-        try:
-            advanced.append(_timed_advance(world, steps, dt_s, located=adapter.profiles[profile].located))
-        finally:
-            world.close()
-    return Timing(statistics.median(prepared), statistics.median(advanced), runs)
-
-
-def _timed_advance(world: World, steps: int, dt_s: float, *, located: bool) -> float:
-    collecting = gc.isenabled()
-    gc.disable()  # a collection of somebody else's garbage is no part of a step
-    try:
-        started = time.perf_counter()
-        if located:  # cutting is then a part of what the engine is asked to do
-            cutter = Cutter(world)
-            for step in range(1, steps + 1):
-                for _ in cutter.step((step - 1) * dt_s, step * dt_s):
-                    pass
-        else:
-            world.advance(steps)
-        return time.perf_counter() - started
-    finally:
-        if collecting:
-            gc.enable()

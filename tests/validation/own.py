@@ -9,26 +9,16 @@ import cmath
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.scene import Disc, Scene, Wall, save_scene
+from carom.scene import Disc, Scene, Wall
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.stress.methods import Method
-from carom.stress.results import Ending, Spot
 from carom.trace import Outcome, kinetic_energy
-
-__all__ = ["OWN_METHOD", "Check", "checks", "mixed_gas", "own_spot"]
-
-#: Engine and profile that these are measured of.
-OWN_METHOD = ("pic", "tuned")
 
 #: Impacts kept at a time.
 _CHUNK = 100_000
-
-_FULL, _QUICK = 1_000_000, 100_000
 
 
 @dataclass(frozen=True)
@@ -55,7 +45,7 @@ class Check:
 def mixed_gas() -> Scene:
     """Return thirty discs of unequal radius and mass in a box: half of it covered, masses 1 to 70.
 
-    The checks run it for as many impacts as they want; its own duration is for those who want to see it.
+    The checks run it for as many impacts as they want, beyond its own duration.
     """
     columns, rows, pitch = 6, 5, 0.5
     turn = math.pi * (3.0 - math.sqrt(5.0))
@@ -75,7 +65,7 @@ def mixed_gas() -> Scene:
         )
     width, height = columns * pitch, rows * pitch
     return Scene(
-        name="stress/own-gas",
+        name="stress/gas",
         description="Thirty discs of unequal radius and mass in a box.",
         discs=discs,
         walls=[
@@ -158,7 +148,7 @@ def _overlap(scene: Scene, impacts: int) -> float:
 def galperin(k: int) -> Scene:
     """Return Galperin's billiard with masses 1 and 100^k."""
     return Scene(
-        name=f"stress/own-galperin-{k}",
+        name=f"stress/galperin-{k}",
         description=f"A disc of 100^{k} kg drives one of 1 kg against a wall: floor(10^{k} pi) impacts.",
         discs=[
             Disc(position_m=(3.0, 0.0), radius_m=0.5),
@@ -169,7 +159,7 @@ def galperin(k: int) -> Scene:
     )
 
 
-def galperin_error(scene: Scene, _impacts: int) -> float:
+def galperin_error(scene: Scene) -> float:
     """Return the largest error of any impact's instant and velocities, over the bound that its roundings set.
 
     Unfolded, the pair of discs is a point on a straight line that crosses rays at multiples of theta (Galperin 2003):
@@ -203,7 +193,7 @@ def galperin_error(scene: Scene, _impacts: int) -> float:
 def collapsing() -> Scene:
     """Return a scene of inelastic collapse: three discs between two walls that lose nearly all at each impact."""
     return Scene(
-        name="stress/own-collapse",
+        name="stress/collapse",
         description="Three discs between two walls, restitution 1/50.",
         discs=[
             Disc(position_m=(0.5, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
@@ -226,7 +216,7 @@ def touching() -> Scene:
             for k in range(row + 1)
         ]
     return Scene(
-        name="stress/own-touching",
+        name="stress/touching",
         description="Ten touching discs, struck by one that touches.",
         discs=discs,
         duration_s=1.0,
@@ -240,14 +230,12 @@ def _unended(scene: Scene, impacts: int) -> float:
     return 0.0 if outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} else 1.0
 
 
-def checks(quick: bool) -> list[Check]:
-    """Return all checks; Galperin's at k = 7 in the full form."""
-    impacts = _QUICK if quick else _FULL
-    k = 4 if quick else 7
+def checks(impacts: int) -> list[Check]:
+    """Return all checks, each of so many impacts."""
     twelve = "the limit is 1e-12: a million impacts of 2^-53 each add up as their square root to 1e-13"
     return [
         Check(
-            "own-energy",
+            "energy",
             f"Energy stays over {impacts:,} impacts.",
             f"relative drift; {twelve}",
             1e-12,
@@ -255,7 +243,7 @@ def checks(quick: bool) -> list[Check]:
             _energy,
         ),
         Check(
-            "own-momentum",
+            "momentum",
             f"Momentum stays over {impacts:,} impacts, what the walls give taken out.",
             f"drift over mass times speed in all; {twelve}",
             1e-12,
@@ -263,7 +251,7 @@ def checks(quick: bool) -> list[Check]:
             _momentum,
         ),
         Check(
-            "own-overlap",
+            "overlap",
             f"No two bodies overlap beyond rounding over {impacts:,} impacts.",
             "deepest overlap over what rounding of the instant and of places explains; above 1 it does not",
             1.0,
@@ -271,7 +259,7 @@ def checks(quick: bool) -> list[Check]:
             _overlap,
         ),
         Check(
-            "own-time",
+            "time",
             f"No impact comes before the one ahead of it, over {impacts:,}.",
             "seconds backwards; none are allowed",
             0.0,
@@ -279,15 +267,7 @@ def checks(quick: bool) -> list[Check]:
             _backwards,
         ),
         Check(
-            "own-galperin",
-            f"Every one of floor(10^{k} pi) impacts of Galperin's billiard comes at its instant with its velocity.",
-            "largest error over the bound that roundings set; above 1 it is not explained by them",
-            1.0,
-            lambda: galperin(k),
-            galperin_error,
-        ),
-        Check(
-            "own-collapse",
+            "collapse",
             "Inelastic collapse comes to an end that has a name.",
             "1 where the run was still going after as many impacts as are allowed",
             0.0,
@@ -295,7 +275,7 @@ def checks(quick: bool) -> list[Check]:
             _unended,
         ),
         Check(
-            "own-touching",
+            "touching",
             "A start in which all discs touch comes to an end that has a name.",
             "1 where the run was still going after as many impacts as are allowed",
             0.0,
@@ -303,25 +283,3 @@ def checks(quick: bool) -> list[Check]:
             _unended,
         ),
     ]
-
-
-def own_spot(check: Check, method: Method, scenes: Path, *, quick: bool) -> Spot:
-    """Return the cell of a check and a method: measured of Carom's own event-driven form, a reason for any other."""
-    if (method.engine, method.profile) != OWN_METHOD:
-        reason = "not looked at: what an adapter shows does not tell it; it is of Carom's event-driven form"
-        return Spot("own", check.name, method.name, Ending.NOT_RUN, reason=reason)
-    scene = check.scene()
-    value = check.value(scene, _QUICK if quick else _FULL)
-    scenes.mkdir(parents=True, exist_ok=True)
-    save_scene(scene, scenes / f"{check.name}.toml")
-    holds = value <= check.limit
-    return Spot(
-        "own",
-        check.name,
-        method.name,
-        Ending.HOLDS if holds else Ending.FAILS,
-        value=value if math.isfinite(value) else None,
-        reason="" if holds else f"{value:.3g}, above {check.limit:g}",
-        scenes=(f"{scenes.name}/{check.name}.toml",),
-        runs=1,
-    )

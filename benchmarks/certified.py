@@ -1,4 +1,4 @@
-"""Speed and reach of certified runs on the hard-disc gas: ``python -m carom.bench.certified [--baseline PYTHON]``.
+"""Speed and reach of certified runs on the hard-disc gas: ``python -m benchmarks.certified [--baseline PYTHON]``.
 
 Times are of the processor, since the machine may be shared; replays at higher precision are part of them. With another
 environment's interpreter as the baseline, both are timed in turn. The horizon is the impact up to which float64 PIC
@@ -11,9 +11,10 @@ import statistics
 from contextlib import ExitStack
 from typing import NamedTuple
 
+from benchmarks.arguments import count, parser, run
+from benchmarks.baseline import Interpreter, alternating
+
 from carom import certify, solve_pic
-from carom.bench.arguments import count, parser, run
-from carom.bench.baseline import Interpreter, alternating
 from carom.bench.gas import gas_scene
 from carom.comparator import horizon_of
 
@@ -116,7 +117,7 @@ def _beside(numbers: list[float], form: str) -> str:
 
 
 if __name__ == "__main__":
-    command = parser("carom.bench.certified", __doc__)
+    command = parser("benchmarks.certified", __doc__)
     command.add_argument("--long", dest="with_long", action="store_true", help="also 30,000 impacts of 64 discs")
     command.add_argument("--baseline", metavar="PYTHON", help="the interpreter of another environment, timed beside")
     command.add_argument("--rounds", type=count, default=5, help="timings of each, of which the median stands")

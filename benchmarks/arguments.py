@@ -1,4 +1,4 @@
-"""The command line of the benchmarks that run as modules: ``python -m carom.bench.pic --help``."""
+"""The command line of the benchmarks that run as modules: ``python -m benchmarks.pic --help``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the benchmark of starts measures, in an interpreter of its own: run by `carom.bench.start`, as text.
+"""What the benchmark of starts measures, in an interpreter of its own: run by `benchmarks.start`, as text.
 
 Only what versions of Carom have in common stands here. The arguments are what to do ("scene": make a scene of discs;
 "load": from a JSON file; "check": make a scene of valid discs, which looks for overlaps; "arrays": make

@@ -1,4 +1,4 @@
-"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m carom.bench.pic [discs ...]``.
+"""Speed and memory of event-driven PIC on the hard-disc gas: ``python -m benchmarks.pic [discs ...]``.
 
 Each row times two things in turn, in interpreters of their own, and prints the median of their paired ratios, with the
 quartiles: a run beside that of another environment (``--baseline``: the path of its Python), a run that records all
@@ -15,7 +15,8 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from carom.bench.arguments import count, parser, run
+from benchmarks.arguments import count, parser, run
+
 from carom.cores import available_cores
 
 __all__ = ["main"]
@@ -43,7 +44,7 @@ class Worker:
         self._process.communicate()
 
     def ask(self, question: object) -> float:
-        """Return the answer to a line, see `carom.bench.pic_worker`."""
+        """Return the answer to a line, see `benchmarks.pic_worker`."""
         return float(self._say(str(question)))
 
     def _say(self, line: str) -> str:
@@ -126,7 +127,7 @@ def main(sizes: Sequence[int], baseline: str = "", impacts: int = 300_000, repea
 
 
 if __name__ == "__main__":
-    command = parser("carom.bench.pic", __doc__)
+    command = parser("benchmarks.pic", __doc__)
     sizes = (1_000, 100_000, 1_000_000)
     command.add_argument("sizes", nargs="*", type=count, default=sizes, metavar="discs", help="sizes of the gas")
     command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")

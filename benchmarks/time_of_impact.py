@@ -1,4 +1,4 @@
-"""Accuracy and cost of the time of impact, beside the textbook form: ``python -m carom.bench.time_of_impact``."""
+"""Accuracy and cost of the time of impact, beside the textbook form: ``python -m benchmarks.time_of_impact``."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from benchmarks.arguments import parser, run
 
-from carom.bench.arguments import parser, run
 from carom.errors import MissingExtraError
 from carom.extension import extension_available
 from carom.physics.time_of_impact import time_of_impact
@@ -160,4 +160,4 @@ def main(count: int = 20_000, checked: int = 10_000) -> None:
 
 
 if __name__ == "__main__":
-    run(parser("carom.bench.time_of_impact", __doc__), main)
+    run(parser("benchmarks.time_of_impact", __doc__), main)

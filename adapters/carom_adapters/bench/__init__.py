@@ -1,1 +1,0 @@
-"""What the adapters cost: benchmarks that import engines, which the core may not."""

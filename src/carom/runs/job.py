@@ -1,0 +1,123 @@
+"""What is to be run, and what came of it: the words that everything which runs engines has in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Generic, Protocol, TypeVar
+
+from carom.errors import CaromError
+from carom.scene import Scene
+
+__all__ = ["PIT_METHOD", "Answer", "Job", "Method", "Progress", "Status", "Task", "UnsupportedError"]
+
+#: Told (done, all, what) as work finishes.
+Progress = Callable[[int, int, str], None]
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+@dataclass(frozen=True, order=True)
+class Method:
+    """One engine with one profile.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+    """
+
+    engine: str
+    profile: str
+
+    @property
+    def name(self) -> str:
+        """Engine and profile, as tables have it."""
+        return f"{self.engine}/{self.profile}"
+
+
+#: PIT stands for sampling itself: every method is held against it at its own step.
+PIT_METHOD = Method("pit", "tuned")
+
+
+@dataclass(frozen=True)
+class Job:
+    """What is to be run: one scene by one method at one step.
+
+    Attributes:
+        scene: The scene.
+        method: Engine and profile.
+        dt_s: Step, seconds.
+        refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
+        phase: Where in a step the scene's start falls, 0 to 1: the scene begins so large a part of a step earlier.
+    """
+
+    scene: Scene
+    method: Method
+    dt_s: float
+    refinement: int = 0
+    phase: float = 0.0
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
+
+    @property
+    def profile(self) -> str:
+        """Name of the profile."""
+        return self.method.profile
+
+    def __str__(self) -> str:
+        return f"{self.engine} ({self.profile}, dt = {self.dt_s:g} s) on {self.scene.name!r}"
+
+
+class Status(Enum):
+    """Whether a job was run; the value is the phrase shown."""
+
+    RAN = "ran"
+    UNSUPPORTED = "unsupported"
+    UNAVAILABLE = "unavailable"
+    CRASHED = "crashed"
+    TIMED_OUT = "timed out"
+    FAILED = "the adapter raised an error"
+
+
+@dataclass(frozen=True)
+class Answer(Generic[T]):
+    """What came of a task.
+
+    Attributes:
+        status: Whether it was carried out.
+        reason: Why it was not, empty where it was.
+        value: What was asked for; None where it was not carried out.
+    """
+
+    status: Status
+    reason: str = ""
+    value: T | None = None
+
+    @property
+    def said(self) -> str:
+        """Status and reason in one phrase; empty where it was carried out."""
+        return "" if self.status is Status.RAN else f"{self.status.value}: {self.reason}"
+
+
+class Task(Protocol[T_co]):
+    """Something to do with one engine: it travels to a worker process, is carried out, and its value travels back."""
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter whose engine is called."""
+
+    def carry_out(self) -> T_co:
+        """Do it, in the worker process. The declared type of what it returns is what an answer is held to.
+
+        Raises:
+            UnsupportedError: There is nothing that could be done; any other error is the adapter's.
+        """
+
+
+class UnsupportedError(CaromError):
+    """A task that can't be carried out by anybody, or not by this engine; the message is what a table shows."""

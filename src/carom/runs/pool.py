@@ -1,0 +1,211 @@
+"""Where tasks are carried out: in worker processes of this machine, or in this very process.
+
+Whoever runs engines asks a pool, and gets an `Answer` whatever an engine does. A third pool is a cluster
+(`carom.runs.cluster`).
+"""
+
+from __future__ import annotations
+
+import os
+import queue
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from types import TracebackType
+from typing import Generic, Protocol, Self, TypeVar
+
+from carom.runs.job import Answer, Task
+from carom.runs.process import ClosedError, Worker
+from carom.runs.worker import answer
+
+__all__ = ["DEFAULT_TIME_LIMIT_S", "Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
+
+#: An engine that gives no answer for so long is ended.
+DEFAULT_TIME_LIMIT_S = 60.0
+
+T = TypeVar("T")
+Item = TypeVar("Item")
+
+
+class Asker(Protocol):
+    """Answers one question at a time."""
+
+    def ask(self, task: Task[T]) -> Answer[T]:
+        """Have a task carried out."""
+
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Have tasks of one engine carried out, and yield the answer to each in turn."""
+
+
+class Pool(Asker, Protocol):
+    """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
+
+    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+        """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
+
+        Args:
+            items: Names of the engines that are asked for, and what is to be worked on.
+            work: Yields what comes of an item; it asks whatever it is given beside the item.
+        """
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+
+class Closing:
+    """Something to be closed, as a context manager."""
+
+    def close(self) -> None:
+        """End whatever was started."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class InProcess(Closing):
+    """Carries everything out in this process, one after another: nothing to start, and nothing to be safe from."""
+
+    def ask(self, task: Task[T]) -> Answer[T]:
+        """Carry a task out."""
+        return answer(task)
+
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Carry tasks out."""
+        return map(answer, tasks)
+
+    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+        """Work on one item after another."""
+        return ([result] for _, item in items for result in work(item, self))
+
+
+class Lane(Closing):
+    """Worker processes of one thread, one an engine, so that each has its engine warm and no other's.
+
+    Args:
+        time_limit_s: A task that gives no answer for so long is ended, and its answer says so.
+    """
+
+    def __init__(self, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
+        self._time_limit_s = time_limit_s
+        self._workers: dict[str, Worker] = {}
+        self._closed = False
+        self._lock = threading.Lock()
+
+    def of(self, engine: str) -> Worker:
+        """Return the worker of an engine; its process is started when it is first asked."""
+        with self._lock:
+            if self._closed:
+                raise ClosedError
+            if engine not in self._workers:
+                self._workers[engine] = Worker()
+            return self._workers[engine]
+
+    def ask(self, task: Task[T]) -> Answer[T]:
+        """Have a task carried out in the worker of its engine."""
+        (found,) = self.ask_each([task])
+        return found
+
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Have tasks of one engine carried out in its worker, by one message."""
+        return self.of(tasks[0].engine).ask_each(tasks, self._time_limit_s) if tasks else iter(())
+
+    def close(self) -> None:
+        """End the processes; who waits for an answer is told so."""
+        with self._lock:
+            self._closed = True
+            for worker in self._workers.values():
+                worker.close()
+
+
+class LocalPool(Closing):
+    """Lanes of this machine, each with its own worker processes.
+
+    Args:
+        jobs: How many tasks are carried out at a time; as many as there are cores by default.
+        time_limit_s: As of a `Lane`.
+    """
+
+    def __init__(self, jobs: int | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
+        self._lanes = [Lane(time_limit_s) for _ in range(jobs or os.cpu_count() or 1)]
+        self._threads: list[threading.Thread] = []
+
+    def close(self) -> None:
+        """End the engines, and with them the threads that wait for their answers."""
+        for lane in self._lanes:
+            lane.close()
+        for thread in self._threads:
+            thread.join()
+
+    def ask(self, task: Task[T]) -> Answer[T]:
+        """Have a task carried out, alone."""
+        return self._lanes[0].ask(task)
+
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Have tasks of one engine carried out, one after another and alone."""
+        return self._lanes[0].ask_each(tasks)
+
+    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+        """Work on items in all lanes; what has come by now comes together, so that it can be written together."""
+        todo = _Todo(items)
+        found: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()
+
+        def serve(lane: Lane) -> None:
+            try:
+                while (item := todo.take(lane)) is not None:
+                    for result in work(item[0], lane):
+                        found.put((result,))
+                found.put(None)
+            except BaseException as error:  # noqa: BLE001 - it is raised again where it can be seen
+                found.put(error)
+
+        threads = [threading.Thread(target=serve, args=(lane,), daemon=True) for lane in self._lanes]
+        self._threads += threads
+        for thread in threads:
+            thread.start()
+        running = len(threads)
+        while running:
+            results: list[T] = []
+            several = [found.get()]
+            while not found.empty():
+                several.append(found.get())
+            for one in several:
+                if isinstance(one, BaseException):
+                    raise one
+                if one is None:
+                    running -= 1
+                else:
+                    results += one
+            if results:
+                yield results
+
+
+class _Todo(Generic[Item]):
+    """What is still to be worked on: a lane stays with its engine, whose process then need not be started again."""
+
+    def __init__(self, items: Iterable[tuple[str, Item]]) -> None:
+        self._of: dict[str, deque[Item]] = {}
+        for engine, item in items:
+            self._of.setdefault(engine, deque()).append(item)
+        self._engines: dict[Lane, str] = {}
+        self._lock = threading.Lock()
+
+    def take(self, lane: Lane) -> tuple[Item] | None:
+        """Return the next item for a lane, None where there is none left."""
+        with self._lock:
+            engine = self._engines.get(lane)
+            if engine is None or not self._of[engine]:
+                served = set(self._engines.values())
+                left = [name for name, items in self._of.items() if items]
+                if not left:
+                    return None
+                engine = max(left, key=lambda name: (name not in served, len(self._of[name])))
+                self._engines[lane] = engine
+            return (self._of[engine].popleft(),)

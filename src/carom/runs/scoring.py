@@ -1,0 +1,264 @@
+"""Sweeps: many jobs, of each of which the numbers of its score are kept and not its trace.
+
+A score is found in the worker that ran the job, and written to a journal as soon as it is there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from importlib import metadata
+from pathlib import Path
+
+from carom.comparator import compare
+from carom.comparator.shift import begun_earlier
+from carom.errors import InputError
+from carom.registry import engines, load_adapter
+from carom.runs.job import Answer, Job, Method, Progress, UnsupportedError
+from carom.runs.journal import Journal
+from carom.runs.observe import observe_run
+from carom.runs.plan import refusal
+from carom.runs.pool import Asker, Pool
+from carom.runs.reference import reference_trace
+from carom.scene import Scene
+from carom.trace import Trace
+
+__all__ = [
+    "JobKey",
+    "Measures",
+    "ScoreJob",
+    "Scored",
+    "batches",
+    "job_key",
+    "scene_hash",
+    "score_journal",
+    "sweep",
+    "versions_of",
+]
+
+#: A message holds as many jobs as take so many steps together, a second or so: then what a message costs is nothing,
+#: and what is lost with one is little. So many jobs at most, that workers have equal shares to the end.
+BATCH_STEPS = 50_000
+BATCH_JOBS = 64
+
+#: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
+REFERENCES_KEPT = 8
+
+
+@dataclass(frozen=True)
+class JobKey:
+    """What tells a job from all others, in any sweep on any machine.
+
+    Attributes:
+        scene_sha256: Hash of all that the scene is made of, its name included.
+        method: Engine and profile.
+        dt_s: Step, seconds.
+        phase: Part of a step by which the scene begins earlier.
+        versions: Name and version of all that the numbers depend on, in order of name.
+    """
+
+    scene_sha256: str
+    method: Method
+    dt_s: float
+    phase: float
+    versions: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Measures:
+    """The numbers of a score, see `carom.comparator.Score`; angles in radians, NaN without a matched impact.
+
+    Attributes:
+        expected: Impacts of the reference.
+        matched: Impacts found.
+        missed: Impacts missed.
+        spurious: Impacts invented.
+        undecided: Impacts too close to the end of the run to have been reported.
+        ambiguous: Impacts of the reference to which physics gives no unique answer.
+        time_error_s: Largest time error by magnitude, with its sign.
+        velocity_error: Largest velocity error, over the scene's speed.
+        direction_error_rad: Largest direction error.
+        final_position_error: Largest distance of a disc from its final place, over the largest radius.
+        final_velocity_error: Largest error of a final velocity, over the scene's speed.
+        energy_error: Error of the final kinetic energy, over that at the start.
+        momentum_error: Error of the final momentum, over mass and speed.
+        duration_s: By which times are divided where they are to have no unit.
+        steps: Steps taken.
+        outcome: How the run ended, the name of a `carom.trace.Outcome`.
+    """
+
+    expected: int
+    matched: int
+    missed: int
+    spurious: int
+    undecided: int
+    ambiguous: int
+    time_error_s: float
+    velocity_error: float
+    direction_error_rad: float
+    final_position_error: float
+    final_velocity_error: float
+    energy_error: float
+    momentum_error: float
+    duration_s: float
+    steps: int
+    outcome: str
+
+
+@dataclass(frozen=True)
+class Scored:
+    """What came of a job of a sweep.
+
+    Attributes:
+        key: Which job it is.
+        scene: Name of the scene, for readers.
+        answer: The numbers of its score, or why there are none.
+    """
+
+    key: JobKey
+    scene: str
+    answer: Answer[Measures]
+
+
+@dataclass(frozen=True)
+class ScoreJob:
+    """Run a job and score it, in a worker process."""
+
+    job: Job
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.job.engine
+
+    def carry_out(self) -> Measures:
+        """Return the numbers of the job's score.
+
+        Raises:
+            UnsupportedError: There is no reference, or no such start.
+        """
+        job = self.job
+        try:
+            scene = begun_earlier(job.scene, job.phase * job.dt_s)
+        except InputError as error:
+            raise UnsupportedError(str(error)) from None
+        reference = _reference(scene)
+        if not isinstance(reference, Trace):
+            raise UnsupportedError(reference)
+        observed = observe_run(load_adapter(job.engine), scene, job.profile, job.dt_s)
+        score = compare(reference, observed)
+        return Measures(
+            expected=score.expected,
+            matched=len(score.errors),
+            missed=len(score.missed),
+            spurious=len(score.spurious),
+            undecided=len(score.undecided),
+            ambiguous=len(reference.ambiguous),
+            time_error_s=float(score.total.time_s),
+            velocity_error=float(score.total.velocity),
+            direction_error_rad=float(score.total.direction_rad),
+            final_position_error=float(score.total.final_position),
+            final_velocity_error=float(score.total.final_velocity),
+            energy_error=float(score.total.energy),
+            momentum_error=float(score.total.momentum),
+            duration_s=scene.duration_s,
+            steps=observed.counts.get("steps", 0),
+            outcome=observed.outcome.name.lower(),
+        )
+
+
+@lru_cache(maxsize=REFERENCES_KEPT)
+def _reference(scene: Scene) -> Trace | str:
+    return reference_trace(scene)
+
+
+@lru_cache(maxsize=64)
+def scene_hash(scene: Scene) -> str:
+    """Return the SHA-256 of a scene: of every field but the description, each float to the bit."""
+    # Pydantic writes each float as the shortest text that reads back as the same one.
+    return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
+
+
+@cache
+def _versions() -> Mapping[str, tuple[tuple[str, str], ...]]:
+    common = {
+        "carom": metadata.version("carom"),
+        "numpy": metadata.version("numpy"),
+        platform.python_implementation(): platform.python_version(),
+    }
+    return {
+        info.name: tuple(sorted((common | ({} if info.engine == "Carom" else {info.engine: info.version})).items()))
+        for info in engines()
+    }
+
+
+def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
+    """Return name and version of all that an engine's numbers depend on; an engine that is missing has an empty one."""
+    return _versions().get(engine, ())
+
+
+def job_key(job: Job) -> JobKey:
+    """Return the key of a job on this machine."""
+    return JobKey(scene_hash(job.scene), job.method, job.dt_s, job.phase, versions_of(job.engine))
+
+
+def score_journal(path: Path, *, resume: bool = False) -> Journal[Scored]:
+    """Open the journal of a sweep."""
+    return Journal(path, Scored, lambda result: result.key, resume=resume)
+
+
+def sweep(
+    jobs: Sequence[Job], pool: Pool, journal: Journal[Scored] | None = None, progress: Progress | None = None
+) -> Mapping[JobKey, Scored]:
+    """Run the jobs that the journal does not hold, write each to it, and return what came of all.
+
+    Args:
+        jobs: What is to be run; a job that is there twice is run once.
+        pool: Where; it stays open.
+        journal: What is finished already, and where results go; None to keep them in memory alone.
+        progress: Called with (done, all, what) as jobs finish, first with what was finished before.
+    """
+    wanted = {job_key(job): job for job in jobs}
+    found = {key: result for key, result in journal.entries.items() if key in wanted} if journal else {}
+    if progress is not None:
+        progress(len(found), len(wanted), "")
+    missing = batches([job for key, job in wanted.items() if key not in found])
+    for results in pool.each(((batch[0].engine, batch) for batch in missing), _score_batch):
+        if journal is not None:
+            journal.add(results)
+        found.update((result.key, result) for result in results)
+        if progress is not None:
+            progress(len(found), len(wanted), f"{results[-1].scene} on {results[-1].key.method.engine}")
+    return found
+
+
+def batches(jobs: Sequence[Job]) -> list[list[Job]]:
+    """Return the jobs in messages, each of one engine."""
+    # A worker keeps the references of the last few starts, so those of one start stand together.
+    ordered = sorted(jobs, key=lambda job: (job.engine, job.scene.name, job.phase * job.dt_s, job.dt_s))
+    found: list[list[Job]] = []
+    steps, engine = 0.0, ""
+    for job in ordered:
+        cost = job.scene.duration_s / job.dt_s
+        if not found or job.engine != engine or steps + cost > BATCH_STEPS or len(found[-1]) >= BATCH_JOBS:
+            found.append([])
+            steps, engine = 0.0, job.engine
+        found[-1].append(job)
+        steps += cost
+    return found
+
+
+def _score_batch(batch: Sequence[Job], asker: Asker) -> Iterator[Scored]:
+    """Run the jobs of one message; what needs no engine to be refused is refused here."""
+    todo: list[Job] = []
+    for job in batch:
+        refused = refusal(job)
+        if refused is None:
+            todo.append(job)
+        else:
+            yield Scored(job_key(job), job.scene.name, refused)
+    for job, answer in zip(todo, asker.ask_each([ScoreJob(job) for job in todo]), strict=True):
+        yield Scored(job_key(job), job.scene.name, answer)

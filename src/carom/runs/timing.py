@@ -1,0 +1,146 @@
+"""The timed loop: all steps in as few calls as the adapter allows, nothing observed, each run in a fresh world.
+
+Two clocks, for preparing the world and for its steps. How engines are compared by them is the bench's business; here is
+the one loop that everything which times an engine runs.
+"""
+
+from __future__ import annotations
+
+import gc
+import math
+import statistics
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+
+from carom.adapter import Adapter, World
+from carom.registry import load_adapter
+from carom.runs.job import Job
+from carom.runs.locate import Cutter
+from carom.runs.observe import profile_settings
+from carom.scene import Scene
+
+__all__ = ["TIMING_RUNS", "Measure", "Timing", "time_run"]
+
+#: Timed runs of a job; the median of three throws one disturbed run away.
+TIMING_RUNS = 3
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Two clocks, each the median of several runs.
+
+    Attributes:
+        prepare_s: Seconds to build the world.
+        advance_s: Seconds to take all steps, nothing observed.
+        runs: How many runs the medians are of.
+        call_s: Seconds of a call of no steps, where that was asked for; NaN where the adapter does not take one.
+    """
+
+    prepare_s: float
+    advance_s: float
+    runs: int
+    call_s: float = math.nan
+
+
+@dataclass(frozen=True)
+class Measure:
+    """Time a job, in a worker process; the caller sees to it that nothing else is running."""
+
+    job: Job
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.job.engine
+
+    def carry_out(self) -> Timing:
+        """Return the two clocks."""
+        job = self.job
+        return time_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s)
+
+
+def time_run(
+    adapter: Adapter,
+    scene: Scene,
+    profile: str,
+    dt_s: float,
+    *,
+    steps: int | None = None,
+    runs: int = TIMING_RUNS,
+    enough_s: float = math.inf,
+    call: bool = False,
+) -> Timing:
+    """Time the steps alone, each run in a fresh world.
+
+    Args:
+        adapter: The adapter.
+        scene: The scene.
+        profile: Name of the profile.
+        dt_s: The step, seconds.
+        steps: How many; as many as the scene lasts by default.
+        runs: How many runs the medians are of, one at least.
+        enough_s: No further run is made once so many seconds have been timed.
+        call: Whether to time a call of no steps, too; it is made before the steps, and no part of them.
+
+    Raises:
+        UnknownNameError: The adapter has no such profile.
+        AdapterError: The adapter refuses the scene or fails.
+    """
+    settings = profile_settings(adapter, profile, dt_s)
+    steps = scene.step_count(dt_s) if steps is None else steps
+    located = adapter.profiles[profile].located
+    prepared: list[float] = []
+    called: list[float] = []
+    advanced: list[float] = []
+    with _no_collection():
+        while not advanced or (len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s):
+            started = time.perf_counter()
+            world = adapter.prepare(scene, settings)
+            prepared.append(time.perf_counter() - started)
+            try:
+                called.append(_call(world) if call else math.nan)
+                started = time.perf_counter()
+                if located:  # cutting is then a part of what the engine is asked to do
+                    _cut_steps(world, steps, dt_s)
+                else:
+                    world.advance(steps)
+                advanced.append(time.perf_counter() - started)
+            finally:
+                world.close()
+    call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
+    return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s)
+
+
+def _cut_steps(world: World, steps: int, dt_s: float) -> None:
+    cutter = Cutter(world)
+    for step in range(1, steps + 1):
+        for _ in cutter.step((step - 1) * dt_s, step * dt_s):
+            pass
+
+
+def _call(world: World) -> float:
+    """Return seconds for a call of no steps, NaN where the adapter refuses one; the second, as the first warms up."""
+    call_s = math.nan
+    try:
+        for _ in range(2):
+            started = time.perf_counter()
+            world.advance(0)
+            call_s = time.perf_counter() - started
+    except Exception:  # noqa: BLE001 - no adapter has to take no steps; then there is no such number
+        return math.nan
+    return call_s
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Collect garbage now, and none meanwhile: somebody else's garbage is no part of a step."""
+    collecting = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
