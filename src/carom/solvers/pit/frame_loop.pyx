@@ -19,12 +19,12 @@ from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, State
 from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
 
 #: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
-FEW_DISCS = 36
+_FEW_DISCS = 36
 #: Chains for cells, at least: so that most cells have one of their own.
-CHAINS_PER_DISC = 2
+_CHAINS_PER_DISC = 2
 #: Leeway of a level, in parts of the mean distance of its discs and of their largest radius: the more, the seldomer a
 #: disc must be put into its cell anew, and the more discs are near it. Measured at packings .05 to .6.
-LEEWAY, LEAST_LEEWAY = 0.2, 0.25
+_LEEWAY, _LEAST_LEEWAY = 0.2, 0.25
 
 
 cdef void run(State *s, Index until, Index most) noexcept nogil:
@@ -94,7 +94,7 @@ cdef class FrameLoop:
             forget(&s.record.recent[i])
         for i, wall in enumerate(start.walls):
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
-        if skips and s.disc_count > FEW_DISCS:
+        if skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
         self.room = np.empty(0, IMPACT_DTYPE)
 
@@ -102,7 +102,7 @@ cdef class FrameLoop:
         """Choose levels of cells, and put every disc into its own."""
         s = &self.s
         cdef Index i
-        s.grid.chains = 1 << (CHAINS_PER_DISC * s.disc_count - 1).bit_length()
+        s.grid.chains = 1 << (_CHAINS_PER_DISC * s.disc_count - 1).bit_length()
         s.grid.first = <int *>memory(s.grid.chains, sizeof(int))
         for i in range(s.grid.chains):
             s.grid.first[i] = NOBODY
@@ -113,7 +113,7 @@ cdef class FrameLoop:
         s.grid.level_count = len(counts)
         for i, count in enumerate(counts):
             radius = start.radius_m[levels == i].max()
-            leeway = max(LEEWAY * np.sqrt(width / count * height), LEAST_LEEWAY * radius)
+            leeway = max(_LEEWAY * np.sqrt(width / count * height), _LEAST_LEEWAY * radius)
             s.grid.levels[i] = Level(2.0 * (radius + leeway), leeway, radius + leeway)
         for i in range(s.disc_count):
             s.discs[i].level = levels[i]
