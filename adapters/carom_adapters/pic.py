@@ -18,7 +18,6 @@ from carom.adapter import (
     Stamp,
 )
 from carom.solvers.pic import pic_run
-from carom.solvers.plain.framewise import framewise_run
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -93,7 +92,7 @@ class PicAdapter:
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
-        run = framewise_run(scene) if settings["form"] == "framewise" else pic_run(scene)
+        run = pic_run(scene, all_pairs=settings["form"] == "framewise")
         return PicWorld(run, settings)
 
 

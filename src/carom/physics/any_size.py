@@ -1,8 +1,7 @@
 """Time of impact of two discs whatever the size of their numbers.
 
-`carom.physics.pair_time` is right where no term of its fourth-degree formulas, and no rounding error of one, leaves the
-range of floats. Numbers of other sizes are brought there by powers of two, which round nothing, where they are near
-enough to each other. What is left is solved in rational numbers.
+Where a term of the fourth-degree formulas of `carom.physics.pair_time` could leave the range of floats, its numbers are
+multiplied by powers of two, which round nothing; what these can't bring there is solved in rational numbers.
 """
 
 from __future__ import annotations
@@ -25,12 +24,7 @@ _ROOT_BITS = 120
 def any_pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
-    """Return the seconds until two discs collide; arguments as for `carom.physics.pair_time.pair_time`.
-
-    Returns:
-        0 where they touch or overlap and approach; infinity where they never meet, or only after more seconds than the
-        largest float.
-    """
+    """Return the seconds until two discs collide as `pair_time` does, infinity beyond the largest float."""
     row = (x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
     if _are_ordinary(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2):
         return pair_time(*row)

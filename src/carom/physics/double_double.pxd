@@ -1,8 +1,4 @@
-"""Error-free transformations and sums of products in twice the working precision: the compiled form.
-
-Operation by operation what `double_double.py` does, whose docstring names the sources; a test holds the two to the same
-bits. None of these operations may be fused or reordered. All are exact as long as nothing over- or underflows.
-"""
+"""The compiled form of `double_double.py`, operation by operation; none of them may be fused or reordered."""
 
 cdef extern from *:
     """
@@ -24,38 +20,33 @@ cdef struct TripleDouble:  # a sum carried in three parts
 
 
 cdef inline double lesser(double a, double b) noexcept nogil:
-    """Return the lesser of two floats, neither of them NaN: one instruction, where `fmin` is a call."""
+    """One instruction, where `fmin` is a call; neither is NaN."""
     return a if a < b else b
 
 
 cdef inline double greater(double a, double b) noexcept nogil:
-    """Return the greater of two floats, neither of them NaN."""
     return a if a > b else b
 
 
 cdef inline DoubleDouble split(double a) noexcept nogil:
-    """Return two parts of at most 26 bits each, whose sum is exact."""
     scaled = SPLITTER * a
     high = scaled - (scaled - a)
     return DoubleDouble(high, a - high)
 
 
 cdef inline DoubleDouble two_sum(double a, double b) noexcept nogil:
-    """Return the rounded sum and its rounding error."""
     total = a + b
     part = total - a
     return DoubleDouble(total, (a - (total - part)) + (b - part))
 
 
 cdef inline DoubleDouble two_diff(double a, double b) noexcept nogil:
-    """Return the rounded difference and its rounding error."""
     total = a - b
     part = total - a
     return DoubleDouble(total, (a - (total - part)) - (b + part))
 
 
 cdef inline DoubleDouble two_prod(double a, double b) noexcept nogil:
-    """Return the rounded product and its rounding error."""
     rounded_product = a * b
     x = split(a)
     y = split(b)
@@ -64,7 +55,6 @@ cdef inline DoubleDouble two_prod(double a, double b) noexcept nogil:
 
 
 cdef inline DoubleDouble pair_product(DoubleDouble a, DoubleDouble b) noexcept nogil:
-    """Return the product of two pairs, to a relative error below 2^-100."""
     p = two_prod(a.high, b.high)
     return two_sum(p.high, p.low + (a.high * b.low + a.low * b.high))
 
@@ -74,7 +64,6 @@ cdef inline DoubleDouble negated(DoubleDouble a) noexcept nogil:
 
 
 cdef inline TripleDouble no_terms() noexcept nogil:
-    """Return the empty sum."""
     return TripleDouble(0.0, 0.0, 0.0)
 
 
@@ -85,13 +74,11 @@ cdef inline TripleDouble add_term(TripleDouble total, double term) noexcept nogi
 
 
 cdef inline TripleDouble add_product(TripleDouble total, double a, double b) noexcept nogil:
-    """Return a sum with ``a b`` added; the error of a whole sum is about 2^-150 of its largest product."""
     p = two_prod(a, b)
     return add_term(add_term(total, p.high), p.low)
 
 
 cdef inline TripleDouble add_pair_product(TripleDouble total, DoubleDouble p, DoubleDouble q) noexcept nogil:
-    """Return a sum with the product of two pairs added."""
     total = add_product(total, p.high, q.high)
     total = add_product(total, p.high, q.low)
     total = add_product(total, p.low, q.high)
@@ -135,7 +122,6 @@ cdef inline int write_pair_products(double *terms, DoubleDouble p, DoubleDouble 
 
 
 cdef inline DoubleDouble exact_sum(const double *terms, int count) noexcept nogil:
-    """Return a sum as a pair of its sign, right to 2^-100 of itself, however much of the terms cancels."""
     cdef double[MOST_TERMS] parts  # which do not overlap, the smallest first: their sum is that of all terms so far
     cdef int i, k, kept, size = 0
     cdef DoubleDouble total, sum

@@ -1,10 +1,8 @@
 """Error-free transformations and sums of products in twice the working precision, on plain floats.
 
-Every step is one correctly rounded operation of IEEE 754, and none may be fused or reordered; so `double_double.pxd`,
-which does the same for the compiled extension, gives the same bits. A pair ``(high, low)`` stands for the exact sum of
-its two parts.
-
-All are exact as long as nothing over- or underflows; callers scale by powers of two first.
+A pair ``(high, low)`` stands for the exact sum of its two parts. Every step is one correctly rounded operation of IEEE
+754, and none may be fused or reordered; all are exact as long as nothing over- or underflows. The compiled form is
+`double_double.pxd`.
 
 Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
 D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.
@@ -18,17 +16,7 @@ from collections.abc import Iterable, Sequence
 
 Pair = tuple[float, float]
 
-__all__ = [
-    "Pair",
-    "exact_products",
-    "exact_sum",
-    "pair_product",
-    "split",
-    "sum_of_products",
-    "two_diff",
-    "two_prod",
-    "two_sum",
-]
+__all__ = ["exact_products", "exact_sum", "pair_product", "split", "sum_of_products", "two_diff", "two_prod", "two_sum"]
 
 #: 2^27 + 1: Veltkamp's constant, which splits 53 bits into 26 and 26 (and a sign).
 _SPLITTER = 134217729.0

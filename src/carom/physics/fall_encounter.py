@@ -39,24 +39,12 @@ def encounter_time(
     gy: float,
     leaving: float | None = None,
 ) -> float:
-    """Return the seconds until a falling disc touches an immovable one.
+    """Return the seconds until a falling disc touches an immovable one, under the gravity ``(gx, gy)``.
 
-    Args:
-        x: Centre of the falling disc, x, metres; `y` likewise.
-        y: See `x`.
-        vx: Its velocity, x, metres a second; `vy` likewise.
-        vy: See `vx`.
-        radius: Its radius, metres.
-        fixed_x: Centre of the immovable disc, x, metres; `fixed_y` likewise.
-        fixed_y: See `fixed_x`.
-        fixed_radius: Its radius, metres.
-        gx: Gravity, x, metres a second squared; `gy` likewise.
-        gy: See `gx`.
-        leaving: Where the disc has just hit the immovable one: the speed at which it leaves it. The gap is then 0 and
-            this its rate of change, whatever rounding has made of position and velocity.
+    0 where they touch and approach, or touch, do not move apart and are pulled together; infinity for never.
 
-    Returns:
-        0 where the discs touch and approach, or touch, do not move apart and are pulled together; infinity for never.
+    Where the disc has just hit the immovable one, `leaving` is the speed at which it leaves it: the gap is then 0 and
+    this its rate of change, whatever rounding has made of position and velocity.
     """
     px, py = Fraction(x) - Fraction(fixed_x), Fraction(y) - Fraction(fixed_y)
     ux, uy, ax, ay = Fraction(vx), Fraction(vy), Fraction(gx), Fraction(gy)
@@ -81,11 +69,7 @@ def encounter_time(
 
 
 def first_fall_below_zero(polynomial: Sequence[int]) -> float:
-    """Return the least t > 0 at which a polynomial, above 0 at 0, turns negative; infinity where it never does.
-
-    Args:
-        polynomial: Integer coefficients, the lowest power first; the first is above 0.
-    """
+    """Return the least t > 0 at which a polynomial turns negative, infinity for never; it is above 0 at t = 0."""
     p = list(polynomial)
     while p[-1] == 0:
         del p[-1]

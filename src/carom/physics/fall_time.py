@@ -20,18 +20,12 @@ __all__ = ["descent_time", "return_time"]
 
 
 def descent_time(gap: Pair, speed: Pair, pull: Pair) -> float:
-    """Return the seconds until a gap closes, given as pairs.
+    """Return the seconds until a gap (metres) of this rate of change and this acceleration closes.
 
-    Args:
-        gap: The gap now, metres; 0 or below where the bodies touch.
-        speed: Its rate of change, metres a second; negative towards the wall.
-        pull: Its acceleration, metres a second squared; negative towards the wall.
-
-    Returns:
-        0 where they touch and approach, or touch, do not move apart and are pulled together (resting contact); infinity
-        where the gap never closes. A gap that is 0 at one instant and opens again (``D = 0``) is no impact. Right to 4
-        ulp while ``s^2`` and ``a w`` lie between 1e-250 and 1e290, unless the path's apex is nearer to the wall than
-        2^-80 of its height: the root itself is then as ill-conditioned as ``sqrt(D)``.
+    0 where the bodies touch and approach, or touch, do not move apart and are pulled together (resting contact);
+    infinity where the gap never closes. One that is 0 at one instant and opens again (``D = 0``) is no impact. Right to
+    4 ulp while ``s^2`` and ``a w`` lie between 1e-250 and 1e290, unless the path's apex is nearer to the wall than
+    2^-80 of its height: the root itself is then as ill-conditioned as ``sqrt(D)``.
     """
     w, s, a = gap[0], speed[0], pull[0]
     if w <= 0.0:

@@ -4,7 +4,6 @@
 cdef inline double pair_push(
     double dx, double dy, double ux, double uy, double inverse_masses, double restitution
 ) noexcept nogil:
-    """Return the impulse of an impact of two discs, as a multiple (0 or less) of the vector between their centres."""
     along = dx * ux + dy * uy
     if not along < 0.0:
         return 0.0

@@ -81,21 +81,10 @@ def resolve_impact(
 
 
 def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:
-    """Return the impulse of an impact of two discs, as a multiple of the vector between their centres.
+    """Return ``f <= 0``: with ``d = c2 - c1`` and ``u = v2 - v1`` an impact gives the first disc the impulse ``f d``.
 
-    The scalar form of the solvers. The vector is not normalised, so no rounding of its length can do work.
-
-    Args:
-        dx: Centre of the second less that of the first, x, metres; `dy` likewise.
-        dy: See `dx`.
-        ux: Velocity of the second less that of the first, x, metres a second; `uy` likewise.
-        uy: See `ux`.
-        inverse_masses: Sum of the two inverse masses, 1/kg, above 0.
-        restitution: Coefficient of restitution.
-
-    Returns:
-        The factor ``f <= 0``: the second disc receives the impulse ``-f d``, the first ``f d``. 0 where rounding has
-        turned the weakest of grazes into a separation: an impact never pulls.
+    The second receives ``-f d``. ``d`` is not normalised, so no rounding of its length can do work. 0 where rounding
+    has turned the weakest of grazes into a separation: an impact never pulls. `inverse_masses` is their sum.
     """
     along = dx * ux + dy * uy
     if not along < 0.0:

@@ -1,30 +1,11 @@
-"""Time of impact of two discs in straight uniform motion: the compiled form.
-
-Operation by operation what `pair_time.py` does, whose docstring derives the three steps and their guarantees; a test
-holds the two to the same bits. No struct of a solver occurs here: arrays of pairs, the event-driven kernel and the
-certified bounds use the same functions.
-"""
+"""The compiled form of `pair_time.py`, operation by operation; a test holds the two to the same bits."""
 
 from cython cimport unlikely
 from libc.math cimport fabs, frexp, ldexp, sqrt
 
 from carom.physics.double_double cimport (
-    MOST_TERMS,
-    DoubleDouble,
-    add_pair_product,
-    add_square,
-    exact_sum,
-    greater,
-    negated,
-    no_terms,
-    pair_product,
-    rounded,
-    split,
-    two_diff,
-    two_prod,
-    two_sum,
-    write_pair_products,
-    write_products,
+    MOST_TERMS, DoubleDouble, add_pair_product, add_square, exact_sum, greater, negated, no_terms, pair_product, rounded,
+    split, two_diff, two_prod, two_sum, write_pair_products, write_products,
 )
 
 cdef extern from *:
@@ -39,11 +20,11 @@ cdef extern from *:
     #define carom_UNCERTAIN -1.0
     """
     const double NEVER "carom_NEVER"
-    const double ERROR "carom_ERROR"  # 8 roundings, see `ERROR` in pair_time.py
-    const double NEGLIGIBLE "carom_NEGLIGIBLE"  # where products of this size count, underflow may count too
-    const double GRID "carom_GRID"  # see `_GRID` in pair_time.py
-    const double DOUBTFUL_SUM "carom_DOUBTFUL_SUM"  # see `_DOUBTFUL_SUM` in pair_time.py
-    const double DOUBTFUL_DISCRIMINANT "carom_DOUBTFUL_DISCRIMINANT"  # see there
+    const double ERROR "carom_ERROR"  # pair_time.py gives the reasons for this and for those that follow
+    const double NEGLIGIBLE "carom_NEGLIGIBLE"
+    const double GRID "carom_GRID"
+    const double DOUBTFUL_SUM "carom_DOUBTFUL_SUM"
+    const double DOUBTFUL_DISCRIMINANT "carom_DOUBTFUL_DISCRIMINANT"
     const double UNCERTAIN "carom_UNCERTAIN"  # in place of a time: the error-free form must decide
 
 cdef enum:
@@ -120,7 +101,7 @@ cdef inline double refine(double near, Encounter e) noexcept nogil:
     bend = ((e.ux.high * e.ux.high + e.uy.high * e.uy.high) * step) * inverse
     speed = fabs(e.ux.high) + fabs(e.uy.high)
     extent = fabs(e.x.high) + fabs(e.y.high) + near * speed
-    # Selects, which a compiler makes of two pairs at a time, where it could not take apart a chain of `and`.
+    # Selects, not a chain of `and`: no branch that a processor would have to foresee.
     cdef double root = near + 0.5 * step * (1.0 + bend * (0.25 + 0.125 * bend))
     root = root if closing >= 2.0**-10 * (radius * speed) else UNCERTAIN
     root = root if extent <= 2.0**34 * radius else UNCERTAIN

@@ -37,8 +37,6 @@ from carom.physics.double_double import (
 )
 
 __all__ = [
-    "ERROR",
-    "NEGLIGIBLE",
     "Encounter",
     "approach",
     "discriminant",
@@ -77,33 +75,18 @@ class Encounter(NamedTuple):
 def encounter(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> Encounter:
-    """Return the second disc as seen from the first; arguments as in `pair_time`."""
+    """Return the second disc as seen from the first."""
     return Encounter(two_diff(x2, x1), two_diff(y2, y1), two_diff(vx2, vx1), two_diff(vy2, vy1), two_sum(r1, r2))
 
 
 def approach(dx: float, dy: float, ux: float, uy: float) -> Pair:
-    """Return ``b = d.u`` of the plain form, negative where the discs approach, and a bound on its rounding error.
-
-    Args:
-        dx: Centre of the second less that of the first, x, metres; `dy` likewise.
-        dy: See `dx`.
-        ux: Velocity of the second less that of the first, x, metres a second; `uy` likewise.
-        uy: See `ux`.
-    """
+    """Return ``b = d.u`` of the plain form, negative where the discs approach, and a bound on its rounding error."""
     along_x, along_y = dx * ux, dy * uy
     return along_x + along_y, ERROR * (abs(along_x) + abs(along_y)) + NEGLIGIBLE
 
 
 def discriminant(dx: float, dy: float, ux: float, uy: float, reach: float) -> Pair:
-    """Return ``D = a R^2 - (d x u)^2`` of the plain form, negative where the discs miss, and a bound on its error.
-
-    Args:
-        dx: As in `approach`; so are `dy`, `ux` and `uy`.
-        dy: See `dx`.
-        ux: See `dx`.
-        uy: See `dx`.
-        reach: Sum of the radii, metres.
-    """
+    """Return ``D = a R^2 - (d x u)^2`` of the plain form, negative where the discs miss, and a bound on its error."""
     across_x, across_y = dx * uy, dy * ux
     cross = across_x - across_y
     largest = (reach * reach) * (ux * ux + uy * uy)
@@ -121,23 +104,10 @@ def separation(dx: float, dy: float, reach: float) -> Pair:
 def pair_time(
     x1: float, y1: float, vx1: float, vy1: float, r1: float, x2: float, y2: float, vx2: float, vy2: float, r2: float
 ) -> float:
-    """Return the seconds until two discs collide, given where they are and how they move at one instant.
+    """Return the seconds until two discs collide, from their centres (metres), velocities and radii at one instant.
 
-    Args:
-        x1: Centre of disc 1, x, metres; `y1`, `x2`, `y2` likewise.
-        y1: See `x1`.
-        vx1: Velocity of disc 1, x, metres a second; `vy1`, `vx2`, `vy2` likewise.
-        vy1: See `vx1`.
-        r1: Radius of disc 1, metres; `r2` likewise.
-        x2: See `x1`.
-        y2: See `x1`.
-        vx2: See `vx1`.
-        vy2: See `vx1`.
-        r2: See `r1`.
-
-    Returns:
-        0 where they touch or overlap and approach; infinity where they never meet (a graze of zero depth, ``D = 0``,
-        exchanges no momentum and is no impact).
+    0 where they touch or overlap and approach; infinity where they never meet. A graze of zero depth, ``D = 0``,
+    exchanges no momentum and is no impact.
     """
     dx, dy, ux, uy, reach = x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2
     b, b_error = approach(dx, dy, ux, uy)
@@ -153,9 +123,6 @@ def pair_time(
         if root is not None:
             return root
     return exact_pair_time(e)
-
-
-# ---- the refinement ----
 
 
 def _refined(near: float, e: Encounter) -> float | None:
@@ -199,9 +166,6 @@ def _advanced(late: float, early: float, p: Pair, v: Pair) -> Pair:
     fast, slow = split(v[0])
     head, error = two_sum(p[0], late * fast)
     return head, error + ((late * slow + early * fast) + (early * slow + (p[1] + late * v[1])))
-
-
-# ---- the error-free form ----
 
 
 def exact_pair_time(e: Encounter) -> float:

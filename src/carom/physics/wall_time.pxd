@@ -1,7 +1,4 @@
-"""Time of impact of a disc and a wall in straight uniform motion: the compiled form.
-
-Operation by operation what `wall_time.py` does; a test holds the two to the same bits.
-"""
+"""The compiled form of `wall_time.py`, operation by operation; a test holds the two to the same bits."""
 
 from carom.physics.double_double cimport DoubleDouble, add_product, no_terms, rounded, two_diff, two_prod
 from carom.physics.pair_time cimport NEVER, approach
@@ -10,7 +7,6 @@ from carom.physics.pair_time cimport NEVER, approach
 cdef inline DoubleDouble wall_gap(
     double x, double y, double radius, double qx, double qy, double nx, double ny
 ) noexcept nogil:
-    """Return the distance of a disc's rim from a wall; negative inside the wall."""
     dx = two_diff(x, qx)
     dy = two_diff(y, qy)
     total = add_product(add_product(no_terms(), dx.high, nx), dx.low, nx)
@@ -19,12 +15,10 @@ cdef inline DoubleDouble wall_gap(
 
 
 cdef inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny) noexcept nogil:
-    """Return the velocity along a wall's normal; negative towards the wall."""
     return rounded(add_product(add_product(no_terms(), vx, nx), vy, ny))
 
 
 cdef inline double quotient(DoubleDouble gap, DoubleDouble speed) noexcept nogil:
-    """Return ``-gap / speed`` of two pairs, corrected once by its residual."""
     t = -gap.high / speed.high
     product = two_prod(t, speed.high)
     return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high
@@ -33,7 +27,6 @@ cdef inline double quotient(DoubleDouble gap, DoubleDouble speed) noexcept nogil
 cdef inline double wall_time(
     double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny
 ) noexcept nogil:
-    """Return the seconds until a disc touches a wall; 0 where it touches already and approaches, infinity for never."""
     toward = approach(vx, vy, nx, ny)
     if toward.value > toward.error:
         return NEVER

@@ -37,22 +37,10 @@ def quotient(gap: Pair, speed: Pair) -> float:
 def wall_time(
     x: float, y: float, vx: float, vy: float, radius: float, qx: float, qy: float, nx: float, ny: float
 ) -> float:
-    """Return the seconds until a disc touches a wall.
+    """Return the seconds until a disc touches a wall through ``(qx, qy)`` with the normal ``(nx, ny)``.
 
-    Args:
-        x: Centre of the disc, x, metres; `y` likewise.
-        y: See `x`.
-        vx: Velocity of the disc, x, metres a second; `vy` likewise.
-        vy: See `vx`.
-        radius: Radius, metres.
-        qx: Any point on the wall's surface, x, metres; `qy` likewise.
-        qy: See `qx`.
-        nx: Unit normal into the free side, x; `ny` likewise.
-        ny: See `nx`.
-
-    Returns:
-        0 where it touches or overlaps and approaches, infinity where it does not approach. Right to 2 ulp for lengths
-        and speeds between 1e-250 and 1e290.
+    0 where it touches or overlaps and approaches, infinity where it does not approach. Right to 2 ulp for lengths and
+    speeds between 1e-250 and 1e290.
     """
     toward, error = approach(vx, vy, nx, ny)
     if toward > error:

@@ -1,7 +1,6 @@
 """Ensembles: a million independent scenes of two discs and no wall through PIC and PIT, as arrays.
 
-Scene by scene the result is that of `carom.solve_pic` and `carom.solve_pit`, to the bit: the same operations in the
-same order.
+Scene by scene the result is that of `carom.solve_pic` and `carom.solve_pit`, to the bit.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """The impacts of a run as they happen: recorded, and watched for the two ways in which they can lose their meaning.
 
-An impact is *ambiguous* where it shares a movable disc with an earlier one at what may be the very same instant: one
-that was recorded, and whose time differs by no more than what `carom.solvers.resolution` says of both; unless the two
-normals are exactly orthogonal, for then neither impulse changes what the other impact sees. The result then hangs on an
-order that is a convention: (time, first, second).
+An impact is *ambiguous* where it shares a movable disc with an earlier recorded one at what may be the same instant, as
+far as `carom.solvers.resolution` knows both; unless the two normals are exactly orthogonal, for then neither impulse
+changes what the other impact sees. The result then hangs on an order that is a convention: (time, first, second).
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
 of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one
@@ -31,10 +30,9 @@ __all__ = ["ImpactLog", "Recent", "standstill_impacts"]
 def standstill_impacts(bodies: int) -> int:
     """Return after how many impacts at one instant time no longer advances, where there are so many bodies.
 
-    Equal discs in a line make at most n(n-1)/2 impacts altogether, and all of them at one instant if they touch. Masses
-    1:100 against a wall make 31, 1:10,000 make 314. A hundred times the square of the number of bodies lets all of
-    these through, and ends a run in which time stands still after milliseconds. With many bodies ten million above
-    those of a line do so, some seconds of the event-driven kernel.
+    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch; masses 1:100 against a wall
+    31, 1:10,000 314. A hundred times the square of the bodies lets all of these through, and ends a run in which time
+    stands still after milliseconds; with many bodies ten million above those of a line do, after some seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
@@ -55,8 +53,7 @@ class Recent:
     """A disc's impacts, as far as they tell whether its next one is ambiguous; `record.pxd` is the compiled form."""
 
     def __init__(self) -> None:
-        self.furthest = Struck()
-        self.across = Struck()
+        self.furthest = self.across = Struck()
 
     def strike(self, time_s: float, resolution_s: float, nx: float, ny: float) -> bool:
         """Add an impact; return whether it is ambiguous."""
@@ -94,11 +91,9 @@ class ImpactLog:
             self._instant = record.time_s
             self._impacts_now = 0
         self._impacts_now += 1
-        ambiguous = False
-        for body in (record.first, record.second):
-            recent = self._recent[body] if body >= 0 else None
-            if recent is not None and recent.strike(record.time_s, resolution_s, *record.normal):
-                ambiguous = True
+        struck = [self._recent[body] for body in (record.first, record.second) if body >= 0]
+        found = [recent.strike(record.time_s, resolution_s, *record.normal) for recent in struck if recent]
+        ambiguous = any(found)
         if ambiguous:
             self._ambiguous.append(len(self.records))
         self.records.append(record)

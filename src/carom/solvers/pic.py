@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Disc, Scene
     from carom.solvers.run import Progress, Run
+    from carom.solvers.units import Units
 
 __all__ = ["pic_run", "solve_pic"]
 
@@ -29,29 +30,26 @@ __all__ = ["pic_run", "solve_pic"]
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
-def pic_run(scene: Scene, request: Request | None = None) -> Run:
+def pic_run(scene: Scene, request: Request | None = None, *, all_pairs: bool = False) -> Run:
     """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
 
-    Args:
-        scene: The scene.
-        request: What to record, and how long a contact takes; under gravity everything is recorded.
+    Under gravity it records everything. Solving for `all_pairs`, as without the extension, changes no result.
     """
-    run: Run = run_in_ordinary_units(scene, lambda scene, units: _run(scene, request and request.in_units(units)))
+
+    def make(scene: Scene, units: Units) -> Run:
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            from carom.solvers.falling.run import BallisticRun
+
+            return BallisticRun(scene)
+        options = request.options(units) if request else {}
+        if extension_available() and not all_pairs:
+            return EventDrivenRun(scene, **options)
+        from carom.solvers.plain.run import AllPairsRun
+
+        return AllPairsRun(scene, **options)
+
+    run: Run = run_in_ordinary_units(scene, make)
     return run
-
-
-def _run(scene: Scene, request: Request | None) -> Run:
-    """Return a run in the form that is there for it."""
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.falling.run import BallisticRun
-
-        return BallisticRun(scene)
-    options = request.options if request else {}
-    if extension_available():
-        return EventDrivenRun(scene, **options)
-    from carom.solvers.plain.run import AllPairsRun
-
-    return AllPairsRun(scene, **options)
 
 
 def solve_pic(
@@ -84,14 +82,7 @@ def solve_pic(
         InputError: An option is outside its range, or not there under gravity.
     """
     request = Request.checked(
-        scene,
-        max_impacts=max_impacts,
-        until_s=until_s,
-        record=record,
-        window_s=window_s,
-        sample_times_s=sample_times_s,
-        contact_duration_s=contact_duration_s,
-        progress=progress,
+        scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
     if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None

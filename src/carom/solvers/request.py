@@ -26,23 +26,13 @@ ALWAYS = (-math.inf, math.inf)
 
 
 class Request(NamedTuple):
-    """How far to go and what to keep.
-
-    Attributes:
-        end_s: Where to stop.
-        max_impacts: After how many impacts to stop; None for no limit.
-        keep: Whether impacts are kept at all.
-        window_s: Only those reported within these times are.
-        samples_s: Ascending times at which to keep all positions.
-        contact_duration_s: Contact time of the TC model, 0 for none.
-        progress: Called now and then with the number of impacts so far and the time reached.
-    """
+    """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
 
     end_s: float
     max_impacts: int | None = None
-    keep: bool = True
+    keep: bool = True  # impacts at all
     window_s: tuple[float, float] = ALWAYS
-    samples_s: tuple[float, ...] = ()
+    samples_s: tuple[float, ...] = ()  # ascending
     contact_duration_s: float = 0.0
     progress: Progress | None = None
 
@@ -50,7 +40,6 @@ class Request(NamedTuple):
     def checked(
         cls,
         scene: Scene,
-        *,
         max_impacts: int | None,
         until_s: float | None,
         record: str,
@@ -59,7 +48,7 @@ class Request(NamedTuple):
         contact_duration_s: float,
         progress: Progress | None,
     ) -> Request:
-        """Return the arguments of `carom.solve_pic` as a request.
+        """Check the arguments of `carom.solve_pic`.
 
         Raises:
             InputError: An argument is outside its range, or not there under gravity; the message names it.
@@ -84,22 +73,10 @@ class Request(NamedTuple):
         """Whether impacts are asked for, all or the first few, and nothing else."""
         return self.max_impacts != 0 and self[2:] == (True, ALWAYS, (), 0.0, None)
 
-    @property
-    def options(self) -> dict[str, Any]:
-        """What a run without gravity is made with."""
-        return {
-            "record": "all" if self.keep else "none",
-            "window_s": self.window_s,
-            "contact_duration_s": self.contact_duration_s,
-        }
-
-    def in_units(self, units: Units) -> Request:
-        """Return the same request, as far as a run is made with it, in these units."""
-        begin, end = self.window_s
-        return self._replace(
-            window_s=(units.of_seconds(begin), units.of_seconds(end)),
-            contact_duration_s=units.of_seconds(self.contact_duration_s),
-        )
+    def options(self, units: Units) -> dict[str, Any]:
+        """Return what a run without gravity is made with, in units of its own."""
+        window, contact = map(units.of_seconds, self.window_s), units.of_seconds(self.contact_duration_s)
+        return {"record": "all" if self.keep else "none", "window_s": tuple(window), "contact_duration_s": contact}
 
     def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
         """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""

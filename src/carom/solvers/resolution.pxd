@@ -1,7 +1,4 @@
-"""How well the instant of an impact is known, given what rounding does: the compiled form.
-
-Operation by operation what `resolution.py` does, whose docstring derives it; a test holds the two to the same bits.
-"""
+"""The compiled form of `resolution.py`, to the same bits."""
 
 from cython cimport likely
 from libc.math cimport fabs, sqrt
@@ -21,7 +18,6 @@ cdef extern from *:
 
 
 cdef inline bint are_told_apart(double x1, double y1, double x2, double y2, double reach) noexcept nogil:
-    """Return whether floats tell apart the centres of two discs in contact."""
     return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= FARTHEST * reach
 
 
@@ -30,7 +26,6 @@ cdef inline double size_of(double x, double y, double radius) noexcept nogil:
 
 
 cdef inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) noexcept nogil:
-    """Return to how many seconds the instant of an impact of two discs is known."""
     error = 5.0 * ULP * sizes
     # So far from a graze the first is the lesser by a factor of two or more: for error / speed <= 2^10 error / u, and
     # graze >= sqrt(2 2^22 error^2) / u.
@@ -42,10 +37,8 @@ cdef inline double pair_resolution(double sizes, double reach, double ux, double
 
 
 cdef inline double wall_resolution(double sizes, double speed) noexcept nogil:
-    """Return to how many seconds the instant of an impact on a wall is known."""
     return 5.0 * ULP * sizes / speed if speed > 0.0 else UNKNOWN
 
 
 cdef inline double clock_resolution(double time) noexcept nogil:
-    """Return to how many seconds a time since the start is known."""
     return 2.0 * ULP * time

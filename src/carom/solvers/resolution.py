@@ -48,12 +48,8 @@ def size_of(x: float, y: float, radius: float) -> float:
 def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
     """Return to how many seconds the instant of an impact of two discs is known, infinity for to none.
 
-    Args:
-        sizes: Sum of `size_of` of both, metres.
-        reach: Sum of the radii, metres.
-        ux: Relative velocity before the impact, x, metres a second.
-        uy: Relative velocity before the impact, y.
-        speed: Speed of approach along the normal, metres a second; rounding can leave 0 or less of that of a graze.
+    Of both: the sum of `size_of`, of the radii, the relative velocity before, and its part along the normal, of which
+    rounding can leave 0 or less in a graze.
     """
     error = 5.0 * ULP * sizes
     fast = math.sqrt(ux * ux + uy * uy)
@@ -62,12 +58,7 @@ def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: flo
 
 
 def wall_resolution(sizes: float, speed: float) -> float:
-    """Return to how many seconds the instant of an impact on a wall is known, infinity for to none.
-
-    Args:
-        sizes: Sum of `size_of` of the disc and of the wall's point, metres.
-        speed: Speed of approach along the normal, metres a second.
-    """
+    """Return to how many seconds the instant of an impact on a wall is known, infinity for to none."""
     return 5.0 * ULP * sizes / speed if speed > 0.0 else math.inf
 
 

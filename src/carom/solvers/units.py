@@ -45,25 +45,16 @@ class Units(NamedTuple):
         if self == SI:
             return scene
         speed = self.length - self.time
-        discs = tuple(
-            disc.model_copy(
-                update={
-                    "position_m": _vector(disc.position_m, -self.length),
-                    "velocity_m_s": _vector(disc.velocity_m_s, -speed),
-                    "radius_m": _times_power(disc.radius_m, -self.length),
-                    "mass_kg": _times_power(disc.mass_kg, -self.mass),
-                }
-            )
-            for disc in scene.discs
-        )
+        discs = []
+        for disc in scene.discs:
+            place, velocity = _vector(disc.position_m, -self.length), _vector(disc.velocity_m_s, -speed)
+            radius, mass = _times_power(disc.radius_m, -self.length), _times_power(disc.mass_kg, -self.mass)
+            changed = {"position_m": place, "velocity_m_s": velocity, "radius_m": radius, "mass_kg": mass}
+            discs.append(disc.model_copy(update=changed))
         walls = tuple(wall.model_copy(update={"point_m": _vector(wall.point_m, -self.length)}) for wall in scene.walls)
-        changed = {
-            "discs": discs,
-            "walls": walls,
-            "gravity_m_s2": _vector(scene.gravity_m_s2, self.time - speed),
-            "duration_s": self.of_seconds(scene.duration_s),
-        }
-        return scene.model_copy(update=changed)
+        gravity, duration = _vector(scene.gravity_m_s2, self.time - speed), self.of_seconds(scene.duration_s)
+        of_scene = {"discs": tuple(discs), "walls": walls, "gravity_m_s2": gravity, "duration_s": duration}
+        return scene.model_copy(update=of_scene)
 
     def of_seconds(self, time_s: float) -> float:
         """Return a time given in seconds, in these units."""
@@ -106,55 +97,34 @@ def units_of(scene: Scene) -> Units:
 
 
 def run_in_ordinary_units(scene: Scene, make: Callable[[Scene, Units], Any]) -> Any:
-    """Return a run of a scene, made in units in which the scene is ordinary, and seen in SI units.
-
-    Args:
-        scene: The scene.
-        make: Makes the run of a scene in the units given.
-    """
+    """Return a run of a scene, made by `make` in units in which the scene is ordinary, and seen in SI units."""
     units = units_of(scene)
     run = make(units.scene(scene), units)
     return run if units == SI else RunInUnits(run, units)
 
 
 class RunInUnits:
-    """A run in units of its own, seen in SI units: as `carom.solvers.run.Run`, or as a run of PIT.
-
-    Attributes:
-        log: The impacts so far.
-    """
+    """A run in units of its own, seen in SI units: as `carom.solvers.run.Run`, or as a run of PIT."""
 
     def __init__(self, run: Any, units: Units) -> None:
         self.log = LogInUnits(run.log, units)
         self._run = run
         self._units = units
 
+    def __getattr__(self, name: str) -> Any:
+        """Return what has no unit: notes, counts, impacts a disc, and the passing of frames."""
+        return getattr(self._run, name)
+
     @property
     def time_s(self) -> float:
         """How far the run has been taken, seconds from the start."""
         return self._units.seconds(self._run.time_s)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the run was done."""
-        notes: tuple[str, ...] = self._run.notes
-        return notes
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
-        counts: dict[str, int] = self._run.counts
-        return counts
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
         look = None if progress is None else lambda impacts, time: progress(impacts, self._units.seconds(time))
         outcome: Outcome = self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
         return outcome
-
-    def advance_frames(self, frames: int) -> None:
-        """Pass so many frames of PIT, and go to the instant of the one that follows."""
-        self._run.advance_frames(frames)
 
     def positions(self) -> Array:
         """Return the centres now, metres, shape ``(n, 2)``."""
@@ -164,29 +134,21 @@ class RunInUnits:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
         return self._units.metres_a_second(self._run.velocities())
 
-    def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        impacts: NDArray[np.int64] = self._run.impacts_per_disc()
-        return impacts
-
 
 class LogInUnits:
-    """The impacts of a run in units of its own, seen in SI units."""
+    """The impacts of a run in units of its own, seen in SI units: as `carom.solvers.run.ImpactLog`."""
 
     def __init__(self, log: ImpactLog, units: Units) -> None:
         self._log = log
         self._units = units
+        self.ambiguous = log.ambiguous
 
     def __len__(self) -> int:
         return len(self._log)
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
+        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
         return self._units.impacts(self._log.array())
-
-    def ambiguous(self) -> tuple[int, ...]:
-        """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
-        return self._log.ambiguous()
 
 
 def _is_ordinary(scene: Scene) -> bool:

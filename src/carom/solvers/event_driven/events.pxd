@@ -2,19 +2,13 @@
 
 Each disc keeps two things: the earliest impact on another disc that it knows of, and what ends its stay in its cell. Of
 any two discs, the one that was predicted later saw the other's present path. So the lesser of the two times that are
-kept for them is never later than their impact, and none is missed.
-
-What a disc's event is, `event_of` alone says. A partner, a wall and an edge are fields of their own and their kind is
-asked for anew after each change, so none can be taken for another.
+kept for them is never later than their impact, and none is missed. What a disc's event is, `event_of` alone says.
 """
 
 from cython cimport unlikely
 
 from carom.physics.double_double cimport lesser
-from carom.solvers.event_driven.layout cimport (
-    BOUNDED, CROSSING, NO_EDGE, NOBODY, PAIR_IMPACT, POSTPONED, STALE, WALL_IMPACT,
-    Event, EventKind, Index, Prediction, State,
-)
+from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.queue cimport earliest_but, next_at
 from carom.solvers.event_driven.scan cimport pair_event_time
 

@@ -3,9 +3,7 @@
 from carom.physics.double_double cimport lesser
 from carom.physics.pair_time cimport ERROR, approach
 from carom.physics.wall_time cimport wall_time
-from carom.solvers.event_driven.layout cimport (
-    COLUMN_BITS, COLUMN_MASK, DOWN, INF, LAST_WALL_BIT, LEFT, NO_EDGE, NO_WALL, Disc, Index, State, Wall,
-)
+from carom.solvers.event_driven.layout cimport *
 
 cdef extern from *:
     """
@@ -18,9 +16,8 @@ cdef extern from *:
 cdef inline void predict_exit(State *s, Index i) noexcept nogil:
     """Predict when disc `i` crosses an edge of its cell, or meets a wall before that.
 
-    Of walls met at one time the last comes first: impacts go in the order of (time, first, second), and wall k is body
-    -1 - k. Times decide that, own time and wait together, as they do for impacts of different discs: two waits that
-    differ can round to one time. An edge met at the time of a wall comes first: the wall is near the next cell too.
+    Of walls met at one time (own time and wait together: two waits that differ can round to one time) the last comes
+    first, since wall k is body -1 - k. An edge met at the time of a wall comes first: the wall is near the next cell too.
     """
     g = &s.grid
     p = &s.predictions[i]

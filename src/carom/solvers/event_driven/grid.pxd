@@ -10,16 +10,13 @@ from libc.math cimport fabs, sqrt
 
 from carom.physics.double_double cimport greater, lesser
 from carom.physics.pair_time cimport approach
-from carom.solvers.event_driven.layout cimport (
-    CHAINED, COLUMN_BITS, COLUMN_MASK, DOWN, INF, LAST_WALL_BIT, LEFT, MOST_COLUMNS, NOBODY, PLACES, RIGHT, UP,
-    Block, Grid, Index, State, Wall,
-)
+from carom.solvers.event_driven.layout cimport *
 
 cdef extern from *:
     """
-    /* How much wider than the largest sum of two radii a cell must be, in parts of that sum: anything that leaves room
-       for the roundings of a path and of the edges. Where coordinates are so large that it does not, the second number,
-       in parts of the largest: twice the eight roundings (2^-53) of each of two discs' places. */
+    /* How much wider than the largest sum of two radii a cell is, in parts of that sum: anything that leaves room for the
+       roundings of a path and of the edges. Where coordinates are too large for that, the second, in parts of the
+       largest: twice the eight roundings (2^-53) of each of two discs' places. */
     #define carom_MARGIN 0x1p-10
     #define carom_COORDINATE_ERROR 0x1p-48
     /* Cells a disc at most: beyond that they hold too little to be worth crossing. Chosen, not tuned: bounds memory. */
@@ -28,9 +25,6 @@ cdef extern from *:
     const double MARGIN "carom_MARGIN"
     const double COORDINATE_ERROR "carom_COORDINATE_ERROR"
     const double CELLS_PER_DISC "carom_CELLS_PER_DISC"
-
-
-# ---- laying it out ----
 
 cdef inline double largest_reach(const double *radius, Index discs) noexcept nogil:
     """Return the largest sum of two radii; that of a single disc with one of its own size."""
@@ -78,16 +72,14 @@ cdef inline void choose_grid(
 
 
 cdef inline Index cell_count(const Grid *g) noexcept nogil:
-    """Return the number of cells, the ring included."""
     return g.stride * (g.rows + 2)
 
 
 cdef inline void find_near_walls(State *s) noexcept nogil:
-    """Note for each cell which walls a disc in it may meet.
+    """Note for each cell which walls a disc in it may meet: those within a radius of it, and half its diagonal.
 
-    A disc meets a wall only where its centre is within a radius of it. Half the diagonal of a cell is .71 of its width:
-    a whole width leaves .29 for the roundings of a path. A cell at the rim has no end outwards, so a wall is near it
-    that comes nearer in that direction.
+    That is .71 of its width: a whole one leaves .29 for the roundings of a path. A cell at the rim has no end outwards,
+    so a wall is near it that comes nearer in that direction.
     """
     g = &s.grid
     cdef Index k, row, column
@@ -111,9 +103,6 @@ cdef inline void find_near_walls(State *s) noexcept nogil:
                     or (row >= g.rows and wall.ny < 0.0)
                 )
                 g.near_walls[row * g.stride + column] |= bit * near
-
-
-# ---- who is where ----
 
 cdef inline void put(State *s, Index i, Index row, Index column) noexcept nogil:
     """Put disc `i` into a cell; the ring is row 0 and column 0."""
@@ -195,9 +184,6 @@ cdef inline void cross_edge(State *s, Index i) noexcept nogil:
     row += <Index>(edge == UP) - <Index>(edge == DOWN)
     column += <Index>(edge == RIGHT) - <Index>(edge == LEFT)
     put(s, i, row, column)
-
-
-# ---- which cells a scan looks through ----
 
 cdef inline Block cells_around(const State *s, Index i) noexcept nogil:
     """Return the cell of disc `i` and its eight neighbours."""

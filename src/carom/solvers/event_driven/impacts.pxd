@@ -4,7 +4,7 @@ from cython cimport unlikely
 from libc.math cimport sqrt
 
 from carom.physics.impact_law cimport pair_push
-from carom.solvers.event_driven.layout cimport Before, Clock, Disc, Index, State, Wall
+from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.record cimport record_pair, record_wall
 from carom.solvers.resolution cimport are_told_apart
 

@@ -6,6 +6,7 @@ the loop. All of these are inlined here. No result depends on the cells, nor on 
 """
 
 from cython cimport unlikely
+from cython.view cimport array
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free, realloc
 from libc.string cimport memcpy, memset
@@ -15,14 +16,8 @@ from carom.solvers.event_driven.events cimport event_time, is_stale, next_event,
 from carom.solvers.event_driven.exits cimport predict_exit
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
 from carom.solvers.event_driven.impacts cimport collide_pair, collide_wall, move, reported_time
-from carom.solvers.event_driven.layout cimport (
-    CROSSING, DONE, EPOCH_IMPACTS, INF, LEFT, LIMIT, MOST_WALLS, NOBODY, NO_BODY, NO_MEMORY, NO_WALL, OF_CELL,
-    OF_PARTNER, OF_PATH, OF_TIME, PAIR_IMPACT, PAUSE, STALE, STANDSTILL, START, WALL_IMPACT,
-    Cell, Change, Disc, Ending, Event, Impact, Index, Prediction, Recent, State, Wall,
-)
-from carom.solvers.event_driven.lookahead cimport (
-    fetch_disc, fetch_neighbours, fetch_partner_cells, fetch_surroundings,
-)
+from carom.solvers.event_driven.layout cimport *
+from carom.solvers.event_driven.lookahead cimport *
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.record cimport forget, has_room, is_recorded
 from carom.solvers.event_driven.scan cimport predict_impact
@@ -36,8 +31,8 @@ cdef enum:
     # its time without, one of 16,000 .91, one of 30,000 .78 (a processor with 1 MB of cache to itself).
     AHEAD_FROM = 10_000
 
-#: What `Kernel.run` returns are numbers of these.
-ENDINGS = ("done", "limit", "standstill", "pause")
+cdef Disc _disc
+DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 
 
 cdef void new_epoch(State *s) noexcept nogil:
@@ -162,27 +157,6 @@ ctypedef Ending (*Loop)(State *, double, Index, Index) noexcept nogil
 cdef Loop loop = take_forward
 
 
-cdef class _ImpactRows:
-    """Memory with recorded impacts, for one NumPy array."""
-
-    cdef Impact *rows
-    cdef Index count
-
-    def __dealloc__(self):
-        free(self.rows)
-
-    def __getbuffer__(self, Py_buffer *view, int flags):
-        view.buf = self.rows
-        view.len = self.count * sizeof(Impact)
-        view.itemsize = 1
-        view.format = NULL
-        view.ndim = 1
-        view.shape = view.strides = view.suboffsets = NULL
-        view.internal = NULL
-        view.readonly = True
-        view.obj = self
-
-
 cdef char *reserve(char **place, size_t size) noexcept:
     """Return where a part of a piece of memory begins, and go on to the next: each begins at a cache line."""
     begin = place[0]
@@ -267,11 +241,7 @@ cdef class Kernel:
         free(self.s.record.ambiguous)
 
     def run(self, double until, Index impacts, Index events):
-        """Carry out impacts up to `until`, until there have been `impacts` since the start, or for so many events.
-
-        Returns:
-            A number of `ENDINGS`.
-        """
+        """Call the loop; return how it ended, an `Ending`."""
         with nogil:
             ending = loop(&self.s, until, impacts, events)
         if ending == NO_MEMORY:
@@ -290,12 +260,12 @@ cdef class Kernel:
         r.wanted, r.begin, r.end = True, begin, end
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, as a read-only array of `IMPACT_DTYPE`."""
+        """Return the impacts recorded since the last call, one or more, in the memory that they were written into."""
         r = &self.s.record
-        rows = _ImpactRows()
-        rows.rows, rows.count = r.rows, r.count
-        if r.count < r.room:
-            rows.rows = <Impact *>realloc(r.rows, max(1, r.count) * sizeof(Impact))
+        cdef Index size = r.count * sizeof(Impact)
+        rows = array((size,), 1, "B", allocate_buffer=False)
+        rows.data = <char *>realloc(r.rows, size)
+        rows.callback_free_data = free
         r.rows = NULL
         r.taken += r.count
         r.count = r.room = 0
@@ -311,41 +281,16 @@ cdef class Kernel:
         """Number of impacts recorded so far."""
         return self.s.record.taken + self.s.record.count
 
-    def positions(self, double time):
-        """Return the centres at a time since the start on the present paths, metres, shape ``(n, 2)``."""
-        s = &self.s
-        cdef Index i
-        place = np.empty((s.disc_count, 2))
-        cdef double[:, ::1] p = place
-        since_epoch = (time - s.clock.epoch) - s.clock.epoch_rest
-        for i in range(s.disc_count):
-            a = &s.discs[i]
-            p[i, 0] = a.x + a.vx * (since_epoch - a.time)
-            p[i, 1] = a.y + a.vy * (since_epoch - a.time)
-        return place
-
-    def velocities(self):
-        """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        cdef Index i
-        velocity = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] v = velocity
-        for i in range(self.s.disc_count):
-            v[i, 0] = self.s.discs[i].vx
-            v[i, 1] = self.s.discs[i].vy
-        return velocity
-
-    def impacts_per_disc(self):
-        """Number of impacts of each disc so far, shape ``(n,)``."""
-        impacts = np.empty(self.s.disc_count, np.int64)
-        cdef long long[::1] counts = impacts
-        for i in range(self.s.disc_count):
-            counts[i] = self.s.discs[i].impacts
-        return impacts
+    cdef rows(self, void *begin, size_t size):
+        """Return a part of the run's memory, as it is now and will be."""
+        cdef const unsigned char[::1] memory = self.memory
+        cdef size_t start = <const unsigned char *>begin - &memory[0]
+        return self.memory[start:start + size]
 
     @property
     def discs(self):
-        """A copy of the rows of all discs: a structured array with the fields of `Disc` in layout.pxd."""
-        return np.array(<Disc[:self.s.disc_count]>self.s.discs)
+        """The rows of all discs, as they are now and will be: an array with the fields of `Disc` in layout.pxd."""
+        return self.rows(self.s.discs, self.s.disc_count * sizeof(Disc)).view(DISC_DTYPE)
 
     @property
     def counts(self):
@@ -367,32 +312,25 @@ cdef class Kernel:
         """Bytes of the run's memory, recorded impacts left out."""
         return self.memory.nbytes
 
-    @property
-    def last_impact(self):
-        """A copy of the times of each disc's last impact, where the TC model asks for them, else empty."""
-        cdef Index n = self.s.disc_count if self.s.law.contact_duration > 0.0 else 0
-        return np.array(<double[:n]>self.s.last_impact) if n else np.empty(0)
+    cdef last_impacts(self):
+        """Return the times of each disc's last impact, where the TC model asks for them, else nothing."""
+        cdef size_t size = self.s.disc_count * sizeof(double) if self.s.law.contact_duration > 0.0 else 0
+        return self.rows(self.s.last_impact, size)
 
-    @property
-    def recent(self):
-        """A copy of what tells whether each disc's next impact is ambiguous, `Recent` in layout.pxd; else empty."""
-        cdef Index n = self.s.disc_count
-        return np.array(<double[:n, :6]><double *>self.s.record.recent) if self.s.record.wanted else np.empty((0, 6))
+    def state(self):
+        """Return a copy of all that the run needs to go on, by name: what is predicted is made anew."""
+        recent = self.recent_memory.copy() if self.s.record.wanted else None
+        return {
+            "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
+            "clock": self.s.clock, "counts": self.s.counts, "virial": self.s.virial,
+        }
 
-    def resume(
-        self, const Disc[::1] discs, const double[::1] last_impact, const double[:, ::1] recent, clock, counts,
-        double virial,
-    ):
-        """Take up a run of the same discs and walls where an earlier one left it; all is predicted anew."""
-        s = &self.s
-        if discs.shape[0] != s.disc_count or last_impact.shape[0] < (s.disc_count if s.law.contact_duration > 0 else 0):
-            raise ValueError("the state must be that of a run of as many discs, and with a contact duration if this has one")
-        memcpy(s.discs, &discs[0], s.disc_count * sizeof(Disc))
-        if s.law.contact_duration > 0.0:
-            memcpy(s.last_impact, &last_impact[0], s.disc_count * sizeof(double))
-        if s.record.wanted and recent.shape[0] == s.disc_count and recent.shape[1] == 6:
-            memcpy(s.record.recent, &recent[0, 0], s.disc_count * sizeof(Recent))
-        s.clock = clock
-        s.counts = counts
-        s.counts.predicted = 0
-        s.virial = virial
+    def resume(self, state):
+        """Take up a run of the same discs and walls, with a contact duration if this one has one, where it was left."""
+        self.discs[:] = state["discs"]
+        last_impacts = self.last_impacts()
+        last_impacts[:] = state["last_impacts"][:len(last_impacts)]
+        if self.s.record.wanted and state["recent"] is not None:
+            self.recent_memory[:] = state["recent"]
+        self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
+        self.s.counts.predicted = 0

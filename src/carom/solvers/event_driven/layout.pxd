@@ -1,8 +1,7 @@
 """What the event-driven kernel keeps, and in which words: to be read before its other rooms.
 
-Plain C structs with named fields, one row a disc. Units are metres, metres a second and kilograms. A `time` is seconds
-since the present epoch, unless it is said to be since the start: see `Clock`. A body is a disc (0 or more) or wall k
-(-1 - k), as in `carom.trace`.
+Units are metres, metres a second and kilograms. A `time` is seconds since the present epoch, unless it is said to be
+since the start: see `Clock`. A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`.
 """
 
 ctypedef Py_ssize_t Index
@@ -58,7 +57,7 @@ cdef enum Change:  # what an event changes of a disc's future
     OF_CELL = 2  # three more cells are near it, and it will leave another one
     OF_TIME = 3  # no more than the time of its next event, as the queue knows it
 
-cdef enum Ending:  # of a call of the loop; the order is that of `ENDINGS` in kernel.pyx
+cdef enum Ending:  # of a call of the loop; run.py has the same numbers
     DONE = 0  # no impact is left up to the time asked for
     LIMIT = 1  # there would be one, but there have been as many as were asked for
     STANDSTILL = 2  # time no longer advances

@@ -1,11 +1,10 @@
-"""What the next event will need is fetched from memory while this one is dealt with. No result depends on it.
+"""What the next event will need is fetched from memory while this one is dealt with: no result depends on it.
 
-With many discs nearly all that an event needs is far away in memory, and each piece says only where the next one is: a
-disc, then its partner and its cells, then the discs in these.
+Each piece says only where the next one is: a disc, then its partner and its cells, then the discs in these.
 """
 
 from carom.solvers.event_driven.grid cimport cells_around
-from carom.solvers.event_driven.layout cimport NOBODY, PLACES, Index, State
+from carom.solvers.event_driven.layout cimport *
 
 cdef extern from *:
     """
@@ -21,7 +20,6 @@ cdef extern from *:
 
 
 cdef inline void fetch_disc(const State *s, Index i) noexcept nogil:
-    """Fetch the rows of disc `i`, and its match in the queue."""
     match = s.queue.level[1] + (i >> 3)
     fetch(s.discs + i)
     fetch(s.predictions + i)
@@ -33,7 +31,6 @@ cdef inline void fetch_disc(const State *s, Index i) noexcept nogil:
 
 
 cdef inline void fetch_cells(const State *s, Index i) noexcept nogil:
-    """Fetch the cells around disc `i`."""
     cdef Index line
     block = cells_around(s, i)
     for line in range(3):
@@ -58,7 +55,6 @@ cdef inline void fetch_surroundings(const State *s, Index i) noexcept nogil:
 
 
 cdef inline void fetch_neighbours(const State *s, Index i) noexcept nogil:
-    """Fetch the rows of the discs in the cells around disc `i`."""
     cdef Index line, k, place, j
     block = cells_around(s, i)
     for line in range(3):
@@ -70,6 +66,5 @@ cdef inline void fetch_neighbours(const State *s, Index i) noexcept nogil:
 
 
 cdef inline void fetch_partner_cells(const State *s, Index i) noexcept nogil:
-    """Fetch the cells around disc `i`'s partner."""
     if s.predictions[i].partner != NOBODY:
         fetch_cells(s, s.predictions[i].partner)

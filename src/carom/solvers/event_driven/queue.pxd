@@ -5,7 +5,7 @@ holds it. Nothing is ever moved or deleted, as in a heap: a disc's time is overw
 """
 
 from carom.physics.double_double cimport lesser
-from carom.solvers.event_driven.layout cimport INF, LEVELS, SIBLINGS, Index, Queue
+from carom.solvers.event_driven.layout cimport *
 
 cdef struct Sibling:
     double time

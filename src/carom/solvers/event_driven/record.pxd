@@ -1,13 +1,9 @@
-"""What is written down of impacts, and which of them have no unique answer.
-
-A row is one of NumPy's `IMPACT_DTYPE`, handed out without a copy. The rule of what is ambiguous is that of
-`carom.solvers.impact_log`, whose docstring gives the reasons; this is its compiled form.
-"""
+"""What is written down of impacts, and which of them are ambiguous: the rule is that of `carom.solvers.impact_log`."""
 
 from cython cimport likely, unlikely
 from libc.stdlib cimport realloc
 
-from carom.solvers.event_driven.layout cimport INF, Before, Impact, Index, Recent, Record, State, Struck
+from carom.solvers.event_driven.layout cimport *
 from carom.solvers.resolution cimport clock_resolution, pair_resolution, size_of, wall_resolution
 
 cdef extern from *:
@@ -17,9 +13,9 @@ cdef extern from *:
     #if defined(__linux__)
     #include <sys/mman.h>
     #endif
-    /* As `realloc`, of which the first `used` bytes count. Where the system has large pages on request, memory from some
-       megabytes on is taken anew, and copied, since what has been enlarged is not given any: with small ones the system's
-       work for fresh memory takes as long as all else that recording does. From a gigabyte on memory is scarcer. */
+    /* As `realloc`, of which the first `used` bytes count. Where the system gives large pages on request, some megabytes or
+       more are taken anew, and copied, since what has been enlarged gets none: with small ones fresh memory costs as much
+       as all else that recording does. From a gigabyte on memory is scarcer. */
     static void *carom_enlarged(void *memory, size_t used, size_t size) {
     #if defined(__linux__)
         void *fresh;
@@ -37,7 +33,6 @@ cdef extern from *:
 
 
 cdef inline bint is_recorded(const Record *r, double time) noexcept nogil:
-    """Whether an impact at a time since the start is to be recorded."""
     return r.wanted and r.begin <= time and time <= r.end
 
 
@@ -83,13 +78,11 @@ cdef inline bint strike(Recent *recent, double time, double resolution, double n
 
 
 cdef inline void forget(Recent *recent) noexcept nogil:
-    """Begin with no impact."""
     recent.furthest = Struck(-INF, 0.0, 0.0)
     recent.across = Struck(-INF, 0.0, 0.0)
 
 
 cdef inline void note_ambiguous(Record *r) noexcept nogil:
-    """Note that the impact about to be counted is ambiguous."""
     r.ambiguous[r.ambiguous_count] = r.taken + r.count
     r.ambiguous_count += 1
 

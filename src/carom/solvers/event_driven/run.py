@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from carom.disc_arrays import DiscArrays
 from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
-from carom.solvers.event_driven.recorded import RecordedImpacts
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.resolution import too_far_out
 from carom.solvers.run import require_time
-from carom.trace import Outcome
+from carom.trace import IMPACT_DTYPE, Outcome
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,39 +27,38 @@ __all__ = ["EventDrivenRun", "RunState"]
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
-#: The numbers of `ENDINGS` in kernel.pyx.
+#: `Ending` of layout.pxd.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE = range(4)
 _OUTCOMES = {_DONE: Outcome.COMPLETED, _LIMIT: Outcome.MAX_IMPACTS, _STANDSTILL: Outcome.STANDSTILL}
 _NEVER = 2**62
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "epochs")
 
 
-@dataclass(frozen=True)
-class RunState:
-    """All that a run needs to go on: hand it to `EventDrivenRun` again, with the same discs and walls.
+class RunState(NamedTuple):
+    """All that a run of the same discs and walls needs to go on; impacts recorded so far are not part of it."""
 
-    What is predicted is made anew; impacts that have been recorded are not part of it.
-
-    Attributes:
-        discs: A row a disc: centre ``x``, ``y`` (metres) at its own ``time`` (seconds since the epoch), velocity
-            ``vx``, ``vy`` (metres a second), ``radius``, ``inverse_mass`` (1/kg), number of ``impacts``, and ``last``,
-            the body that it met last.
-        last_impact_s: Time of each disc's last impact since the epoch, where a contact takes time, else empty.
-        recent: What tells whether the next impact of each disc is ambiguous, where impacts are recorded, else empty.
-        clock: ``now`` (of the last impact, since the epoch), ``epoch`` and ``epoch_rest`` (a sum, since the start), and
-            ``reported`` (of the last impact, since the start), seconds.
-        counts: Work so far, by name.
-        virial_j_s: See `EventDrivenRun.virial_j_s`.
-        time_s: How far the run has been taken, seconds from the start.
-    """
-
-    discs: NDArray[np.void]
-    last_impact_s: NDArray[np.float64]
-    recent: NDArray[np.float64]
-    clock: Mapping[str, float]
-    counts: Mapping[str, int]
-    virial_j_s: float
+    kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
+
+
+class RecordedImpacts:
+    """Impacts in their order, of `carom.solvers.run.ImpactLog`: the memory that the kernel wrote them into."""
+
+    def __init__(self, run: kernel.Kernel) -> None:
+        self.ambiguous = run.ambiguous
+        self._kernel = run
+        self._taken = np.empty(0, IMPACT_DTYPE)
+
+    def __len__(self) -> int:
+        return self._kernel.recorded
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
+        if len(self._taken) < self._kernel.recorded:
+            new = self._kernel.take_impacts()
+            self._taken = np.concatenate([self._taken, new]) if len(self._taken) else new
+        self._taken.flags.writeable = False
+        return self._taken
 
 
 class EventDrivenRun:
@@ -115,17 +112,11 @@ class EventDrivenRun:
         self.log = RecordedImpacts(self._kernel)
         if resume is not None:
             _require_fitting(resume, len(start), contact_duration_s)
-            state = resume.last_impact_s, resume.recent, resume.clock, resume.counts, resume.virial_j_s
-            self._kernel.resume(resume.discs, *state)
+            self._kernel.resume(resume.kernel)
             self.time_s = resume.time_s
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
-
-        Args:
-            time_s: Seconds from the start; infinity for as long as there are impacts.
-            max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Called now and then with the number of impacts so far and the time reached.
 
         Raises:
             InputError: `time_s` is NaN, or two discs met so far out that floats do not tell their centres apart.
@@ -144,32 +135,26 @@ class EventDrivenRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        return self._kernel.positions(self.time_s)
+        discs, clock = self._kernel.discs, self._kernel.clock
+        wait = ((self.time_s - clock["epoch"]) - clock["epoch_rest"]) - discs["time"]
+        return np.stack([discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait], axis=1)
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self._kernel.velocities()
+        return np.stack([self._kernel.discs["vx"], self._kernel.discs["vy"]], axis=1)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return self._kernel.impacts_per_disc()
+        return self._kernel.discs["impacts"].astype(np.int64)
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""
-        kernel = self._kernel
-        return RunState(
-            kernel.discs, kernel.last_impact, kernel.recent, kernel.clock, kernel.counts, kernel.virial, self.time_s
-        )
+        return RunState(self._kernel.state(), self.time_s)
 
     @property
     def impacts(self) -> int:
         """Number of impacts so far, recorded or not."""
         return self._kernel.counts["impacts"]
-
-    @property
-    def predictions(self) -> int:
-        """Number of times a disc's future was predicted anew after an impact."""
-        return self._kernel.counts["predictions"]
 
     @property
     def virial_j_s(self) -> float:
@@ -206,12 +191,8 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
 
 
 def _require_fitting(state: RunState, discs: int, contact_duration_s: float) -> None:
-    """Refuse a state of another run.
-
-    Raises:
-        InputError: It is of another number of discs, or knows nothing of contacts that take time.
-    """
-    if len(state.discs) != discs:
-        raise InputError(f"resume must be the state of a run of {discs} discs, got one of {len(state.discs)}")
-    if contact_duration_s > 0 and len(state.last_impact_s) != discs:
+    """Refuse a state of another number of discs, or one that knows nothing of contacts that take time."""
+    if len(state.kernel["discs"]) != discs:
+        raise InputError(f"resume must be the state of a run of {discs} discs, got one of {len(state.kernel['discs'])}")
+    if contact_duration_s > 0 and not len(state.kernel["last_impacts"]):
         raise InputError("resume must be the state of a run with a contact_duration_s above 0, as this one has")

@@ -1,9 +1,8 @@
 """The narrow phase: which disc a disc meets next.
 
-The time at which two discs meet is counted from the later of their own times, so it depends on their two paths alone:
-not on when it is computed, nor on the cells, nor on where a run was interrupted. A scan bounds these times by the plain
-form, and solves a pair to the last digit only where the bounds do not tell two candidates apart; the winner is solved
-when it comes to be the next event of all.
+The time at which two discs meet is counted from the later of their own times, so it depends on their two paths alone. A
+scan bounds these times by the plain form, and solves a pair to the last digit only where the bounds do not tell two
+candidates apart; the winner is solved when it comes to be the next event of all.
 
 A scan takes four rounds, each over all that the one before has left, with as few branches as can be: a processor can't
 foresee which discs are near and which approach, and a wrong guess costs it as much as the arithmetic of a pair.
@@ -15,10 +14,7 @@ from libc.math cimport fabs, sqrt
 from carom.physics.double_double cimport greater, lesser
 from carom.physics.pair_time cimport approach, discriminant, pair_time, separation
 from carom.solvers.event_driven.grid cimport cells_around, new_neighbours
-from carom.solvers.event_driven.layout cimport (
-    BATCH, CHAINED, INF, LANES, NOBODY, OF_CELL, PLACES, Block, Candidate, Candidates, Change, Disc, Index, Prediction,
-    State,
-)
+from carom.solvers.event_driven.layout cimport *
 
 cdef extern from *:
     """

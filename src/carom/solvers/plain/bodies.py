@@ -102,25 +102,12 @@ class Bodies:
         """Absolute time of the next impact of discs `i` and `j` on their present paths, infinity for never.
 
         It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
-        have just met each other never meet again on these paths: what rounding leaves of their approach (all of it that
-        there is, where the restitution is 0) must not become an impact, and another, without end.
+        have just met never meet again on these paths: `just_met` in scan.pxd says why.
         """
         if self._has_just_met(i, j) and self._has_just_met(j, i):
             return math.inf
         start = max(self.time[i], self.time[j])
-        wait_i, wait_j = start - self.time[i], start - self.time[j]
-        return start + pair_time(
-            self.x[i] + self.vx[i] * wait_i,
-            self.y[i] + self.vy[i] * wait_i,
-            self.vx[i],
-            self.vy[i],
-            self.radius[i],
-            self.x[j] + self.vx[j] * wait_j,
-            self.y[j] + self.vy[j] * wait_j,
-            self.vx[j],
-            self.vy[j],
-            self.radius[j],
-        )
+        return start + pair_time(*self._path(i, start), *self._path(j, start))
 
     def wall_impact_time(self, i: int, k: int) -> float:
         """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
@@ -147,13 +134,9 @@ class Bodies:
         return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
 
     def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
-        """Bring both bodies (a wall is negative) to `time_s` and give them their velocities after the impact.
+        """Bring both bodies (a wall is negative) to `time_s` since the epoch, and through their impact.
 
-        Args:
-            first: A disc.
-            second: A disc or wall.
-            time_s: Seconds since the epoch.
-            elastic: Whether the impact is elastic, whatever the scene's restitution.
+        It can be elastic, whatever the scene's restitution.
         """
         self.move_to(first, time_s)
         self.last_partner[first] = second
@@ -216,12 +199,7 @@ class Bodies:
 
     def positions_at(self, time_s: float) -> NDArray[np.float64]:
         """Centres at `time_s` on the present straight paths, metres, shape ``(n, 2)``."""
-        return np.array(
-            [
-                (self.x[i] + self.vx[i] * (time_s - self.time[i]), self.y[i] + self.vy[i] * (time_s - self.time[i]))
-                for i in range(len(self))
-            ]
-        )
+        return np.array([self._path(i, time_s)[:2] for i in range(len(self))])
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities, metres a second, shape ``(n, 2)``."""
@@ -234,6 +212,11 @@ class Bodies:
     def _has_just_met(self, i: int, j: int) -> bool:
         """Whether disc `i` is on the path that its impact with `j` gave it; an immovable disc is always on its own."""
         return self.inverse_mass[i] == 0.0 or self.last_partner[i] == j
+
+    def _path(self, i: int, time_s: float) -> tuple[float, float, float, float, float]:
+        """Return centre and velocity of disc `i` on its present path at a time, and its radius."""
+        wait, vx, vy = time_s - self.time[i], self.vx[i], self.vy[i]
+        return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy, self.radius[i]
 
     def _velocity(self, i: int) -> Vector:
         return (self.vx[i], self.vy[i])

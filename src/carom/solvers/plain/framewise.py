@@ -9,37 +9,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.solvers.plain.run import AllPairsRun
+from carom.solvers.pic import pic_run
 from carom.solvers.request import frames_of
-from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
     from carom.scene import Scene
-    from carom.solvers.run import Run
 
-__all__ = ["framewise_run", "solve_pic_framewise"]
-
-
-def framewise_run(scene: Scene) -> Run:
-    """Return a run that can be taken forward frame by frame.
-
-    Under gravity it is the event-driven one: a disc's state is that at its last impact, so that frames change nothing.
-    """
-    run: Run = run_in_ordinary_units(scene, lambda scene, _: _framewise_run(scene))
-    return run
-
-
-def _framewise_run(scene: Scene) -> Run:
-    if scene.gravity_m_s2 != (0.0, 0.0):
-        from carom.solvers.falling.run import BallisticRun
-
-        return BallisticRun(scene)
-    return AllPairsRun(scene)
+__all__ = ["solve_pic_framewise"]
 
 
 def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
+
+    Under gravity the run is the event-driven one: a disc's state is that at its last impact, so frames change nothing.
 
     Args:
         scene: The scene.
@@ -49,7 +32,7 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         InputError: The frame rate is not a positive number, or gives frames without end.
     """
     rate, frames = frames_of(scene, frame_rate_hz)
-    run = framewise_run(scene)
+    run = pic_run(scene, all_pairs=True)
     outcome = Outcome.COMPLETED
     for frame in range(1, frames + 1):
         outcome = run.advance_to(scene.duration_s if frame == frames else frame / rate)

@@ -32,13 +32,9 @@ EPOCH_IMPACTS = 32
 
 
 class AllPairsRun:
-    """A PIC run of a scene without gravity: `carom.solvers.run.Run`, with the results of `EventDrivenRun` to the bit.
+    """A `carom.solvers.run.Run` by PIC of a scene without gravity, with the results of `EventDrivenRun` to the bit.
 
-    Args:
-        scene: The scene.
-        record: Which impacts to record: "all" or "none".
-        window_s: Record only impacts reported within these times.
-        contact_duration_s: Contact time of the TC model, 0 for none; see `EventDrivenRun`.
+    The arguments are those of `EventDrivenRun`.
 
     Raises:
         InputError: The scene has gravity.
@@ -73,16 +69,7 @@ class AllPairsRun:
             self._predict(i, range(i + 1, len(scene.discs)))
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
-
-        Args:
-            time_s: Seconds from the start; infinity for as long as there are impacts.
-            max_impacts: Number of impacts, counted from the start of the run; None for no limit.
-            progress: Called after each impact with the number of impacts so far and the time reached.
-
-        Raises:
-            InputError: `time_s` is NaN.
-        """
+        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out."""
         require_time(time_s)
         outcome = None
         while outcome is None:
