@@ -9,7 +9,7 @@ from libc.string cimport memcpy
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE
 
 from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Wall
 from carom.solvers.event_driven.record cimport forget
@@ -96,7 +96,7 @@ cdef class FrameLoop:
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
         if skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
-        self.room = np.empty(0, IMPACT_DTYPE)
+        self.room = np.empty(0, _IMPACT_DTYPE)
 
     cdef lay_out(self, start):
         """Choose levels of cells, and put every disc into its own."""
@@ -169,7 +169,7 @@ cdef class FrameLoop:
         r = &self.s.record
         cdef char[::1] bytes
         if r.count > len(self.room):
-            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), IMPACT_DTYPE)
+            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), _IMPACT_DTYPE)
             self.room[: self.copied] = old[: self.copied]
         if r.count > self.copied:
             bytes = self.room[self.copied : r.count].view(np.int8)
