@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,12 +16,14 @@ if TYPE_CHECKING:
 __all__ = [
     "IMPACT_DTYPE",
     "STATE_DTYPE",
+    "Flight",
     "ImpactRecord",
     "Outcome",
     "Samples",
     "Setting",
     "Trace",
     "body_name",
+    "free_flights",
     "impact_array",
     "kinetic_energy",
     "pair_name",
@@ -165,6 +167,54 @@ class Trace:
     counts: Mapping[str, int] = field(default_factory=dict)
     impacts_per_disc: NDArray[np.int64] | None = None
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Flight:
+    """A disc's flight between two of its impacts, by the trace's own velocities; the start and the end count as such.
+
+    Attributes:
+        disc: The disc.
+        impact: Index of the impact that ends it; the number of impacts where the run ends before another.
+        begin_s: When it begins, seconds.
+        end_s: When it ends.
+        position_m: Where, shape ``(2,)``.
+        velocity_m_s: How fast the disc is then, shape ``(2,)``.
+        pull_m_s2: The gravity that acts on it, shape ``(2,)``.
+    """
+
+    disc: int
+    impact: int
+    begin_s: float
+    end_s: float
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    pull_m_s2: NDArray[np.float64]
+
+    def at(self, time_s: float) -> NDArray[np.float64]:
+        """Return where the disc is at a time."""
+        flown = time_s - self.begin_s
+        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
+        return place
+
+
+def free_flights(trace: Trace) -> Iterator[Flight]:
+    """Yield every free flight of every disc, in the order in which they end: what the impacts of a trace lead to."""
+    count, discs = len(trace.impacts), trace.scene.discs
+    place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
+    velocity = [np.array(disc.velocity_m_s, dtype=np.float64) for disc in discs]
+    pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
+    since = [0.0] * len(discs)
+    for k, impact in enumerate(trace.impacts):
+        for side in ("first", "second"):
+            disc = int(impact[side])
+            if disc >= 0:
+                flight = Flight(disc, k, since[disc], float(impact["time_s"]), place[disc], velocity[disc], pull[disc])
+                yield flight
+                place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
+                velocity[disc] = impact[f"velocity_{side}_after"]
+    for disc in range(len(discs)):
+        yield Flight(disc, count, since[disc], trace.end_time_s, place[disc], velocity[disc], pull[disc])
 
 
 def kinetic_energy(scene: Scene, velocity_m_s: NDArray[np.float64]) -> float:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from docs.figures import readme
 
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text()
 
@@ -52,3 +53,34 @@ def test_every_file_that_the_readme_links_to_exists() -> None:
     links = [link for link in re.findall(r"\]\(([^)#]+)\)", README) if "://" not in link]
     assert links
     assert [link for link in links if not (root / link).exists()] == []
+
+
+def test_the_readme_is_short_and_shows_one_picture() -> None:
+    """At most 110 lines, one picture of at most 50 kB, and a C compiler among what a machine needs."""
+    assert len(README.splitlines()) <= 110
+    (picture,) = re.findall(r"!\[.*?\]\((.*?)\)", README)
+    root = Path(__file__).resolve().parents[2]
+    assert (root / picture) == readme.PICTURE
+    assert 0 < readme.PICTURE.stat().st_size <= 50_000
+    assert "C compiler" in README
+
+
+def test_the_table_is_that_of_the_committed_sample() -> None:
+    """The README's table is what its script makes of the sample."""
+    made = README.partition(readme.BEGIN)[2].partition(readme.END)[0]
+    assert made == readme.table()
+    for engine in ("PIC", "PIT", "pymunk", "PyBullet", "MuJoCo", "Box2D"):
+        assert f"| {engine}" in made
+
+
+def test_the_output_shown_is_what_the_command_prints(folder: Path) -> None:
+    """Each line below the README's first command is one that it prints."""
+    shown = re.search(r"^    \$ (carom run .*)\n((?:    .*\n)+)", README, re.MULTILINE)
+    assert shown
+    arguments, expected = shown[1].split()[1:], [" ".join(line.split()) for line in shown[2].splitlines()]
+    done = subprocess.run(
+        [sys.executable, "-m", "carom", *arguments], cwd=folder, capture_output=True, text=True, check=False
+    )
+    printed = {" ".join(line.split()) for line in done.stdout.splitlines()}
+    assert len(expected) == 4
+    assert set(expected) <= printed

@@ -237,7 +237,7 @@ def amplification(scene: Scene) -> float:
 def test_a_reversed_elastic_run_leads_back_to_its_start(entry: CatalogueScene, solve: Callable[[Scene], Trace]) -> None:
     """Elastic impacts know no direction of time: with all velocities reversed at the end, the start comes back.
 
-    Impacts return in reverse order at mirrored times. The bound is not guessed: each impact may err by some tens of
+    Impacts return in reverse order at mirrored times. The bound is not guessed: each impact may be off by some tens of
     roundings, and the way back makes an error grow by as much as a displacement of a disc there really grows.
     """
     scene = entry.scene

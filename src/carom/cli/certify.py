@@ -46,7 +46,7 @@ def certify(
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
-    from carom.report.certified_table import certified_document
+    from carom.report.small import certified_document
     from carom.solvers.certified import Ending, enclosures
 
     if out is not None:

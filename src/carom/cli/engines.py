@@ -11,6 +11,6 @@ __all__ = ["engines"]
 def engines() -> None:
     """List the engines: version, profiles and capabilities, or why one is unavailable."""
     from carom.registry import engines as known_engines
-    from carom.report.engine_table import engine_document
+    from carom.report.small import engine_document
 
     print_document(engine_document(known_engines()))

@@ -31,7 +31,7 @@ def scenes(
 
         typer.echo(json.dumps(scene_schema(), indent=2))
         return
-    from carom.report.scene_table import scene_document, scene_text
+    from carom.report.small import scene_document, scene_text
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.scene import Scene
-from carom.trace import Trace, body_name, wall_body
+from carom.trace import Trace, body_name, free_flights, wall_body
 
 __all__ = ["ConventionMatch", "Group", "Outcome", "admissible_outcomes", "first_group", "match_outcome"]
 
@@ -184,17 +184,10 @@ def _velocities_after(trace: Trace, group: Group) -> Velocities:
 
 
 def _state_before(reference: Trace, begin: int, time_s: float) -> tuple[NDArray[np.float64], Velocities]:
-    scene = reference.scene
-    position = np.array([disc.position_m for disc in scene.discs])
-    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
-    since = np.zeros(len(position))
-    for impact in reference.impacts[:begin]:
-        for name in ("first", "second"):
-            body, at = int(impact[name]), float(impact["time_s"])
-            if body >= 0:
-                position[body] += velocity[body] * (at - since[body])
-                velocity[body], since[body] = impact[f"velocity_{name}_after"], at
-    return position + velocity * (time_s - since)[:, None], velocity
+    """Places at an instant, and velocities of the flights that lead there: those that no impact before `begin` ends."""
+    flights = {flight.disc: flight for flight in reversed(list(free_flights(reference))) if flight.impact >= begin}
+    found = [flights[disc] for disc in range(len(reference.scene.discs))]
+    return np.array([flight.at(time_s) for flight in found]), np.array([flight.velocity_m_s for flight in found])
 
 
 def _touching(

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import Scales
 from carom.physics.impact_law import resolve_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.trace import STATE_DTYPE, Trace
+from carom.trace import STATE_DTYPE, Trace, free_flights
 
 __all__ = ["LocalErrors", "local_errors", "own_states"]
 
@@ -85,20 +86,13 @@ def own_states(trace: Trace) -> NDArray[np.void]:
     """Return the state before each impact: as recorded, or by free flight where the impacts tell the whole path."""
     if trace.state_before is not None:
         return trace.state_before
-    scene, impacts = trace.scene, trace.impacts
-    position = np.array([disc.position_m for disc in scene.discs])
-    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
-    since = np.zeros(len(position))
-    states = np.zeros(len(impacts), STATE_DTYPE)
-    for k, impact in enumerate(impacts):
-        time, bodies = impact["time_s"], [body for body in (impact["first"], impact["second"]) if body >= 0]
-        start = np.max(since[bodies])
-        states["time_s"][k] = start
-        for name, body in zip(("first", "second"), bodies, strict=False):
-            states[f"position_{name}"][k] = position[body] + velocity[body] * (start - since[body])
-            position[body] = position[body] + velocity[body] * (time - since[body])
-            velocity[body] = impact[f"velocity_{name}_after"]
-            since[body] = time
+    states = np.zeros(len(trace.impacts), STATE_DTYPE)
+    for k, ended in groupby(free_flights(trace), key=lambda flight: flight.impact):
+        flights = list(ended)
+        if k < len(states):
+            begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
+            for side, flight in zip(("first", "second"), flights, strict=False):  # a wall flies nowhere
+                states[f"position_{side}"][k] = flight.at(begun)
     return states
 
 

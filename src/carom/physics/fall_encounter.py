@@ -27,28 +27,17 @@ _BITS = 55
 
 
 def encounter_time(
-    x: float,
-    y: float,
-    vx: float,
-    vy: float,
-    radius: float,
-    fixed_x: float,
-    fixed_y: float,
-    fixed_radius: float,
-    gx: float,
-    gy: float,
-    leaving: float | None = None,
+    disc: Sequence[float], fixed: Sequence[float], gravity: Sequence[float], leaving: float | None = None
 ) -> float:
-    """Return the seconds until a falling disc touches an immovable one, under the gravity ``(gx, gy)``.
+    """Return the seconds until a falling `disc` (x, y, vx, vy, radius) touches an immovable one (x, y, radius).
 
     0 where they touch and approach, or touch, do not move apart and are pulled together; infinity for never.
 
     Where the disc has just hit the immovable one, `leaving` is the speed at which it leaves it: the gap is then 0 and
     this its rate of change, whatever rounding has made of position and velocity.
     """
-    px, py = Fraction(x) - Fraction(fixed_x), Fraction(y) - Fraction(fixed_y)
-    ux, uy, ax, ay = Fraction(vx), Fraction(vy), Fraction(gx), Fraction(gy)
-    reach = Fraction(radius) + Fraction(fixed_radius)
+    x, y, ux, uy, radius, fixed_x, fixed_y, fixed_radius, ax, ay = map(Fraction, (*disc, *fixed, *gravity))
+    px, py, reach = x - fixed_x, y - fixed_y, radius + fixed_radius
     gap = px * px + py * py - reach * reach
     opening = 2 * (px * ux + py * uy)
     if leaving is not None:

@@ -9,10 +9,10 @@ from carom.bench.results import Bench, SceneBench
 from carom.report import wording
 from carom.report.bench_figure import Diagram, diagram_svg
 from carom.report.bench_tables import all_tables, cheapest_sentence, noise_sentence, unrun_lines
-from carom.report.document import ON_PAPER, Code, Document, Figure, Figures, Lines, Section, Text
-from carom.runs.environment import Environment
+from carom.report.document import ON_PAPER, Document, Figure, Figures, Lines, Section, Text
+from carom.report.made import making
 
-__all__ = ["bench_document", "diagrams_of", "making", "stamp_lines"]
+__all__ = ["bench_document", "diagrams_of"]
 
 DIAGRAM_NOTE = (
     "Full marks find every impact, crosses miss or invent some; thin lines: quartiles of run time, and the luckiest "
@@ -34,7 +34,7 @@ def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Do
         ),
         (
             *(section for scene in bench.scenes for section in _scene(bench, scene, axes)),
-            making(bench.environment, bench.command),
+            *making(bench.environment, bench.command, bench.elapsed_s),
         ),
     )
 
@@ -64,18 +64,3 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram]) -> Iterator
             f"{noise_sentence(scene.noise)}."
         )
         yield Section("How it was timed", (Text(how),), level=3)
-
-
-def stamp_lines(here: Environment) -> tuple[str, ...]:
-    """Return machine and versions, a line each."""
-    versions = ", ".join(f"{name} {version}" for name, version in here.versions.items())
-    return (
-        f"{here.date}; {here.processor}, {wording.count(here.cores, 'core')}; {here.system}",
-        f"Carom {here.carom}, {here.python}, {versions}",
-    )
-
-
-def making(here: Environment, command: str) -> Section:
-    """Return machine, versions, and the command that makes it again."""
-    made = (Code(command),) if command else ()
-    return Section("Machine, versions, and the command that makes this again", (Lines(stamp_lines(here)), *made))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from enum import StrEnum
@@ -13,7 +12,7 @@ import numpy as np
 from carom.bench.results import Curve, Point, SceneBench
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
+from carom.report.svg import MUTED, SERIES, drawing, finish, framed, line_style, plain_number, png, render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +21,8 @@ if TYPE_CHECKING:
 __all__ = ["Diagram", "diagram_png", "diagram_svg", "is_floor"]
 
 _WIDTH_IN, _HEIGHT_IN = 7.6, 4.9
-_MARKERS = "osD^vP*X"
 #: An error at rounding is drawn at the foot of the diagram, half a decade below the least of the others.
 _FOOT = 10.0**0.5
-PNG_DPI = 144
 
 
 class Diagram(StrEnum):
@@ -61,16 +58,11 @@ def diagram_png(bench: SceneBench, axes: Diagram, error_label: str, foot: Sequen
     """Return a diagram as PNG, with the lines at its foot that say how it was made."""
     with drawing():
         figure = _figure(bench, axes, error_label, whole, foot)
-        buffer = io.BytesIO()
-        figure.savefig(buffer, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
-        return buffer.getvalue()
+        return png(figure)
 
 
 def _figure(bench: SceneBench, kind: Diagram, error_label: str, whole: bool, foot: Sequence[str] = ()) -> Figure:
-    foot_in = 0.16 * len(foot)
-    figure = new_figure(_WIDTH_IN, _HEIGHT_IN + foot_in)
-    height = _HEIGHT_IN + foot_in
-    axes = figure.add_axes((0.115, (0.55 + foot_in) / height, 0.605, (_HEIGHT_IN - 1.4) / height))
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{bench.scene.name}: {kind.heading.lower()}", foot)
     axes.set_xscale("log")
     axes.set_yscale("log")
     floor = _floor(bench)
@@ -78,12 +70,7 @@ def _figure(bench: SceneBench, kind: Diagram, error_label: str, whole: bool, foo
         _draw(axes, bench, curve, kind, floor, whole)
     _front(axes, bench, kind, floor, whole)
     _decorate(axes, bench, kind, error_label, floor, whole)
-    axes.legend(
-        loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, labelspacing=0.45, borderaxespad=0.0
-    )
-    figure.text(0.02, 1.0 - 0.24 / height, f"{bench.scene.name}: {kind.heading.lower()}", fontsize=11)
-    for k, line in enumerate(reversed(foot)):
-        figure.text(0.02, (0.06 + 0.16 * k) / height, line, fontsize=6.5, color=MUTED)
+    finish(axes)
     return figure
 
 
@@ -125,48 +112,29 @@ def _place(point: Point, kind: Diagram, floor: float, whole: bool) -> tuple[floa
 
 def _draw(axes: Axes, bench: SceneBench, curve: Curve, kind: Diagram, floor: float, whole: bool) -> None:
     engines = list(dict.fromkeys(entry.engine for entry in bench.curves))
-    engine = engines.index(curve.engine)
-    is_pit, default = curve.engine == "pit", curve.profile == "default"
-    colour = INK if is_pit else SERIES[engine % len(SERIES)]
+    default = curve.profile == "default"
+    style = line_style(engines.index(curve.engine), pit=curve.engine == "pit", hollow=default)
     own = [point for point in curve.points if not point.reason and not math.isnan(point.error)]
     places = [_place(point, kind, floor, whole) for point in own]
     kept = [(place, point) for place, point in zip(places, own, strict=True) if not any(map(math.isnan, place))]
     if not kept:
         return
-    axes.plot(
-        [place[0] for place, _ in kept],
-        [place[1] for place, _ in kept],
-        color=colour,
-        linewidth=3.2 if is_pit else 1.3,
-        alpha=0.4 if is_pit else 0.9,
-        linestyle="--" if default else "-",
-        zorder=2 if is_pit else 3,
-        label=f"{curve.engine} {curve.profile}{_order(curve)}",
-    )
-    marker = _MARKERS[engine % len(_MARKERS)]
+    marks = {name: style.pop(name) for name in ("marker", "markersize", "markerfacecolor")}
+    axes.plot(*zip(*(place for place, _ in kept), strict=True), label=_label(curve), **style)
     for (x, y), point in kept:
         sound = kind is Diagram.TIME_DT or point.sound
         # What missed or invented an impact has an error for the others alone: a cross, never a full mark.
-        axes.plot(
-            [x],
-            [y],
-            marker=marker if sound else "x",
-            color=colour,
-            markersize=5.0 if sound else 6.0,
-            markerfacecolor="none" if default else colour,
-            linestyle="none",
-            zorder=4,
-        )
-    _bars(axes, kept, kind, floor, whole, colour)
+        as_drawn = marks if sound else {**marks, "marker": "x", "markersize": 6.0}
+        axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
+    _bars(axes, kept, kind, floor, whole, style["color"])
+
+
+def _label(curve: Curve) -> str:
+    return f"{curve.engine} {curve.profile}{_order(curve)}"
 
 
 def _bars(
-    axes: Axes,
-    kept: Sequence[tuple[tuple[float, float], Point]],
-    kind: Diagram,
-    floor: float,
-    whole: bool,
-    colour: str,
+    axes: Axes, kept: Sequence[tuple[tuple[float, float], Point]], kind: Diagram, floor: float, whole: bool, colour: str
 ) -> None:
     """Draw the quartiles of run time, and the errors from the luckiest start to the unluckiest."""
     for (x, y), point in kept:
@@ -230,11 +198,10 @@ def _decorate(axes: Axes, bench: SceneBench, kind: Diagram, error_label: str, fl
         axes.set_xticks(steps, [wording.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
         axes.set_xlabel("step, s")
         axes.minorticks_off()
-    axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
     if kind is Diagram.ERROR_TIME:
-        axes.xaxis.set_major_formatter(_plain_number)
+        axes.xaxis.set_major_formatter(plain_number)
     if kind is Diagram.TIME_DT:
-        axes.yaxis.set_major_formatter(_plain_number)
+        axes.yaxis.set_major_formatter(plain_number)
 
 
 def _pit_axis(axes: Axes, bench: SceneBench, whole: bool) -> None:
@@ -246,9 +213,5 @@ def _pit_axis(axes: Axes, bench: SceneBench, whole: bool) -> None:
     unit = _seconds(coarsest, whole)
     above = axes.secondary_xaxis("top", functions=(lambda s: np.divide(s, unit), lambda r: np.multiply(r, unit)))
     above.set_xlabel(f"in units of PIT at {wording.step(coarsest.dt_s)}, timed in the same rounds", fontsize=7.5)
-    above.xaxis.set_major_formatter(_plain_number)
+    above.xaxis.set_major_formatter(plain_number)
     above.tick_params(labelsize=7.5)
-
-
-def _plain_number(value: float, _position: float) -> str:
-    return wording.number(value)

@@ -11,20 +11,19 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.bench.results import Bench, SceneBench
-from carom.report.bench import bench_document, diagrams_of, stamp_lines
+from carom.report.bench import bench_document, diagrams_of
 from carom.report.bench_figure import Diagram, diagram_png, diagram_svg
 from carom.report.extra import require_report_extra
+from carom.report.made import stamp_lines
 from carom.report.records import strict
 from carom.report.render import html
+from carom.report.svg import alone
 from carom.report.write import replace_all
 
-__all__ = ["BenchPaths", "alone", "bench_json", "value_of", "write_bench"]
+__all__ = ["BenchPaths", "bench_json", "value_of", "write_bench"]
 
 #: Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMAT = 1
-
-#: A drawing on its own needs what one inside a page does not.
-_SVG_HEAD = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink" '
 
 
 class BenchPaths(NamedTuple):
@@ -44,7 +43,7 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
     """
     require_report_extra()
     files: dict[Path, str | bytes] = {}
-    label, foot = bench.plan.error.label, (*stamp_lines(bench.environment), bench.command)
+    label, foot = bench.plan.error.label, stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
         for kind in diagrams_of(scene, axes):
             base = folder / f"{_file_name(scene)}-{kind.value}"
@@ -92,8 +91,3 @@ def value_of(value: object) -> object:
 
 def _file_name(scene: SceneBench) -> str:
     return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
-
-
-def alone(svg: str) -> str:
-    """Return a drawing made for a page as a file of its own."""
-    return svg.replace("<svg ", _SVG_HEAD, 1) + "\n"

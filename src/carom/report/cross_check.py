@@ -14,10 +14,8 @@ from carom.report.document import (
     TERMINAL,
     Block,
     Cell,
-    Code,
     Column,
     Document,
-    Facts,
     Figure,
     Figures,
     Legend,
@@ -29,6 +27,7 @@ from carom.report.document import (
     Text,
 )
 from carom.report.grid import Grid, build_grid
+from carom.report.made import making
 from carom.report.picture import draw_pair
 from carom.report.price import Price, price_table, prices
 from carom.report.summary import summarise
@@ -44,11 +43,10 @@ from carom.report.tables import (
     spread_table,
 )
 from carom.report.trend import Trend, build_trend
-from carom.runs.environment import Environment
 from carom.runs.plan import default_dts
 from carom.runs.results import Results
 
-__all__ = ["caption", "cross_check_document", "environment_facts"]
+__all__ = ["caption", "cross_check_document"]
 
 TITLE = "Carom cross-check"
 
@@ -281,27 +279,9 @@ def _in_short(found: Horizon | str) -> str:
 
 
 def _making(results: Results, grid: Grid) -> Iterator[Section]:
-    yield Section("Machine, versions and settings", (environment_facts(results.environment, results.elapsed_s),))
-    command = results.command or _python_call(results, grid)
-    yield Section("Made by", (Code(command, ON_PAPER),), level=3)
+    yield from making(results.environment, results.command or _python_call(results, grid), results.elapsed_s)
     used = settings_table(results, grid)
     yield Section("Settings really used", (used, Text(SETTINGS_NOTE, ON_PAPER)) if used.rows else (), level=3)
-
-
-def environment_facts(here: Environment, elapsed_s: float) -> Facts:
-    """Return what a run was made on, and how long it took."""
-    versions = ", ".join(f"{name} {version}" for name, version in here.versions.items())
-    return Facts(
-        (
-            ("Date", here.date),
-            ("Processor", f"{here.processor}, {wording.count(here.cores, 'core')}"),
-            ("System", here.system),
-            ("Python", here.python),
-            ("Carom", here.carom),
-            ("Versions", versions),
-            ("Whole run", wording.seconds(elapsed_s)),
-        )
-    )
 
 
 def _python_call(results: Results, grid: Grid) -> str:

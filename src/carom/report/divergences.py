@@ -52,10 +52,7 @@ def divergences(
         name = cell.row.job.scene.name if cell.row else ""
         if _badness(cell)[0] and name not in taken:
             worst.setdefault(name, cell)
-    return (
-        _with_traces(results, paper),
-        _with_traces(results, list(worst.values())[:WORST_SHOWN]),
-    )
+    return (_with_traces(results, paper), _with_traces(results, list(worst.values())[:WORST_SHOWN]))
 
 
 def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -11,14 +10,13 @@ from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.report import wording
-from carom.report.bench import making, stamp_lines
-from carom.report.bench_figure import PNG_DPI
-from carom.report.bench_write import alone, value_of
+from carom.report.bench_write import value_of
 from carom.report.document import Document, Figure, Figures, Lines, Section, Table
 from carom.report.extra import require_report_extra
+from carom.report.made import making, stamp_lines
 from carom.report.records import strict
 from carom.report.render import html
-from carom.report.svg import INK, MUTED, SERIES, drawing, new_figure, render
+from carom.report.svg import alone, drawing, finish, framed, line_style, plain_number, png, render
 from carom.report.write import replace_all
 
 if TYPE_CHECKING:
@@ -28,7 +26,6 @@ __all__ = ["growth_diagram", "growth_document", "growth_tables", "unrun_growth",
 
 FORMAT = 1
 _WIDTH_IN, _HEIGHT_IN = 7.6, 4.6
-_MARKERS = "osD^vP*X"
 _MIB = 2.0**20
 
 
@@ -45,7 +42,7 @@ def growth_document(growth: Growth) -> Document:
         (
             Section("Cost as work grows", (Figures(figures), *growth_tables(growth))),
             Section("Left out, and why", (Lines(left_out),) if left_out else (), level=3),
-            making(growth.environment, growth.command),
+            *making(growth.environment, growth.command, growth.elapsed_s),
         ),
     )
 
@@ -135,52 +132,33 @@ def unrun_growth(growth: Growth) -> Iterator[str]:
 def growth_diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
     """Return run time (or memory) against the number of discs, as SVG and as PNG with the lines at its foot."""
     with drawing():
-        svg = render(_figure(growth, memory), "Memory" if memory else "Run time")
-        buffer = io.BytesIO()
-        figure = _figure(growth, memory, foot)
-        figure.savefig(buffer, format="png", dpi=PNG_DPI, facecolor="white", metadata={"Software": None})
-        return svg, buffer.getvalue()
+        return render(_figure(growth, memory), "Memory" if memory else "Run time"), png(_figure(growth, memory, foot))
 
 
 def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
-    height = _HEIGHT_IN + 0.16 * len(foot)
-    figure = new_figure(_WIDTH_IN, height)
-    axes = figure.add_axes((0.115, (0.55 + 0.16 * len(foot)) / height, 0.605, (_HEIGHT_IN - 1.1) / height))
+    title = f"{'Memory' if memory else 'Run time'} against the number of discs"
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot)
     axes.set_xscale("log")
     axes.set_yscale("log")
     for k, curve in enumerate(growth.curves):
         own = [point for point in curve.points if not point.reason and _height(point, memory) > 0]
         exponent = curve.memory_exponent if memory else curve.time_exponent
-        is_pit = curve.engine == "pit"
         axes.plot(
             [point.discs for point in own],
             [_height(point, memory) for point in own],
-            color=INK if is_pit else SERIES[k % len(SERIES)],
-            marker=_MARKERS[k % len(_MARKERS)],
-            linewidth=2.6 if is_pit else 1.3,
-            alpha=0.6 if is_pit else 0.95,
-            markersize=5.0,
             label=f"{curve.engine} {curve.profile}\n{_power(exponent)}",
+            **line_style(k, pit=curve.engine == "pit", hollow=False),
         )
     axes.set_xlabel("discs")
     axes.set_ylabel("memory of the world, MiB" if memory else "a step, ms")
-    axes.xaxis.set_major_formatter(_plain)
-    axes.yaxis.set_major_formatter(_plain)
-    axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
-    axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
-    title = f"{'Memory' if memory else 'Run time'} against the number of discs"
-    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
-    for k, line in enumerate(reversed(foot)):
-        figure.text(0.02, (0.06 + 0.16 * k) / height, line, fontsize=6.5, color=MUTED)
+    axes.xaxis.set_major_formatter(plain_number)
+    axes.yaxis.set_major_formatter(plain_number)
+    finish(axes)
     return figure
 
 
 def _height(point: GrowthPoint, memory: bool) -> float:
     return point.memory_bytes / _MIB if memory else 1e3 * point.advance_s / STEPS
-
-
-def _plain(value: float, _position: float) -> str:
-    return wording.number(value)
 
 
 def write_growth(growth: Growth, folder: Path) -> Path:
@@ -191,7 +169,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
         OSError: The folder can't be written to.
     """
     require_report_extra()
-    foot = (*stamp_lines(growth.environment), growth.command)
+    foot = stamp_lines(growth.environment, growth.command)
     files: dict[Path, str | bytes] = {}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, png = growth_diagram(growth, memory, foot)

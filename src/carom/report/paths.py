@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.trace import Trace
+from carom.trace import Trace, free_flights
 
 __all__ = ["Paths", "Stand", "exact_paths", "observed_paths"]
 
@@ -58,34 +57,19 @@ def exact_paths(trace: Trace) -> Paths:
 
     A free flight is straight without gravity, and a parabola with it, drawn as a chain of short lines.
     """
-    scene = trace.scene
-    gravity = np.array(scene.gravity_m_s2)
-    pieces = _PIECES_OF_A_PARABOLA if gravity.any() else 1
-    times = [[0.0] for _ in scene.discs]
-    points = [[np.array(disc.position_m, dtype=np.float64)] for disc in scene.discs]
-    velocity = [np.array(disc.velocity_m_s, dtype=np.float64) for disc in scene.discs]
-
-    def fly_to(disc: int, end_s: float) -> None:
-        """Add the flight of a disc from its last point; its velocity becomes that at the end."""
-        begin_s, begin = times[disc][-1], points[disc][-1]
-        pull = np.zeros(2) if scene.discs[disc].immovable else gravity
-        for piece in range(1, pieces + 1):
-            flown = (end_s - begin_s) * piece / pieces
-            times[disc].append(end_s if piece == pieces else begin_s + flown)
-            points[disc].append(begin + velocity[disc] * flown + 0.5 * pull * flown**2)
-        velocity[disc] = velocity[disc] + pull * (end_s - begin_s)
-
+    pieces = _PIECES_OF_A_PARABOLA if any(trace.scene.gravity_m_s2) else 1
+    times = [[0.0] for _ in trace.scene.discs]
+    points = [[np.array(disc.position_m, dtype=np.float64)] for disc in trace.scene.discs]
     stands = []
-    for impact in trace.impacts:
-        time = float(impact["time_s"])
-        for body, after in _discs_of(impact):
-            fly_to(body, time)
-            velocity[body] = after
-            stands.append(Stand(body, time, points[body][-1]))
-    for disc in range(len(scene.discs)):
-        fly_to(disc, trace.end_time_s)
-        points[disc][-1] = trace.final_position_m[disc]
-    lines = tuple((np.array(times[i]), np.array(points[i])) for i in range(len(scene.discs)))
+    for flight in free_flights(trace):
+        for time in np.linspace(flight.begin_s, flight.end_s, pieces + 1)[1:].tolist():
+            times[flight.disc].append(time)
+            points[flight.disc].append(flight.at(time))
+        if flight.impact < len(trace.impacts):
+            stands.append(Stand(flight.disc, flight.end_s, points[flight.disc][-1]))
+    for disc, place in enumerate(trace.final_position_m):
+        points[disc][-1] = place
+    lines = tuple((np.array(times[i]), np.array(points[i])) for i in range(len(points)))
     return Paths(lines, tuple(stands))
 
 
@@ -104,11 +88,6 @@ def observed_paths(trace: Trace) -> Paths:
     stands = []
     for impact, turned in zip(trace.impacts, effective, strict=True):
         time = float(turned if np.isfinite(turned) else impact["time_s"])
-        stands += [Stand(body, time, paths.at(body, time)) for body, _ in _discs_of(impact)]
+        discs = [int(impact[side]) for side in ("first", "second") if impact[side] >= 0]
+        stands += [Stand(disc, time, paths.at(disc, time)) for disc in discs]
     return Paths(lines, tuple(stands), positions, times)
-
-
-def _discs_of(impact: np.void) -> Iterator[tuple[int, NDArray[np.float64]]]:
-    for body, after in (("first", "velocity_first_after"), ("second", "velocity_second_after")):
-        if impact[body] >= 0:
-            yield int(impact[body]), impact[after]

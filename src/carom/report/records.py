@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from carom.comparator import Errors, Score
+from carom.comparator import Errors, Score, Verdict
 from carom.errors import InputError
 from carom.report.grid import reasons_of
 from carom.report.marks import mark_of
@@ -23,15 +23,30 @@ FORMAT = 2
 
 def records(results: Results) -> str:
     """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
+    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     head = {
         "format": FORMAT,
         "rows": len(results.rows),
         "environment": dataclasses.asdict(results.environment),
         "command": results.command,
         "elapsed_s": results.elapsed_s,
+        "verdicts": {verdict.name.lower(): verdict.value for verdict in Verdict},
+        "scenes": {name: _of_scene(score) for name, _, score in scored},
+        "sampling": list({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
     }
-    lines = (head, *map(_fields, results.rows))
-    return "".join(f"{json.dumps(strict(line), ensure_ascii=False, allow_nan=False)}\n" for line in lines)
+    write = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+    return "".join(f"{write(strict(line))}\n" for line in (head, *map(_fields, results.rows)))
+
+
+def _of_scene(score: Score) -> dict[str, object]:
+    """What is the same for all rows of a scene."""
+    names = ("expected", "horizon_s", "beyond_horizon")
+    return {**{name: getattr(score, name) for name in names}, "scales": dataclasses.asdict(score.scales)}
+
+
+def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, object]:
+    """What PIT's errors are at a step of a scene, which every row there is held against."""
+    return {"scene": scene, "dt_s": dt_s, "missed": score.pit_missed, **(_errors(score.sampling) or {})}
 
 
 def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -64,25 +79,22 @@ def _fields(row: Row) -> dict[str, object]:
         "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
         "grade": row.grade.name.lower() if row.grade else None,
         "verdicts": [
-            {"verdict": finding.verdict.name.lower(), "meaning": finding.verdict.value, "reason": finding.reason}
+            {"verdict": finding.verdict.name.lower(), "reason": finding.reason}
             for finding in (score.findings if score else ())
         ],
-        "expected": score.expected if score else None,
         "matched": len(score.errors) if score else None,
         "missed": list(score.missed) if score else None,
         "spurious": list(score.spurious) if score else None,
         "undecided": list(score.undecided) if score else None,
-        **{name: _errors(getattr(score, name, None)) for name in ("total", "sampling", "against_pit")},
-        **{name: getattr(score, name, None) for name in ("pit_missed", "price_paid", "own_velocity")},
+        **{name: _errors(getattr(score, name, None)) for name in ("total", "against_pit")},
+        "own_velocity": score.own_velocity if score else None,
+        "price_paid": _paid(score.price_paid) if score else None,
         **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
-        "horizon_s": score.horizon_s if score else None,
-        "beyond_horizon": score.beyond_horizon if score else None,
         "local": _local(score) if score else None,
         "consistency": dataclasses.asdict(score.consistency) if score and score.consistency else None,
         "outcome_taken": _outcome(score) if score else None,
         "spread": dataclasses.asdict(row.spread) if row.spread else None,
         "counts": dict(trace.counts) if trace else None,
-        "scales": dataclasses.asdict(score.scales) if score else None,
         "outcome": trace.outcome.name.lower() if trace else None,
         "notes": list(trace.notes) if trace else [],
         "settings": dict(trace.settings) if trace else None,
@@ -90,6 +102,11 @@ def _fields(row: Row) -> dict[str, object]:
         "untimed": row.untimed,
         "time_ratio": row.time_ratio,
     }
+
+
+def _paid(price: float) -> float | str:
+    """A price that is infinite is one still, which JSON has no number for; a mass is written in the same way."""
+    return "inf" if math.isinf(price) else price
 
 
 def _errors(errors: Errors | None) -> dict[str, float] | None:

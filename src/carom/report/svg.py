@@ -5,16 +5,34 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from carom.report import wording
 from carom.report.extra import require_report_extra
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["GRID", "INK", "MUTED", "SERIES", "SURFACE", "WALL", "drawing", "new_figure", "render"]
+__all__ = [
+    "GRID",
+    "INK",
+    "MUTED",
+    "SERIES",
+    "SURFACE",
+    "WALL",
+    "alone",
+    "drawing",
+    "finish",
+    "framed",
+    "line_style",
+    "new_figure",
+    "plain_number",
+    "png",
+    "render",
+]
 
 # A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
 INK = "#1b2330"
@@ -25,6 +43,11 @@ WALL = "#8b94a1"
 #: Told apart by people with any of the common deficiencies of colour vision (after M. Okabe and K. Ito, 2008).
 #: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b4fa8", "#74777c")
+
+_MARKERS = "osD^vP*X"
+_PNG_DPI = 144
+#: Room for the numbers and the label of the upright axis, and height of a line at the foot.
+_LEFT_IN, _FOOT_IN = 0.87, 0.16
 
 _VARIABLES = {
     INK: "--ink",
@@ -76,6 +99,55 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
+def line_style(number: int, *, pit: bool, hollow: bool) -> dict[str, Any]:
+    """Return how the line of an engine, the n-th, is drawn in every diagram.
+
+    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes is
+    dashed, with hollow marks.
+    """
+    return {
+        "color": INK if pit else SERIES[number % len(SERIES)],
+        "linewidth": 3.2 if pit else 1.3,
+        "alpha": 0.4 if pit else 0.9,
+        "linestyle": "--" if hollow else "-",
+        "marker": _MARKERS[number % len(_MARKERS)],
+        "markersize": 5.0,
+        "markerfacecolor": "none" if hollow else None,
+        "zorder": 2 if pit else 3,
+    }
+
+
+def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[str] = ()) -> tuple[Figure, Axes]:
+    """Return a figure with room for a legend on the right, a title above, and small lines at its foot."""
+    height = height_in + _FOOT_IN * len(foot)
+    figure = new_figure(width_in, height)
+    left = _LEFT_IN / width_in
+    axes = figure.add_axes((left, (height - height_in + 0.55) / height, 0.72 - left, (height_in - 1.4) / height))
+    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
+    for k, line in enumerate(reversed(foot)):
+        figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)
+    return figure, axes
+
+
+def finish(axes: Axes) -> None:
+    """Draw the grid, and the legend beside the axes."""
+    axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
+
+
+def plain_number(value: float, _position: float) -> str:
+    """Return a tick as the report writes numbers."""
+    return wording.number(value)
+
+
+def png(figure: Figure) -> bytes:
+    """Return the figure as PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_PNG_DPI, facecolor="white", metadata={"Software": None})
+    return buffer.getvalue()
+
+
 def render(figure: Figure, label: str) -> str:
     """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is."""
     import matplotlib as mpl
@@ -104,3 +176,9 @@ def render(figure: Figure, label: str) -> str:
         r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="LABEL" data-width="{width}">', text
     )
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
+
+
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+    return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

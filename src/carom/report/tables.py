@@ -292,10 +292,7 @@ def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
 
 _IMPACT_COLUMNS: Columns[_Found] = (
     ("bodies", lambda impact: impact.bodies),
-    (
-        Head("PIC, s", number=True),
-        lambda impact: impact.true_time,
-    ),
+    (Head("PIC, s", number=True), lambda impact: impact.true_time),
     (
         Head("reported, s", number=True),
         lambda impact: impact.otherwise or _found(lambda time, e: f"{time + e.reported_time_s:.9g}")(impact),

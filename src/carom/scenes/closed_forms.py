@@ -12,13 +12,12 @@ import cmath
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.scene import Disc
-from carom.scenes.known_answer import KnownAnswer, KnownImpact
+from carom.scene import Disc, Scene
+from carom.scenes.known_answer import UNNAMED, KnownAnswer, KnownImpact, Staged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from carom.scene import Scene
     from carom.trace import Vector
 
 __all__ = [
@@ -30,6 +29,7 @@ __all__ = [
     "dot",
     "impact",
     "normal_of_offset",
+    "struck_row",
     "unit",
     "vector",
     "wedge_impacts",
@@ -139,6 +139,29 @@ def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[Wedge
         impacts.append(WedgeImpact(time, n % 2 == 1, folded))
         n += 1
     return impacts
+
+
+def struck_row(
+    gaps_m: Sequence[float],
+    convention: str = "",
+    *,
+    radius_m: float,
+    speed: float,
+    duration_s: float,
+    frame_rate_hz: float = 60.0,
+) -> Staged:
+    """Stage a striker and as many equal discs at rest as there are gaps; `gaps_m` begins with the striker's."""
+    position, time = 0.0, 0.0
+    discs = [disc(0j, complex(speed, 0), radius_m)]
+    impacts = []
+    for k, gap in enumerate(gaps_m):
+        position += 2 * radius_m + gap
+        time += gap / speed
+        discs.append(disc(complex(position, 0), 0j, radius_m))
+        impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
+    scene = Scene(name=UNNAMED, discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+    source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
+    return Staged(scene, complete_answer(scene, impacts, source, convention))
 
 
 def complete_answer(scene: Scene, impacts: Sequence[KnownImpact], source: str, convention: str = "") -> KnownAnswer:

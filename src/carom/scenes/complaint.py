@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 
-from carom.scenes.known_answer import Builder, CatalogueScene, Tag
+from carom.scenes.known_answer import Builder, CatalogueScene, Tag, told
 
 __all__ = ["Complaint", "Symptom", "complained"]
 
@@ -50,8 +50,6 @@ class Complaint(CatalogueScene):
 
 def complained(
     scenes: list[Complaint],
-    name: str,
-    shows: str,
     tags: frozenset[Tag] = frozenset(),
     *,
     about: str,
@@ -62,10 +60,12 @@ def complained(
     symptom: Symptom = Symptom.WRONG_VELOCITY,
     at_least: float = Complaint.at_least,
 ) -> Callable[[Builder], Builder]:
-    """Return a decorator that enters what a builder makes into a list of complaints; arguments as of `Complaint`."""
+    """Return a decorator that enters what a builder makes into a list of complaints, under the builder's name."""
 
     def enter(build: Builder) -> Builder:
-        scenes.append(Complaint(name, shows, build, tags, about, engine, thread, reported, symptom, at_least, made))
+        scenes.append(
+            Complaint(*told(build, "issues"), build, tags, about, engine, thread, reported, symptom, at_least, made)
+        )
         return build
 
     return enter

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import after_impact, disc, dot, impact, normal_of_offset, vector
-from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, listed
+from carom.scenes.known_answer import UNNAMED, CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
 if TYPE_CHECKING:
@@ -47,21 +47,11 @@ def _answer(
     return Staged(scene, answer)
 
 
-@listed(
-    SCENES,
-    "gravity/free-fall",
-    "A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone.",
-    _FALLS | {Tag.NO_IMPACT},
-)
-def _free_fall(name: str, shows: str) -> Staged:
+@listed(SCENES, "gravity", _FALLS | {Tag.NO_IMPACT})
+def _free_fall() -> Staged:
+    """A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
-    scene = Scene(
-        name=name,
-        description=shows,
-        discs=[disc(start, velocity, 0.15)],
-        gravity_m_s2=vector(FALL),
-        duration_s=duration,
-    )
+    scene = Scene(name=UNNAMED, discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
     return _answer(scene, [], [_fallen(start, velocity, duration)], "Galileo's parabola: x + v t + g t^2/2")
 
 
@@ -81,14 +71,13 @@ def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: 
         bounces.append((time, speed * restitution**n))
 
 
-def _bouncing(name: str, shows: str, height: float, restitution: float, duration_s: float) -> Staged:
+def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     """Stage a disc that falls from rest at a height above a level floor, drifting along."""
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
@@ -102,40 +91,27 @@ def _bouncing(name: str, shows: str, height: float, restitution: float, duration
     return _answer(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], [final], source)
 
 
-@listed(
-    SCENES,
-    "gravity/bouncing-ball",
-    "An elastic ball falls on the floor and bounces to the same height, for ever.",
-    _WALL,
-)
-def _bouncing_ball(name: str, shows: str) -> Staged:
-    return _bouncing(name, shows, 0.5, 1.0, 2.75)
+@listed(SCENES, "gravity", _WALL)
+def _bouncing_ball() -> Staged:
+    """An elastic ball falls on the floor and bounces to the same height, for ever."""
+    return _bouncing(0.5, 1.0, 2.75)
 
 
-@listed(
-    SCENES,
-    "gravity/ladder",
-    "A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest.",
-    _WALL | {Tag.INELASTIC},
-)
-def _ladder(name: str, shows: str) -> Staged:
+@listed(SCENES, "gravity", _WALL | {Tag.INELASTIC})
+def _ladder() -> Staged:
+    """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
     # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
-    return _bouncing(name, shows, 0.35, 0.8, 1.93)
+    return _bouncing(0.35, 0.8, 1.93)
 
 
-@listed(
-    SCENES,
-    "gravity/box",
-    "A ball is thrown in a box: floor and side walls, in an order that only right times give.",
-    _FALLS | {Tag.WALLS, Tag.CHAIN},
-)
-def _box(name: str, shows: str) -> Staged:
+@listed(SCENES, "gravity", _FALLS | {Tag.WALLS, Tag.CHAIN})
+def _box() -> Staged:
+    """A ball is thrown in a box: floor and side walls, in an order that only right times give."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the box that is left to the centre
     pull = abs(FALL)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(start + complex(radius, radius), velocity, radius)],
         walls=box_walls(width, height),
         gravity_m_s2=vector(FALL),
@@ -167,13 +143,9 @@ def _box(name: str, shows: str) -> Staged:
     return _answer(scene, impacts, [final], source)
 
 
-@listed(
-    SCENES,
-    "gravity/falling-pair",
-    "Two discs collide while they fall, as they would without gravity.",
-    _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC},
-)
-def _falling_pair(name: str, shows: str) -> Staged:
+@listed(SCENES, "gravity", _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC})
+def _falling_pair() -> Staged:
+    """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
     v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, as seen by somebody who falls with them
     normal = normal_of_offset(v1 - v2, 0.35)
@@ -181,8 +153,7 @@ def _falling_pair(name: str, shows: str) -> Staged:
     p1, p2 = where - r1 * normal, where + r2 * normal
     after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)],
         restitution=e,
         gravity_m_s2=vector(FALL),
@@ -195,21 +166,16 @@ def _falling_pair(name: str, shows: str) -> Staged:
     return _answer(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], final, source)
 
 
-@listed(
-    SCENES,
-    "gravity/incline",
-    "A ball of restitution 3/4 bounces down a slope of 3 in 4.",
-    _WALL | {Tag.INELASTIC},
-)
-def _incline(name: str, shows: str) -> Staged:
+@listed(SCENES, "gravity", _WALL | {Tag.INELASTIC})
+def _incline() -> Staged:
+    """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3
     normal = complex(3, 4) / 5  # falls off to the right
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc((height + radius) * normal, 0j, radius)],
         walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
         wall_restitution=e,
@@ -219,10 +185,7 @@ def _incline(name: str, shows: str) -> Staged:
     bounces = _hops(first, speed, pull, e, duration)
     last, leaving = bounces[-1]
     up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
-    final = (
-        up.imag * normal + slide * duration**2 / 2 * along,
-        falling.imag * normal + slide * duration * along,
-    )
+    final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
     source = (
         "Across the slope a bouncing ball with g cos(slope); along it a slide with g sin(slope), which no bounce feels"
     )

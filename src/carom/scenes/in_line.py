@@ -7,8 +7,8 @@ import math
 from itertools import combinations
 
 from carom.scene import Scene, Wall
-from carom.scenes.closed_forms import complete_answer, disc, impact, wedge_impacts
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
+from carom.scenes.closed_forms import complete_answer, disc, impact, struck_row, wedge_impacts
+from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
 
 __all__ = ["SCENES"]
 
@@ -18,13 +18,9 @@ SCENES: list[CatalogueScene] = []
 _LINE = frozenset({Tag.IN_LINE, Tag.CHAIN})
 
 
-@listed(
-    SCENES,
-    "classics/sorting",
-    "Five equal discs on a line, each faster than the next: ten impacts sort their velocities.",
-    _LINE,
-)
-def _sorting(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _LINE)
+def _sorting() -> Staged:
+    """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
     # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
     # the line from which the diameters have been taken out.
     radius = 0.1
@@ -32,8 +28,7 @@ def _sorting(name: str, shows: str) -> Staged:
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(complex(g + 2 * radius * k, 0), complex(v, 0), radius)
             for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))
@@ -58,20 +53,15 @@ def _sorting(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-@listed(
-    SCENES,
-    "classics/galperin-100",
-    "A mass of 100 drives a mass of 1 against a wall: 31 impacts.",
-    _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE},
-)
-def _galperin_100(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE})
+def _galperin_100() -> Staged:
+    """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
     # Gaps to the wall, with every radius and diameter between taken out.
     gap_light, gap_heavy = 0.5, 1.2
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(complex(gap_light + radius_light, 0), 0j, radius_light, light),
             disc(complex(gap_heavy + 2 * radius_light + radius_heavy, 0), complex(-speed, 0), radius_heavy, heavy),
@@ -100,13 +90,9 @@ def _galperin_100(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-@listed(
-    SCENES,
-    "classics/three-in-line",
-    "Three unequal masses on a line collide six times, the most that their masses allow.",
-    _LINE,
-)
-def _three_in_line(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _LINE)
+def _three_in_line() -> Staged:
+    """Three unequal masses on a line collide six times, the most that their masses allow."""
     m0, m1, m2 = 3.0, 0.5, 2.0
     r0, r1, r2 = 0.3, 0.15, 0.25
     pair, everything = m0 + m1, m0 + m1 + m2
@@ -124,17 +110,12 @@ def _three_in_line(name: str, shows: str) -> Staged:
     def on_the_line(z: complex) -> tuple[complex, complex, complex]:
         gap, third = z.imag / root_pair, z.real / root_third
         centre = -m2 * third / everything
-        return (
-            complex(centre - m1 * gap / pair, 0),
-            complex(centre + m0 * gap / pair, 0),
-            complex(centre + third, 0),
-        )
+        return (complex(centre - m1 * gap / pair, 0), complex(centre + m0 * gap / pair, 0), complex(centre + third, 0))
 
     x0, x1, x2 = on_the_line(start)
     v0, v1, v2 = on_the_line(velocity)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)],
         duration_s=2.0,
     )
@@ -150,18 +131,13 @@ def _three_in_line(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-@listed(
-    SCENES,
-    "classics/between-fixed",
-    "A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit.",
-    _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE},
-)
-def _between_fixed(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE})
+def _between_fixed() -> Staged:
+    """A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(complex(-half_distance, 0), 0j, fixed, math.inf),
             disc(0j, complex(speed, 0), radius),
@@ -181,42 +157,18 @@ def _between_fixed(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-def _cradle(name: str, shows: str, gaps_m: list[float], duration_s: float, convention: str = "") -> Staged:
-    """Stage a striker and as many equal discs at rest as there are gaps; `gaps_m` begins with the striker's."""
-    radius, speed = 0.125, 2.0
-    position, time = 0.0, 0.0
-    discs = [disc(0j, complex(speed, 0), radius)]
-    impacts = []
-    for k, gap in enumerate(gaps_m):
-        position += 2 * radius + gap
-        time += gap / speed
-        discs.append(disc(complex(position, 0), 0j, radius))
-        impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
-    scene = Scene(name=name, description=shows, discs=discs, duration_s=duration_s)
-    source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
-    return Staged(scene, complete_answer(scene, impacts, source, convention))
+@listed(SCENES, "classics", _LINE)
+def _cradle_gaps() -> Staged:
+    """Newton's cradle with gaps: the velocity runs from disc to disc."""
+    return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
-@listed(
-    SCENES,
-    "classics/cradle-gaps",
-    "Newton's cradle with gaps: the velocity runs from disc to disc.",
-    _LINE,
-)
-def _cradle_gaps(name: str, shows: str) -> Staged:
-    return _cradle(name, shows, [0.83, 0.17, 0.31, 0.23], 1.5)
-
-
-@listed(
-    SCENES,
-    "classics/cradle-touching",
-    "Newton's cradle with touching discs: four impacts at one instant.",
-    _LINE | {Tag.CONVENTION},
-)
-def _cradle_touching(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _LINE | {Tag.CONVENTION})
+def _cradle_touching() -> Staged:
+    """Newton's cradle with touching discs: four impacts at one instant."""
     # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.
     convention = (
         "Four impacts share one instant, and momentum and energy alone allow more outcomes than one; impacts are taken "
         "one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
     )
-    return _cradle(name, shows, [0.84375, 0.0, 0.0, 0.0], 1.25, convention)
+    return struck_row([0.84375, 0.0, 0.0, 0.0], convention, radius_m=0.125, speed=2.0, duration_s=1.25)

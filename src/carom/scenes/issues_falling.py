@@ -7,7 +7,7 @@ import math
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import disc, impact
 from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag
+from carom.scenes.known_answer import UNNAMED, KnownAnswer, Staged, Tag
 
 __all__ = ["SCENES"]
 
@@ -19,8 +19,6 @@ _OURS = "The thread gives no other sizes; the rest are ours."
 
 
 def _dropped(
-    name: str,
-    shows: str,
     *,
     height_m: float,
     duration_s: float,
@@ -31,8 +29,7 @@ def _dropped(
 ) -> Staged:
     """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(0, radius_m + height_m), 0j, radius_m)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
@@ -63,8 +60,6 @@ def _dropped(
 
 @complained(
     SCENES,
-    "issues/bullet3-1530",
-    "An elastic ball is dropped from 10 m.",
     _TAGS,
     about="Bullet",
     engine="pybullet",
@@ -74,14 +69,13 @@ def _dropped(
     symptom=Symptom.LOSES_ENERGY,
     made=f"The height is the thread's. {_OURS}",
 )
-def _bullet_1530(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=10.0, duration_s=20.0, rate_hz=240.0)
+def _bullet3_1530() -> Staged:
+    """An elastic ball is dropped from 10 m."""
+    return _dropped(height_m=10.0, duration_s=20.0, rate_hz=240.0)
 
 
 @complained(
     SCENES,
-    "issues/rapier-97",
-    "An elastic ball is dropped on a floor.",
     _TAGS,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/97",
@@ -89,14 +83,13 @@ def _bullet_1530(name: str, shows: str) -> Staged:
     symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
-def _rapier_97(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=4.0, duration_s=10.0)
+def _rapier_97() -> Staged:
+    """An elastic ball is dropped on a floor."""
+    return _dropped(height_m=4.0, duration_s=10.0)
 
 
 @complained(
     SCENES,
-    "issues/rapier-974",
-    "A ball of restitution .8 is dropped from 2 m.",
     frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/974",
@@ -105,16 +98,15 @@ def _rapier_97(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="Height and restitution are the thread's; the run ends at the first apex, where the thread measures.",
 )
-def _rapier_974(name: str, shows: str) -> Staged:
+def _rapier_974() -> Staged:
+    """A ball of restitution .8 is dropped from 2 m."""
     # To the first apex: sqrt(2 h / g) down and e times that up.
     down = math.sqrt(4.0 / 9.81)
-    return _dropped(name, shows, height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
+    return _dropped(height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 
 
 @complained(
     SCENES,
-    "issues/box2d-76",
-    "An elastic ball is dropped from 19 m.",
     _TAGS,
     about="Box2D",
     engine="box2d",
@@ -123,14 +115,13 @@ def _rapier_974(name: str, shows: str) -> Staged:
     symptom=Symptom.GAINS_ENERGY,
     made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
 )
-def _box2d_76(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=19.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=20.0)
+def _box2d_76() -> Staged:
+    """An elastic ball is dropped from 19 m."""
+    return _dropped(height_m=19.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=20.0)
 
 
 @complained(
     SCENES,
-    "issues/box2d-167",
-    "An elastic ball is dropped from 5 m and bounces for half a minute.",
     _TAGS,
     about="Box2D",
     engine="box2d",
@@ -139,14 +130,13 @@ def _box2d_76(name: str, shows: str) -> Staged:
     symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
-def _box2d_167(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=5.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=30.0)
+def _box2d_167() -> Staged:
+    """An elastic ball is dropped from 5 m and bounces for half a minute."""
+    return _dropped(height_m=5.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=30.0)
 
 
 @complained(
     SCENES,
-    "issues/jolt-1286",
-    "An elastic ball is dropped from 3 m.",
     _TAGS,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
@@ -154,14 +144,13 @@ def _box2d_167(name: str, shows: str) -> Staged:
     symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
-def _jolt_1286(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=3.0, duration_s=15.0)
+def _jolt_1286() -> Staged:
+    """An elastic ball is dropped from 3 m."""
+    return _dropped(height_m=3.0, duration_s=15.0)
 
 
 @complained(
     SCENES,
-    "issues/avian-594",
-    "An elastic ball bounces under ten times the usual gravity.",
     _TAGS,
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/594",
@@ -169,5 +158,6 @@ def _jolt_1286(name: str, shows: str) -> Staged:
     symptom=Symptom.LOSES_ENERGY,
     made=f"Gravity and the 120 steps a second are the thread's. {_OURS}",
 )
-def _avian_594(name: str, shows: str) -> Staged:
-    return _dropped(name, shows, height_m=50.0, radius_m=10.0, gravity_m_s2=98.1, duration_s=10.0, rate_hz=120.0)
+def _avian_594() -> Staged:
+    """An elastic ball bounces under ten times the usual gravity."""
+    return _dropped(height_m=50.0, radius_m=10.0, gravity_m_s2=98.1, duration_s=10.0, rate_hz=120.0)

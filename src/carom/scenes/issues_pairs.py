@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from carom.scene import Scene
-from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact
+from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, struck_row
 from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag
+from carom.scenes.known_answer import UNNAMED, KnownAnswer, Staged, Tag
 
 __all__ = ["SCENES"]
 
@@ -23,8 +23,6 @@ _FAST = frozenset({Tag.TWO_BODIES, Tag.IN_LINE, Tag.FAST})
 
 
 def _head_on(
-    name: str,
-    shows: str,
     *,
     speeds: tuple[float, float],
     radius_m: tuple[float, float],
@@ -37,12 +35,8 @@ def _head_on(
     """Stage two discs that meet head-on; the first stands at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
     scene = Scene(
-        name=name,
-        description=shows,
-        discs=[
-            disc(0j, complex(v0, 0), r0, m0),
-            disc(complex(r0 + r1 + gap_m, 0), complex(v1, 0), r1, m1),
-        ],
+        name=UNNAMED,
+        discs=[disc(0j, complex(v0, 0), r0, m0), disc(complex(r0 + r1 + gap_m, 0), complex(v1, 0), r1, m1)],
         restitution=restitution,
         duration_s=duration_s,
         frame_rate_hz=rate_hz,
@@ -53,8 +47,6 @@ def _head_on(
 
 @complained(
     SCENES,
-    "issues/mujoco-441",
-    "A small ball moves towards a thin wall at four times its own size a step.",
     _FAST | {Tag.IMMOVABLE},
     about="MuJoCo",
     engine="mujoco",
@@ -64,23 +56,15 @@ def _head_on(
     symptom=Symptom.MISSES,
     made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
 )
-def _mujoco_441(name: str, shows: str) -> Staged:
+def _mujoco_441() -> Staged:
+    """A small ball moves towards a thin wall at four times its own size a step."""
     return _head_on(
-        name,
-        shows,
-        speeds=(60.0, 0.0),
-        radius_m=(0.02, 0.01),
-        gap_m=0.97,
-        mass_kg=(1.0, math.inf),
-        duration_s=0.03,
-        rate_hz=500.0,
+        speeds=(60.0, 0.0), radius_m=(0.02, 0.01), gap_m=0.97, mass_kg=(1.0, math.inf), duration_s=0.03, rate_hz=500.0
     )
 
 
 @complained(
     SCENES,
-    "issues/mujoco-2080",
-    "Two discs meet with restitution 1/2.",
     _PAIR | {Tag.INELASTIC},
     about="MuJoCo",
     engine="mujoco",
@@ -88,16 +72,13 @@ def _mujoco_441(name: str, shows: str) -> Staged:
     reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
     made="The thread has no scene; all sizes are ours.",
 )
-def _mujoco_2080(name: str, shows: str) -> Staged:
-    return _head_on(
-        name, shows, speeds=(1.0, -1.0), radius_m=(0.1, 0.1), gap_m=0.41, restitution=0.5, duration_s=0.6, rate_hz=500.0
-    )
+def _mujoco_2080() -> Staged:
+    """Two discs meet with restitution 1/2."""
+    return _head_on(speeds=(1.0, -1.0), radius_m=(0.1, 0.1), gap_m=0.41, restitution=0.5, duration_s=0.6, rate_hz=500.0)
 
 
 @complained(
     SCENES,
-    "issues/bullet3-2228",
-    "A disc at 500 m/s meets an immovable one.",
     _FAST | {Tag.IMMOVABLE},
     about="Bullet",
     engine="pybullet",
@@ -107,24 +88,16 @@ def _mujoco_2080(name: str, shows: str) -> Staged:
     symptom=Symptom.MISSES,
     made="Impulse, distance and rate are the thread's; capsule and box are discs here.",
 )
-def _bullet_2228(name: str, shows: str) -> Staged:
+def _bullet3_2228() -> Staged:
+    """A disc at 500 m/s meets an immovable one."""
     # An impulse of 500 N s on a kilogram.
     return _head_on(
-        name,
-        shows,
-        speeds=(500.0, 0.0),
-        radius_m=(0.5, 0.5),
-        gap_m=9.3,
-        mass_kg=(1.0, math.inf),
-        duration_s=0.1,
-        rate_hz=60.0,
+        speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1, rate_hz=60.0
     )
 
 
 @complained(
     SCENES,
-    "issues/rapier-984",
-    "Two small discs meet at 180 m/s.",
     _FAST,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/984",
@@ -132,14 +105,13 @@ def _bullet_2228(name: str, shows: str) -> Staged:
     symptom=Symptom.MISSES,
     made="The thread shows a picture without numbers; all sizes are ours.",
 )
-def _rapier_984(name: str, shows: str) -> Staged:
-    return _head_on(name, shows, speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1, rate_hz=60.0)
+def _rapier_984() -> Staged:
+    """Two small discs meet at 180 m/s."""
+    return _head_on(speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1, rate_hz=60.0)
 
 
 @complained(
     SCENES,
-    "issues/jolt-1403",
-    "A disc at 1 m/s meets an equal one at rest.",
     _PAIR,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
@@ -148,14 +120,13 @@ def _rapier_984(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="Speeds are the thread's; radius and gap are ours.",
 )
-def _jolt_1403(name: str, shows: str) -> Staged:
-    return _head_on(name, shows, speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0, rate_hz=60.0)
+def _jolt_1403() -> Staged:
+    """A disc at 1 m/s meets an equal one at rest."""
+    return _head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0, rate_hz=60.0)
 
 
 @complained(
     SCENES,
-    "issues/reactphysics3d-96",
-    "A disc at exactly 1 m/s meets an equal one at rest.",
     _PAIR,
     about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
@@ -163,24 +134,16 @@ def _jolt_1403(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="Positions, radii, masses and speeds are the thread's.",
 )
-def _reactphysics_96(name: str, shows: str) -> Staged:
+def _reactphysics3d_96() -> Staged:
+    """A disc at exactly 1 m/s meets an equal one at rest."""
     # From 2.8 and 4.0 with radius .5: a gap of .2.
     return _head_on(
-        name,
-        shows,
-        speeds=(1.0, 0.0),
-        radius_m=(0.5, 0.5),
-        gap_m=0.2,
-        mass_kg=(10.0, 10.0),
-        duration_s=1.0,
-        rate_hz=60.0,
+        speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0), duration_s=1.0, rate_hz=60.0
     )
 
 
 @complained(
     SCENES,
-    "issues/hardspheredynamics-8",
-    "A disc meets one of infinite mass.",
     _PAIR | {Tag.IMMOVABLE},
     about="HardSphereDynamics.jl",
     thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
@@ -188,40 +151,15 @@ def _reactphysics_96(name: str, shows: str) -> Staged:
     symptom=Symptom.NOT_FINITE,
     made="The thread has the formula alone; all sizes are ours.",
 )
-def _hard_sphere_8(name: str, shows: str) -> Staged:
+def _hardspheredynamics_8() -> Staged:
+    """A disc meets one of infinite mass."""
     return _head_on(
-        name,
-        shows,
-        speeds=(1.5, 0.0),
-        radius_m=(0.2, 0.3),
-        gap_m=0.4,
-        mass_kg=(1.0, math.inf),
-        duration_s=1.0,
-        rate_hz=60.0,
+        speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0, rate_hz=60.0
     )
-
-
-def _row(
-    name: str, shows: str, *, radius_m: float, speed: float, gaps_m: list[float], duration_s: float, rate_hz: float
-) -> Staged:
-    """Stage a striker and as many equal discs at rest as there are gaps."""
-    position, time = 0.0, 0.0
-    discs = [disc(0j, complex(speed, 0), radius_m)]
-    impacts = []
-    for k, gap in enumerate(gaps_m):
-        position += 2 * radius_m + gap
-        time += gap / speed
-        discs.append(disc(complex(position, 0), 0j, radius_m))
-        impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
-    scene = Scene(name=name, description=shows, discs=discs, duration_s=duration_s, frame_rate_hz=rate_hz)
-    source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
-    return Staged(scene, complete_answer(scene, impacts, source, _CONVENTION if 0.0 in gaps_m else ""))
 
 
 @complained(
     SCENES,
-    "issues/newton-3233",
-    "A disc strikes the first of two that touch, at a contact threshold.",
     frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
     about="Newton (MuJoCo Warp)",
     engine="mujoco",
@@ -233,14 +171,13 @@ def _row(
     made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
     "touch exactly.",
 )
-def _newton_3233(name: str, shows: str) -> Staged:
-    return _row(name, shows, radius_m=0.0625, speed=2.0, gaps_m=[0.5, 0.0], duration_s=0.5, rate_hz=240.0)
+def _newton_3233() -> Staged:
+    """A disc strikes the first of two that touch, at a contact threshold."""
+    return struck_row([0.5, 0.0], _CONVENTION, radius_m=0.0625, speed=2.0, duration_s=0.5, frame_rate_hz=240.0)
 
 
 @complained(
     SCENES,
-    "issues/pooltool-257",
-    "A row of four discs, a nanometre apart, is struck at its end.",
     frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/257",
@@ -249,14 +186,13 @@ def _newton_3233(name: str, shows: str) -> Staged:
     at_least=0.1,
     made="The cradle is the thread's; gaps and speed are ours.",
 )
-def _pooltool_257(name: str, shows: str) -> Staged:
-    return _row(name, shows, radius_m=0.03125, speed=1.5, gaps_m=[0.3] + [2.0**-30] * 3, duration_s=0.5, rate_hz=240.0)
+def _pooltool_257() -> Staged:
+    """A row of four discs, a nanometre apart, is struck at its end."""
+    return struck_row([0.3] + [2.0**-30] * 3, radius_m=0.03125, speed=1.5, duration_s=0.5, frame_rate_hz=240.0)
 
 
 @complained(
     SCENES,
-    "issues/box2d-1094",
-    "A disc is struck and strikes the next one within one step.",
     frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="Box2D",
     engine="box2d",
@@ -264,14 +200,13 @@ def _pooltool_257(name: str, shows: str) -> Staged:
     reported="Restitution is worked out from the approach velocity of the step before.",
     made="The thread has code alone; this scene makes that velocity out of date within a step.",
 )
-def _box2d_1094(name: str, shows: str) -> Staged:
-    return _row(name, shows, radius_m=0.25, speed=3.0, gaps_m=[0.613, 0.02], duration_s=0.5, rate_hz=60.0)
+def _box2d_1094() -> Staged:
+    """A disc is struck and strikes the next one within one step."""
+    return struck_row([0.613, 0.02], radius_m=0.25, speed=3.0, duration_s=0.5, frame_rate_hz=60.0)
 
 
 @complained(
     SCENES,
-    "issues/pooltool-354",
-    "Two pairs of touching discs, one moving along together, one apart: no impact.",
     frozenset({Tag.NO_IMPACT}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/354",
@@ -280,11 +215,11 @@ def _box2d_1094(name: str, shows: str) -> Staged:
     symptom=Symptom.INVENTS,
     made="Both cases are the thread's; sizes are ours.",
 )
-def _pooltool_354(name: str, shows: str) -> Staged:
+def _pooltool_354() -> Staged:
+    """Two pairs of touching discs, one moving along together, one apart: no impact."""
     radius = 0.25
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(0j, 1 + 0.5j, radius),
             disc(0.5 + 0j, 1 + 0.5j, radius),
@@ -298,8 +233,6 @@ def _pooltool_354(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/visualchemeng-10",
-    "Two discs begin in contact, overlapping by one rounding, and approach.",
     about="visualchemeng-js",
     thread="https://github.com/adm78/visualchemeng-js/issues/10",
     reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
@@ -307,11 +240,11 @@ def _pooltool_354(name: str, shows: str) -> Staged:
     symptom=Symptom.ESCAPES,
     made="Carom refuses a start that overlaps; this is the deepest overlap that it takes, that of rounding.",
 )
-def _visualchemeng_10(name: str, shows: str) -> Staged:
+def _visualchemeng_10() -> Staged:
+    """Two discs begin in contact, overlapping by one rounding, and approach."""
     # In floats .3 - .1 is a little less than .2: the two overlap by one rounding.
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)],
         duration_s=0.5,
     )
@@ -321,8 +254,6 @@ def _visualchemeng_10(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/dynamo-57",
-    "Three discs in line with restitution 1/16: impacts without end in finite time.",
     frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.INELASTIC, Tag.CONVENTION}),
     about="DynamO",
     thread="https://github.com/dynamomd/DynamO/issues/57",
@@ -330,11 +261,11 @@ def _visualchemeng_10(name: str, shows: str) -> Staged:
     symptom=Symptom.NEVER_ENDS,
     made="The thread has no scene; this is the least one that collapses.",
 )
-def _dynamo_57(name: str, shows: str) -> Staged:
+def _dynamo_57() -> Staged:
+    """Three discs in line with restitution 1/16: impacts without end in finite time."""
     radius = 0.25
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(-0.75 + 0j, 1 + 0j, radius), disc(0j, 0j, radius), disc(0.75 + 0j, -1 + 0j, radius)],
         restitution=0.0625,
         duration_s=2.0,

@@ -8,7 +8,7 @@ import math
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, dot, impact, unit
 from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.known_answer import UNNAMED, KnownAnswer, KnownImpact, Staged, Tag
 from carom.scenes.walled import box_walls
 from carom.trace import wall_body
 
@@ -23,20 +23,11 @@ _WALL = frozenset({Tag.WALLS})
 
 
 def _wall_on_the_right(
-    name: str,
-    shows: str,
-    *,
-    radius_m: float,
-    velocity: complex,
-    gap_m: float,
-    duration_s: float,
-    rate_hz: float,
-    restitution: float = 1.0,
+    *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a disc at the origin that meets one wall."""
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(0j, velocity, radius_m)],
         walls=[Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))],
         wall_restitution=restitution,
@@ -49,8 +40,6 @@ def _wall_on_the_right(
 
 @complained(
     SCENES,
-    "issues/bullet3-3094",
-    "A ball at 1 m/s meets a wall a metre away.",
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE},
     about="Bullet",
     engine="pybullet",
@@ -60,14 +49,13 @@ def _wall_on_the_right(
     at_least=0.25,
     made="Ball, wall, speed and step are those of the script in the thread.",
 )
-def _bullet_3094(name: str, shows: str) -> Staged:
-    return _wall_on_the_right(name, shows, radius_m=0.2, velocity=1 + 0j, gap_m=0.8, duration_s=1.5, rate_hz=240.0)
+def _bullet3_3094() -> Staged:
+    """A ball at 1 m/s meets a wall a metre away."""
+    return _wall_on_the_right(radius_m=0.2, velocity=1 + 0j, gap_m=0.8, duration_s=1.5, rate_hz=240.0)
 
 
 @complained(
     SCENES,
-    "issues/bullet3-4341",
-    "A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms.",
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Bullet",
     engine="pybullet",
@@ -76,16 +64,13 @@ def _bullet_3094(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
 )
-def _bullet_4341(name: str, shows: str) -> Staged:
-    return _wall_on_the_right(
-        name, shows, radius_m=0.1, velocity=2 + 0j, gap_m=0.1, restitution=0.5, duration_s=0.1, rate_hz=5000.0
-    )
+def _bullet3_4341() -> Staged:
+    """A disc bounces off a wall of restitution 1/2 in steps of 0.2 ms."""
+    return _wall_on_the_right(radius_m=0.1, velocity=2 + 0j, gap_m=0.1, restitution=0.5, duration_s=0.1, rate_hz=5000.0)
 
 
 @complained(
     SCENES,
-    "issues/box2d-654",
-    "A disc meets a wall at half a metre a second, elastically.",
     _WALL | {Tag.TWO_BODIES},
     about="Box2D",
     engine="box2d",
@@ -95,14 +80,13 @@ def _bullet_4341(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="The thread has no scene; all sizes are ours.",
 )
-def _box2d_654(name: str, shows: str) -> Staged:
-    return _wall_on_the_right(name, shows, radius_m=0.25, velocity=0.5 + 0.2j, gap_m=0.3, duration_s=1.25, rate_hz=60.0)
+def _box2d_654() -> Staged:
+    """A disc meets a wall at half a metre a second, elastically."""
+    return _wall_on_the_right(radius_m=0.25, velocity=0.5 + 0.2j, gap_m=0.3, duration_s=1.25, rate_hz=60.0)
 
 
 @complained(
     SCENES,
-    "issues/rapier-919",
-    "A ball bounces off a wall of restitution .7.",
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/919",
@@ -111,16 +95,13 @@ def _box2d_654(name: str, shows: str) -> Staged:
     at_least=0.25,
     made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
 )
-def _rapier_919(name: str, shows: str) -> Staged:
-    return _wall_on_the_right(
-        name, shows, radius_m=0.5, velocity=6 + 0j, gap_m=2.03, restitution=0.7, duration_s=0.75, rate_hz=60.0
-    )
+def _rapier_919() -> Staged:
+    """A ball bounces off a wall of restitution .7."""
+    return _wall_on_the_right(radius_m=0.5, velocity=6 + 0j, gap_m=2.03, restitution=0.7, duration_s=0.75, rate_hz=60.0)
 
 
 @complained(
     SCENES,
-    "issues/rapier-615",
-    "An elastic ball in a box, without gravity.",
     _WALL | {Tag.CHAIN},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/615",
@@ -129,15 +110,10 @@ def _rapier_919(name: str, shows: str) -> Staged:
     symptom=Symptom.LOSES_ENERGY,
     made="The thread has no sizes; all are ours.",
 )
-def _rapier_615(name: str, shows: str) -> Staged:
+def _rapier_615() -> Staged:
+    """An elastic ball in a box, without gravity."""
     radius, width, height, start, speed = 0.2, 3.0, 2.0, 0.7 + 0.6j, 4.1 + 2.3j
-    scene = Scene(
-        name=name,
-        description=shows,
-        discs=[disc(start, speed, radius)],
-        walls=box_walls(width, height),
-        duration_s=5.0,
-    )
+    scene = Scene(name=UNNAMED, discs=[disc(start, speed, radius)], walls=box_walls(width, height), duration_s=5.0)
     events: list[tuple[float, int, bool]] = []
     for place, v, length, far, near, is_x in (
         (start.real - radius, speed.real, width - 2 * radius, 1, 0, True),
@@ -155,8 +131,6 @@ def _rapier_615(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/pooltool-217",
-    "A ball goes straight into a corner: two walls at one instant.",
     _WALL | {Tag.CHAIN},
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
@@ -164,14 +138,11 @@ def _rapier_615(name: str, shows: str) -> Staged:
     symptom=Symptom.ESCAPES,
     made="Table, place, direction and speed are the thread's; the ball has pooltool's radius and no friction.",
 )
-def _pooltool_217(name: str, shows: str) -> Staged:
+def _pooltool_217() -> Staged:
+    """A ball goes straight into a corner: two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
     scene = Scene(
-        name=name,
-        description=shows,
-        discs=[disc(1 + 1j, complex(part, part), radius)],
-        walls=box_walls(side, side),
-        duration_s=3.5,
+        name=UNNAMED, discs=[disc(1 + 1j, complex(part, part), radius)], walls=box_walls(side, side), duration_s=3.5
     )
     time = (side - radius - 1) / part
     impacts = [impact(time, 0, -4, complex(part, -part)), impact(time, 0, -2, complex(-part, -part))]
@@ -180,8 +151,6 @@ def _pooltool_217(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/pooltool-217-touching",
-    "A ball that touches a cushion is shot towards it.",
     _WALL,
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
@@ -189,11 +158,11 @@ def _pooltool_217(name: str, shows: str) -> Staged:
     symptom=Symptom.ESCAPES,
     made="The case is the thread's; the radius is a power of two, so that ball and cushion touch exactly.",
 )
-def _pooltool_217_touching(name: str, shows: str) -> Staged:
+def _pooltool_217_touching() -> Staged:
+    """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
         walls=box_walls(side, side),
         duration_s=1.0,
@@ -203,8 +172,6 @@ def _pooltool_217_touching(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/nimble-143",
-    "A ball bounces off a wall and meets the one that follows it.",
     _WALL | {Tag.IN_LINE, Tag.CHAIN},
     about="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
@@ -212,12 +179,12 @@ def _pooltool_217_touching(name: str, shows: str) -> Staged:
     made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
     "could not be read, are ours.",
 )
-def _nimble_143(name: str, shows: str) -> Staged:
+def _nimble_143() -> Staged:
+    """A ball bounces off a wall and meets the one that follows it."""
     # A ball goes to the wall, comes back and meets the one that follows it.
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(first, 0), complex(v1, 0), radius), disc(complex(second, 0), complex(v2, 0), radius)],
         walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
         duration_s=1.25,
@@ -236,8 +203,6 @@ def _nimble_143(name: str, shows: str) -> Staged:
 
 @complained(
     SCENES,
-    "issues/pooltool-154",
-    "A cue ball breaks a loosely racked triangle of fifteen.",
     frozenset({Tag.CHAIN, Tag.CONSERVED}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/154",
@@ -246,7 +211,8 @@ def _nimble_143(name: str, shows: str) -> Staged:
     made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
     "and there is neither friction nor a cushion.",
 )
-def _pooltool_154(name: str, shows: str) -> Staged:
+def _pooltool_154() -> Staged:
+    """A cue ball breaks a loosely racked triangle of fifteen."""
     radius, gap, speed, angle = 0.028575, 1e-3, 3.262213, math.radians(81.83468)
     pitch = 2 * radius + gap
     apex = 0.5 + 1.5j
@@ -254,7 +220,7 @@ def _pooltool_154(name: str, shows: str) -> Staged:
     discs = [disc(0.5 + 0.5j, velocity, radius)]
     places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
     discs += [disc(apex + place, 0j, radius) for place in places]
-    scene = Scene(name=name, description=shows, discs=discs, duration_s=1.0, frame_rate_hz=240.0)
+    scene = Scene(name=UNNAMED, discs=discs, duration_s=1.0, frame_rate_hz=240.0)
     start = complex(*scene.discs[0].position_m)
     first: tuple[float, int] | None = None
     for k, struck in enumerate(scene.discs[1:], 1):

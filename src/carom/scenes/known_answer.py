@@ -21,7 +21,18 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Trace, Vector
 
-__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
+__all__ = [
+    "UNNAMED",
+    "Builder",
+    "CatalogueScene",
+    "KnownAnswer",
+    "KnownImpact",
+    "Staged",
+    "Tag",
+    "deviation",
+    "listed",
+    "told",
+]
 
 
 class Tag(StrEnum):
@@ -95,8 +106,12 @@ class Staged(NamedTuple):
     known: KnownAnswer
 
 
-#: Makes the scene of this name and description, and its known answer.
-Builder = Callable[[str, str], Staged]
+#: Makes a scene, still without its name, and its known answer. The name of the function is the scene's, without its
+#: group; its docstring says in one sentence what the scene shows.
+Builder = Callable[[], Staged]
+
+#: What a scene is called until the catalogue gives it its name.
+UNNAMED = "unnamed"
 
 
 @dataclass(frozen=True)
@@ -106,7 +121,7 @@ class CatalogueScene:
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: What it shows, in one sentence; the scene's own description.
-        build: Makes the scene and its answer from the two above.
+        build: Makes the scene, but for its name, and its answer.
         tags: Words to choose scenes by.
     """
 
@@ -117,7 +132,8 @@ class CatalogueScene:
 
     @cached_property
     def _staged(self) -> Staged:
-        return self.build(self.name, self.shows)
+        scene, known = self.build()
+        return Staged(scene.model_copy(update={"name": self.name, "description": self.shows}), known)
 
     @property
     def scene(self) -> Scene:
@@ -136,15 +152,21 @@ class CatalogueScene:
 
 
 def listed(
-    scenes: list[CatalogueScene], name: str, shows: str, tags: frozenset[Tag] = frozenset()
+    scenes: list[CatalogueScene], group: str, tags: frozenset[Tag] = frozenset()
 ) -> Callable[[Builder], Builder]:
-    """Return a decorator that enters what a builder makes into a list of scenes; arguments as of `CatalogueScene`."""
+    """Return a decorator that enters what a builder makes into a list of scenes, under the builder's own name."""
 
     def enter(build: Builder) -> Builder:
-        scenes.append(CatalogueScene(name, shows, build, tags))
+        scenes.append(CatalogueScene(*told(build, group), build, tags))
         return build
 
     return enter
+
+
+def told(build: Builder, group: str) -> tuple[str, str]:
+    """Return a scene's full name and what it shows, as its builder has them."""
+    name: str = build.__name__.strip("_").replace("_", "-")
+    return f"{group}/{name}", " ".join((build.__doc__ or "").split())
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

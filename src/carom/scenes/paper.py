@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
+from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
 
 __all__ = ["SCENES"]
 
@@ -25,21 +25,14 @@ SCENES: list[CatalogueScene] = []
 
 
 def _two_discs(
-    name: str,
-    shows: str,
-    velocity: tuple[complex, complex],
-    radius_m: tuple[float, float],
-    offset: float,
-    frames: float,
-    duration_s: float,
+    velocity: tuple[complex, complex], radius_m: tuple[float, float], offset: float, frames: float, duration_s: float
 ) -> Staged:
     """Stage two equal masses that meet at the origin after so many frames, the second centre `offset` to the left."""
     (v0, v1), (r0, r1) = velocity, radius_m
     time = frames / _FILM_HZ
     normal = normal_of_offset(v0 - v1, offset)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(-r0 * normal - v0 * time, v0, r0), disc(r1 * normal - v1 * time, v1, r1)],
         duration_s=duration_s,
         frame_rate_hz=_FILM_HZ,
@@ -48,35 +41,23 @@ def _two_discs(
     return Staged(scene, complete_answer(scene, [impact(time, 0, 1, *after)], _BACKWARDS))
 
 
-@listed(
-    SCENES,
-    "paper/missed",
-    "Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3).",
-    frozenset({Tag.TWO_BODIES}),
-)
-def _missed(name: str, shows: str) -> Staged:
+@listed(SCENES, "paper", frozenset({Tag.TWO_BODIES}))
+def _missed() -> Staged:
+    """Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3)."""
     # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
-    return _two_discs(name, shows, (6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, frames=10.2, duration_s=1.0)
+    return _two_discs((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, frames=10.2, duration_s=1.0)
 
 
-@listed(
-    SCENES,
-    "paper/late",
-    "Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5).",
-    frozenset({Tag.TWO_BODIES}),
-)
-def _late(name: str, shows: str) -> Staged:
+@listed(SCENES, "paper", frozenset({Tag.TWO_BODIES}))
+def _late() -> Staged:
+    """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
-    return _two_discs(name, shows, (4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, frames=9.1, duration_s=1.0)
+    return _two_discs((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, frames=9.1, duration_s=1.0)
 
 
-@listed(
-    SCENES,
-    "paper/wrong-direction",
-    "Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7).",
-    frozenset({Tag.CHAIN}),
-)
-def _wrong_direction(name: str, shows: str) -> Staged:
+@listed(SCENES, "paper", frozenset({Tag.CHAIN}))
+def _wrong_direction() -> Staged:
+    """Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
     green, blue = 7 + 0j, -1 + 0j
     time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
@@ -87,8 +68,7 @@ def _wrong_direction(name: str, shows: str) -> Staged:
     blue_after, red_after = after_impact(1.0, blue_between, heavy, 0j, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(-2 * radius * normal_1 - green * time_1, green, radius),
             disc(-blue * time_1, blue, radius),
@@ -101,13 +81,9 @@ def _wrong_direction(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))
 
 
-@listed(
-    SCENES,
-    "paper/multiple",
-    "A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9).",
-    frozenset({Tag.CHAIN}),
-)
-def _multiple(name: str, shows: str) -> Staged:
+@listed(SCENES, "paper", frozenset({Tag.CHAIN}))
+def _multiple() -> Staged:
+    """A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12
     velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
     discs = [disc(-velocity * time, velocity, radius, heavy)]
@@ -120,5 +96,5 @@ def _multiple(name: str, shows: str) -> Staged:
         # Four impacts at .10, .38, .66 and .94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = Scene(name=name, description=shows, discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    scene = Scene(name=UNNAMED, discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
     return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))

@@ -7,7 +7,7 @@ import math
 
 from carom.scene import Scene
 from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import CatalogueScene, Staged, Tag, listed
+from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
 
 __all__ = ["SCENES"]
 
@@ -23,8 +23,6 @@ _PAIR = frozenset({Tag.TWO_BODIES})
 
 
 def _meeting(
-    name: str,
-    shows: str,
     *,
     velocity: tuple[complex, complex],
     radius_m: tuple[float, float],
@@ -39,8 +37,7 @@ def _meeting(
     (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
     normal = normal_of_offset(v0 - v1, offset)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)],
         restitution=restitution,
         duration_s=duration_s,
@@ -49,16 +46,10 @@ def _meeting(
     return Staged(scene, complete_answer(scene, [impact(time_s, 0, 1, *after)], source))
 
 
-@listed(
-    SCENES,
-    "classics/head-on",
-    "Masses 1 and 3 meet head-on with restitution 1/2.",
-    _PAIR | {Tag.IN_LINE, Tag.INELASTIC},
-)
-def _head_on(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
+def _head_on() -> Staged:
+    """Masses 1 and 3 meet head-on with restitution 1/2."""
     return _meeting(
-        name,
-        shows,
         velocity=(4 + 0j, -2 + 0j),
         radius_m=(0.2, 0.3),
         mass_kg=(1.0, 3.0),
@@ -68,17 +59,11 @@ def _head_on(name: str, shows: str) -> Staged:
     )
 
 
-@listed(
-    SCENES,
-    "classics/oblique-3-4-5",
-    "A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle.",
-    _PAIR,
-)
-def _oblique_3_4_5(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR)
+def _oblique_3_4_5() -> Staged:
+    """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
     return _meeting(
-        name,
-        shows,
         velocity=(5 + 0j, 0j),
         radius_m=(0.25, 0.25),
         offset=3 / 5,
@@ -88,16 +73,10 @@ def _oblique_3_4_5(name: str, shows: str) -> Staged:
     )
 
 
-@listed(
-    SCENES,
-    "classics/inelastic-oblique",
-    "Two unequal discs, both moving, meet off centre with restitution 1/2.",
-    _PAIR | {Tag.INELASTIC},
-)
-def _inelastic_oblique(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.INELASTIC})
+def _inelastic_oblique() -> Staged:
+    """Two unequal discs, both moving, meet off centre with restitution 1/2."""
     return _meeting(
-        name,
-        shows,
         velocity=(3 + 1j, -2 + 0.5j),
         radius_m=(0.3, 0.2),
         mass_kg=(2.0, 1.0),
@@ -108,38 +87,21 @@ def _inelastic_oblique(name: str, shows: str) -> Staged:
     )
 
 
-@listed(
-    SCENES,
-    "classics/perfectly-inelastic",
-    "A disc runs into an equal one at rest with restitution 0, and both go on together.",
-    _PAIR | {Tag.IN_LINE, Tag.INELASTIC},
-)
-def _perfectly_inelastic(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
+def _perfectly_inelastic() -> Staged:
+    """A disc runs into an equal one at rest with restitution 0, and both go on together."""
     # Powers of two throughout: the common velocity is exact, so rounding cannot make the pair approach once more.
-    return _meeting(
-        name,
-        shows,
-        velocity=(4 + 0j, 0j),
-        radius_m=(0.25, 0.25),
-        restitution=0.0,
-        time_s=0.71875,
-        duration_s=1.5,
-    )
+    return _meeting(velocity=(4 + 0j, 0j), radius_m=(0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
-@listed(
-    SCENES,
-    "classics/deflection",
-    "A disc bounces off an immovable one and turns by 120 degrees.",
-    _PAIR | {Tag.IMMOVABLE},
-)
-def _deflection(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.IMMOVABLE})
+def _deflection() -> Staged:
+    """A disc bounces off an immovable one and turns by 120 degrees."""
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(start_x, -miss_distance), complex(speed, 0), radius), disc(0j, 0j, fixed, math.inf)],
         duration_s=1.25,
     )
@@ -151,85 +113,49 @@ def _deflection(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [impact(time, 0, 1, after, 0j)], source))
 
 
-@listed(
-    SCENES,
-    "classics/graze",
-    "A disc grazes another at .999 of the contact distance: a short, shallow overlap.",
-    _PAIR | {Tag.GRAZING},
-)
-def _graze(name: str, shows: str) -> Staged:
-    return _meeting(name, shows, velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
+@listed(SCENES, "classics", _PAIR | {Tag.GRAZING})
+def _graze() -> Staged:
+    """A disc grazes another at .999 of the contact distance: a short, shallow overlap."""
+    return _meeting(velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@listed(
-    SCENES,
-    "classics/miss",
-    "A disc passes another at 1.001 of the contact distance: no impact.",
-    _PAIR | {Tag.GRAZING, Tag.NO_IMPACT},
-)
-def _miss(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.GRAZING, Tag.NO_IMPACT})
+def _miss() -> Staged:
+    """A disc passes another at 1.001 of the contact distance: no impact."""
     # Nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(-speed * nearest, 0), complex(speed, 0), 0.3), disc(1.001j * contact, 0j, 0.2)],
         duration_s=1.25,
     )
     return Staged(scene, complete_answer(scene, [], "The least distance of the centres exceeds the sum of the radii"))
 
 
-@listed(
-    SCENES,
-    "classics/touching-apart",
-    "Two discs touch at the start and move apart: no impact.",
-    _PAIR | {Tag.NO_IMPACT},
-)
-def _touching_apart(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.NO_IMPACT})
+def _touching_apart() -> Staged:
+    """Two discs touch at the start and move apart: no impact."""
     radius = 0.25
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(-radius, 0), -1 + 0.5j, radius), disc(complex(radius, 0), 2 + 0.25j, radius)],
         duration_s=1.0,
     )
     return Staged(scene, complete_answer(scene, [], "Bodies that do not approach exchange no impulse"))
 
 
-@listed(
-    SCENES,
-    "classics/mass-ratio-1000",
-    "A disc of 500 kg sweeps one of half a kilogram away.",
-    _PAIR | {Tag.MASS_RATIO},
-)
-def _mass_ratio_1000(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.MASS_RATIO})
+def _mass_ratio_1000() -> Staged:
+    """A disc of 500 kg sweeps one of half a kilogram away."""
     return _meeting(
-        name,
-        shows,
-        velocity=(2 + 0j, 0j),
-        radius_m=(0.5, 0.1),
-        mass_kg=(500.0, 0.5),
-        offset=0.3,
-        time_s=0.43,
-        duration_s=1.25,
+        velocity=(2 + 0j, 0j), radius_m=(0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25
     )
 
 
-@listed(
-    SCENES,
-    "classics/bullet",
-    "A small disc at 100 m/s strikes another: it passes its target whole between two frames.",
-    _PAIR | {Tag.FAST},
-)
-def _bullet(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _PAIR | {Tag.FAST})
+def _bullet() -> Staged:
+    """A small disc at 100 m/s strikes another: it passes its target whole between two frames."""
     # 1.7 m between two frames, and a target .5 m across.
     return _meeting(
-        name,
-        shows,
-        velocity=(100 + 0j, 0j),
-        radius_m=(0.05, 0.25),
-        mass_kg=(0.1, 2.0),
-        offset=-0.3,
-        time_s=0.171,
-        duration_s=0.5,
+        velocity=(100 + 0j, 0j), radius_m=(0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5
     )

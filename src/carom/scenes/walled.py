@@ -15,7 +15,7 @@ from carom.scenes.closed_forms import (
     unit,
     vector,
 )
-from carom.scenes.known_answer import CatalogueScene, KnownImpact, Staged, Tag, listed
+from carom.scenes.known_answer import UNNAMED, CatalogueScene, KnownImpact, Staged, Tag, listed
 from carom.trace import wall_body
 
 __all__ = ["SCENES"]
@@ -36,18 +36,13 @@ def box_walls(width_m: float, height_m: float) -> list[Wall]:
     ]
 
 
-@listed(
-    SCENES,
-    "classics/box",
-    "One disc in a box: its many bounces are one straight line, unfolded.",
-    _WALL | {Tag.CHAIN},
-)
-def _box(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _WALL | {Tag.CHAIN})
+def _box() -> Staged:
+    """One disc in a box: its many bounces are one straight line, unfolded."""
     radius, width, height = 0.2, 2.4, 1.6
     start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(start + complex(radius, radius), velocity, radius)],
         walls=box_walls(width, height),
         duration_s=2.5,
@@ -73,19 +68,14 @@ def _box(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-@listed(
-    SCENES,
-    "classics/restitution-ladder",
-    "A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before.",
-    _WALL | {Tag.INELASTIC, Tag.CHAIN},
-)
-def _restitution_ladder(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _WALL | {Tag.INELASTIC, Tag.CHAIN})
+def _restitution_ladder() -> Staged:
+    """A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(complex(start_x, 0), velocity, radius)],
         walls=box_walls(width, width)[:2],
         wall_restitution=e,
@@ -106,17 +96,12 @@ def _restitution_ladder(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, impacts, source))
 
 
-@listed(
-    SCENES,
-    "classics/slanted-wall",
-    "A disc bounces off a slanted wall of restitution 3/4.",
-    _WALL | {Tag.TWO_BODIES, Tag.INELASTIC},
-)
-def _slanted_wall(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _WALL | {Tag.TWO_BODIES, Tag.INELASTIC})
+def _slanted_wall() -> Staged:
+    """A disc bounces off a slanted wall of restitution 3/4."""
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[disc(radius * normal - velocity * time, velocity, radius)],
         # Any point of the wall will do; this one lies 2 m off the place of impact.
         walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
@@ -129,21 +114,16 @@ def _slanted_wall(name: str, shows: str) -> Staged:
     return Staged(scene, complete_answer(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source))
 
 
-@listed(
-    SCENES,
-    "classics/bank-shot",
-    "A disc bounces off a wall and then strikes another disc.",
-    _WALL | {Tag.CHAIN},
-)
-def _bank_shot(name: str, shows: str) -> Staged:
+@listed(SCENES, "classics", _WALL | {Tag.CHAIN})
+def _bank_shot() -> Staged:
+    """A disc bounces off a wall and then strikes another disc."""
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
     outgoing = incoming.conjugate()
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = normal_of_offset(outgoing, 0.4)
     after, target_after = after_impact(1.0, outgoing, 1.0, 0j, normal)
     scene = Scene(
-        name=name,
-        description=shows,
+        name=UNNAMED,
         discs=[
             disc(complex(0, radius) - incoming * time_1, incoming, radius),
             disc(struck + 2 * radius * normal, 0j, radius),

@@ -2,7 +2,7 @@
 
 An impact is *ambiguous* where it shares a movable disc with an earlier recorded one at what may be the same instant, as
 far as `carom.solvers.resolution` knows both; unless the two normals are exactly orthogonal, for then neither impulse
-changes what the other impact sees. The result then hangs on an order that is a convention: (time, first, second).
+changes what the other impact sees. The result then depends on an order that is a convention: (time, first, second).
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
 of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one

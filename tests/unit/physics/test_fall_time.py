@@ -141,7 +141,7 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
     roots = acb_poly(quartic).roots(tol=1e-60)  # balls, none of which meets another
     times = [root.real for root in roots if root.imag.contains(0) and root.real > 0]
     exact = min((mpf(time.str(50, radius=False)) for time in times), default=None)
-    found = encounter_time(x, y, vx, vy, radius, 0.0, 0.0, fixed_radius, gx, gy)
+    found = encounter_time((x, y, vx, vy, radius), (0.0, 0.0, fixed_radius), (gx, gy))
     if exact is None:
         assert found == math.inf
     else:
@@ -150,8 +150,8 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
 
 def test_a_disc_dropped_on_another_takes_the_time_of_free_fall() -> None:
     """Straight down on an immovable disc, the gap of 4.9 m closes in a second; from aside it never does."""
-    assert encounter_time(0, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
-    assert encounter_time(1.75, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == math.inf
+    assert encounter_time((0, 6.4, 0, 0, 0.5), (0, 0, 1), (0, -9.8)) == pytest.approx(1, rel=1e-15)
+    assert encounter_time((1.75, 6.4, 0, 0, 0.5), (0, 0, 1), (0, -9.8)) == math.inf
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_contact_with_an_immovable_disc_is_decided_by_signs(
     y: float, vx: float, vy: float, leaving: float | None, time: float
 ) -> None:
     """In contact, the lowest power of the gap that is not zero says whether it opens."""
-    found = encounter_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
+    found = encounter_time((0, y, vx, vy, 0.5), (0, 0, 1), (0, -8), leaving)
     assert found == time
 
 

@@ -26,6 +26,7 @@ cdef extern from *:
     const double COORDINATE_ERROR "carom_COORDINATE_ERROR"
     const double CELLS_PER_DISC "carom_CELLS_PER_DISC"
 
+
 cdef inline double largest_reach(const double *radius, Index discs) noexcept nogil:
     """Return the largest sum of two radii; that of a single disc with one of its own size."""
     cdef Index i
@@ -103,6 +104,7 @@ cdef inline void find_near_walls(State *s) noexcept nogil:
                     or (row >= g.rows and wall.ny < 0.0)
                 )
                 g.near_walls[row * g.stride + column] |= bit * near
+
 
 cdef inline void put(State *s, Index i, Index row, Index column) noexcept nogil:
     """Put disc `i` into a cell; the ring is row 0 and column 0."""
@@ -184,6 +186,7 @@ cdef inline void cross_edge(State *s, Index i) noexcept nogil:
     row += <Index>(edge == UP) - <Index>(edge == DOWN)
     column += <Index>(edge == RIGHT) - <Index>(edge == LEFT)
     put(s, i, row, column)
+
 
 cdef inline Block cells_around(const State *s, Index i) noexcept nogil:
     """Return the cell of disc `i` and its eight neighbours."""

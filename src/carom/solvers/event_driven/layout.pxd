@@ -18,7 +18,7 @@ cdef enum:
     NO_WALL = -1
     NO_BODY = -2147483648  # neither disc nor wall: nothing has been met yet
 
-    PLACES = 2  # for discs in a cell; more hang on a chain, see `Cell`
+    PLACES = 2  # for discs in a cell; more are in a chain, see `Cell`
     MOST_COLUMNS = 32766  # of a grid, and most rows: with the ring around, 16 bits each number a cell
     COLUMN_BITS = 16
     COLUMN_MASK = 0xFFFF
@@ -102,7 +102,7 @@ cdef struct Wall:  # the free side is (p - q).n >= 0
 # ---- cells ----
 
 cdef struct Cell:  # 8 bytes
-    int disc[PLACES]  # NOBODY where empty; CHAINED - i in the last place where a chain hangs on, beginning with disc i
+    int disc[PLACES]  # NOBODY where empty; CHAINED - i in the last place where a chain follows, beginning with disc i
 
 cdef enum:
     CHAINED = -2

@@ -104,7 +104,7 @@ class FallingBodies(Bodies):
             return NEVER
         disc = (*self.state_at(i, self.instant[i]), self.radius[i])
         leaving = self.leaving[i] if self.last_partner[i] == fixed else None
-        wait = encounter_time(*disc, self.x[fixed], self.y[fixed], self.radius[fixed], *self.gravity, leaving)
+        wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.gravity, leaving)
         return after(self.instant[i], wait)
 
     def next_wall_impact(self, i: int, k: int) -> Instant:

@@ -1,14 +1,18 @@
-"""The map of what sampling costs two equal discs, over impact parameter and speed: made from an ensemble."""
+"""The map of what sampling costs two equal discs, over impact parameter and speed: made from an ensemble.
+
+Run as a script, it draws the two figures of `docs/scoring.md` beside itself.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.report.svg import INK, drawing, new_figure, render
+from carom.report.svg import INK, alone, drawing, new_figure, render
 from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
 
 __all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
@@ -17,7 +21,7 @@ __all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
 _COLUMNS, _ROWS = 36, 24
 
-#: Scenes in the report's map: some 300 a cell, in about a second.
+#: Scenes in the map: some 300 a cell, in about a second.
 MAP_SCENES = 2**18
 
 _WIDTH_IN, _HEIGHT_IN = 5.1, 3.4
@@ -125,3 +129,10 @@ def error_map_figure(found: ErrorMap, label: str, *, missed: bool) -> str:
         bar.outline.set_edgecolor(INK)
         bar.set_label("share of impacts missed" if missed else "velocity error / relative speed, mean", labelpad=2)
         return render(figure, label)
+
+
+if __name__ == "__main__":
+    for part, what in ((False, "velocity error"), (True, "share of impacts missed")):
+        svg = error_map_figure(build_error_map(), f"PIT of two discs: {what}", missed=part)
+        path = Path(__file__).with_name(f"error-map-{'missed' if part else 'velocity'}.svg")
+        path.write_text(alone(svg), encoding="utf-8")

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-
-from carom.report.error_map import build_error_map, error_map_figure
+from docs.figures.error_map import build_error_map, error_map_figure
 
 SCENES = 2**17
 

@@ -1,0 +1,130 @@
+"""The documents of `carom engines`, `carom scenes` and `carom certify`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import tomli_w
+
+from carom.adapter import Capabilities
+from carom.registry import EngineInfo
+from carom.report import wording
+from carom.report.document import Cell, Column, Document, Section, Table
+from carom.scenes import CatalogueScene, Complaint
+from carom.trace import pair_name
+
+if TYPE_CHECKING:
+    from carom.solvers.certified import CertifiedTrace
+
+__all__ = ["certified_document", "engine_document", "scene_document", "scene_text"]
+
+
+def engine_document(infos: Sequence[EngineInfo]) -> Document:
+    """Return a table of engines: version, or why unavailable, profiles and capabilities."""
+    table = Table.made(
+        (
+            ("name", lambda info: info.name),
+            ("engine", lambda info: info.engine),
+            ("version, or why it is unavailable", _version),
+            ("profiles", lambda info: ", ".join(info.profiles)),
+            ("capabilities", lambda info: _capabilities(info.capabilities) if info.capabilities else ""),
+        ),
+        infos,
+    )
+    return Document("Carom: engines", (), (Section("Engines", (table,)),))
+
+
+def _version(info: EngineInfo) -> Cell | str:
+    return info.version if info.available else Cell(f"unavailable: {info.unavailable}", style="red")
+
+
+def _capabilities(able: Capabilities) -> str:
+    low, high = able.restitution
+    parts = [
+        "walls" if able.walls else "no walls",
+        "immovable discs" if able.immovable_discs else "no immovable discs",
+        "gravity" if able.gravity else "no gravity yet",
+        f"restitution {low:g}" if low == high else f"restitution {low:g} to {high:g}",
+        *(["continuous detection"] if able.continuous_detection else []),
+        f"contact times {able.contact_times.value}",
+        f"float{able.float_bits}",
+    ]
+    return ", ".join(parts)
+
+
+def scene_document(entries: Sequence[CatalogueScene]) -> Document:
+    """Return a table of scenes: name, size, and what each shows."""
+    table = Table.made(
+        (
+            ("name", lambda entry: entry.name),
+            ("what it shows", lambda entry: entry.shows),
+            (Column("discs", number=True), lambda entry: str(len(entry.scene.discs))),
+            (Column("walls", number=True), lambda entry: str(len(entry.scene.walls))),
+            (Column("impacts", number=True), lambda entry: "" if entry.known.count is None else str(entry.known.count)),
+        ),
+        entries,
+    )
+    return Document("Carom: scenes", (), (Section("Scenes", (table,)),))
+
+
+def scene_text(entry: CatalogueScene) -> str:
+    """Return a scene as a TOML file that can be loaded again, its known answer told in comments at the top."""
+    lines = [entry.shows, f"Known answer: {entry.known.source}"]
+    if entry.known.count is not None:
+        lines.append(f"Impacts: {entry.known.count}")
+    if entry.known.convention:
+        lines.append(f"No unique answer: {entry.known.convention}")
+    if isinstance(entry, Complaint):
+        lines += [f"Reported of {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
+    comments = "".join(f"# {line}\n" for line in lines)
+    return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
+
+
+def certified_document(certified: CertifiedTrace, most: int) -> Document:
+    """Return the first impacts, every digit of them right to one unit in the last, and how far the run reached."""
+    left_out = len(certified) - most
+    table = Table.made(
+        (
+            (Column("#", number=True), str),
+            ("time, s", lambda k: _decimals(certified, k)[0]),
+            ("bodies", lambda k: pair_name(certified.trace.impacts[k])),
+            ("velocities after, m/s", lambda k: _velocities(certified, k)),
+        ),
+        range(min(most, len(certified))),
+        title=f"{certified.trace.scene.name}: every digit proven",
+        note=f"and {left_out} more" if left_out > 0 else "",
+    )
+    blocks = (table,) if most and len(certified) else ()
+    return Document("Carom: certified", tuple(_reach(certified)), (Section(table.title, blocks),))
+
+
+def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
+    """Return the proven digits of an impact: its time, and the parts of both velocities after it."""
+    if certified.decimals:
+        return certified.decimals[k]
+    from carom.solvers.certified import proven_decimal
+
+    impact, radius = certified.trace.impacts[k], certified.radii[k]
+    sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]
+    numbers = [(impact["time_s"], radius["time_s"]), *((impact[side][c], radius[side][c]) for side, c in sides)]
+    return [proven_decimal(float(value), float(bound)) for value, bound in numbers]
+
+
+def _velocities(certified: CertifiedTrace, k: int) -> str:
+    _, *velocity = _decimals(certified, k)
+    after = f"({velocity[0]}, {velocity[1]})"
+    return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
+
+
+def _reach(certified: CertifiedTrace) -> Iterator[str]:
+    """Say how far the run is certified, and why it ended."""
+    impacts, end_s = wording.count(len(certified), "impact"), certified.trace.end_time_s
+    reach = f"certified to {certified.digits} digits for {impacts}, to {end_s:.6g} s"
+    cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
+    yield f"{certified.trace.scene.name}: {reach} of {certified.trace.scene.duration_s:g} s ({cost})."
+    yield f"{wording.capitalised(certified.ending.value)}."
+    if certified.degeneracy is not None:
+        yield f"{certified.degeneracy}."
+    if certified.commuted:
+        yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference, and is not certified."
