@@ -9,7 +9,7 @@ REPORT ?= reports/latest
 SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd')
 MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
-# For campaign-pic: impacts in all (counts add up in build/campaign-pic.json), and processes.
+# For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
 JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
@@ -39,8 +39,7 @@ test-long: $(BUILT)
 	$(BIN)/python -m pytest -m long -n auto --dist loadfile
 
 campaign-pic: $(BUILT)
-	mkdir -p build
-	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state build/campaign-pic.json
+	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
 
 bench: $(BUILT)
 	for part in pic pit time_of_impact certified start; do \

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from carom.conformance.plan import USUAL_PROFILES
+from carom.conformance.suite import USUAL_PROFILES
 from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"

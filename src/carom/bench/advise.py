@@ -26,7 +26,7 @@ from carom.runs.scoring import Measures, job_key, sweep
 from carom.scene import Scene
 from carom.trace import Trace
 
-__all__ = ["RESOLUTION", "Advice", "Advised", "Attempt", "Cause", "Demand", "HardImpact", "advise", "hardest_impacts"]
+__all__ = ["RESOLUTION", "Advice", "Advised", "Cause", "Demand", "HardImpact", "StepTrial", "advise", "hardest_impacts"]
 
 #: A search ends when the step that passes and the one that fails are so close, relative.
 RESOLUTION = 1.02
@@ -89,7 +89,7 @@ class HardImpact:
 
 
 @dataclass(frozen=True)
-class Attempt:
+class StepTrial:
     """One step, run at all its starts.
 
     Attributes:
@@ -125,8 +125,8 @@ class Advised:
     """
 
     method: Method
-    passes: Attempt | None
-    fails: Attempt | None
+    passes: StepTrial | None
+    fails: StepTrial | None
     closed_form_s: float | None
     trials: int
     reason: str = ""
@@ -286,14 +286,14 @@ def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[flo
     return found
 
 
-def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> Attempt:
+def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> StepTrial:
     if reason:
-        return Attempt(dt_s, False, math.nan, False, math.nan, len(measured), reason)
+        return StepTrial(dt_s, False, math.nan, False, math.nan, len(measured), reason)
     lost = [measures.missed + measures.spurious > 0 or measures.outcome != "completed" for measures in measured]
-    direction = max((m.direction_error_rad for m in measured if not math.isnan(m.direction_error_rad)), default=0.0)
+    direction = max((m.total.direction_rad for m in measured if not math.isnan(m.total.direction_rad)), default=0.0)
     share = sum(lost[:phases]) / phases
     few_enough = share <= demand.miss_probability if demand.miss_probability > 0 else not any(lost)
-    return Attempt(
+    return StepTrial(
         dt_s, few_enough and direction <= demand.direction_error_rad, share, any(lost), direction, len(measured)
     )
 
@@ -304,14 +304,14 @@ class _Search:
     def __init__(self, scene: Scene, method: Method, closed_form: float | None, guess: float) -> None:
         self._method = method
         self._closed_form = closed_form if method.engine == "pit" else None
-        self._passes: Attempt | None = None
-        self._fails: Attempt | None = None
+        self._passes: StepTrial | None = None
+        self._fails: StepTrial | None = None
         self._trials = 0
         self._reason = ""
         self._steps = self._search(scene, guess)
         self.wanted: float | None = next(self._steps)
 
-    def take(self, trial: Attempt) -> None:
+    def take(self, trial: StepTrial) -> None:
         """Take what came of the step that was wanted."""
         self._trials += 1
         if trial.reason:
@@ -330,7 +330,7 @@ class _Search:
         """Return what was found."""
         return Advised(self._method, self._passes, self._fails, self._closed_form, self._trials, self._reason)
 
-    def _search(self, scene: Scene, guess: float) -> Generator[float, Attempt, None]:
+    def _search(self, scene: Scene, guess: float) -> Generator[float, StepTrial, None]:
         if self._closed_form is not None and math.isfinite(self._closed_form):
             yield from self._confirm(self._closed_form)
             return
@@ -351,7 +351,7 @@ class _Search:
             else:
                 return
 
-    def _down(self, step: float, finest: float) -> Generator[float, Attempt, None]:
+    def _down(self, step: float, finest: float) -> Generator[float, StepTrial, None]:
         while self._passes is None and step >= finest:
             trial = yield step
             if trial.meets:
@@ -360,7 +360,7 @@ class _Search:
                 self._fails = trial
             step /= 2
 
-    def _bisect(self) -> Generator[float, Attempt, None]:
+    def _bisect(self) -> Generator[float, StepTrial, None]:
         while self._passes is not None and self._fails is not None:
             low, high = self._passes.dt_s, self._fails.dt_s
             if high <= low * RESOLUTION:
@@ -371,7 +371,7 @@ class _Search:
             else:
                 self._fails = trial
 
-    def _confirm(self, step: float) -> Generator[float, Attempt, None]:
+    def _confirm(self, step: float) -> Generator[float, StepTrial, None]:
         """Run the closed form's step, and one a search's resolution above it."""
         # The step itself is the limit, which rounding may put on either side.
         trial = yield step * (1.0 - 1e-9)

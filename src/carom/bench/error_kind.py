@@ -44,16 +44,16 @@ _MEANINGS = {
 
 def error_of(measures: Measures, kind: ErrorKind) -> float:
     """Return the error of a run; NaN where no impact was matched. Missed impacts are not in it: they are counted."""
-    time = abs(measures.time_error_s) / measures.duration_s
+    time = abs(measures.total.time_s) / measures.duration_s
     match kind:
         case ErrorKind.TIME:
             return time
         case ErrorKind.VELOCITY:
-            return measures.velocity_error
+            return measures.total.velocity
         case ErrorKind.DIRECTION:
-            return measures.direction_error_rad
+            return measures.total.direction_rad
         case ErrorKind.POSITION:
-            return measures.final_position_error
+            return measures.total.final_position
         case ErrorKind.IMPACT:
-            both = (time, measures.velocity_error)
+            both = (time, measures.total.velocity)
             return math.nan if any(map(math.isnan, both)) else max(both)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from carom.bench.convergence import Order
 from carom.bench.noise import Noise
 from carom.bench.plan import BenchPlan
-from carom.bench.timing import At, CellTiming
+from carom.bench.rounds import At, CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment

@@ -95,7 +95,7 @@ def bench(
         _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
         return
     from carom.bench.plan import BenchPlan
-    from carom.bench.timing import timing_journal
+    from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
     from carom.report.bench import bench_document
     from carom.report.bench_figure import Diagram

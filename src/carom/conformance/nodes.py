@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from carom.conformance.cases import Case
-from carom.conformance.plan import EnginePlan, Plan
+from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
 from carom.errors import CaromError
 from carom.scene import save_scene
@@ -94,7 +94,7 @@ class CaseItem(pytest.Item):
 class ConformanceRun:
     """The hooks of a run that was asked for."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Suite) -> None:
         self._plan = plan
 
     @pytest.hookimpl(tryfirst=True)

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from carom.conformance.plan import Plan
+    from carom.conformance.suite import Suite
 
 __all__ = ["plan_key"]
 
-plan_key: pytest.StashKey[Plan] = pytest.StashKey()
+plan_key: pytest.StashKey[Suite] = pytest.StashKey()
 
 MARKER = "carom_conformance: a case of Carom's conformance suite; `-m carom_conformance` runs nothing else"
 
@@ -60,11 +60,11 @@ def pytest_configure(config: pytest.Config) -> None:
     if not wanted:
         return
     config.addinivalue_line("markers", MARKER)
-    from carom.conformance.plan import make_plan
+    from carom.conformance.suite import make_suite
     from carom.errors import CaromError
 
     try:
-        config.stash[plan_key] = make_plan(
+        config.stash[plan_key] = make_suite(
             wanted,
             config.getoption("carom_profile"),
             config.getoption("carom_known_failures"),

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from carom.errors import CaromError
 from carom.scene import Scene
 
-__all__ = ["NotApplicable", "Setup", "Violation", "step_text"]
+__all__ = ["NotApplicable", "Setup", "Violation", "require", "step_text"]
 
 
 def step_text(dt_s: float) -> str:
@@ -53,3 +53,9 @@ class Violation(CaromError):  # noqa: N818 - what a check finds; the suite itsel
 
 class NotApplicable(CaromError):  # noqa: N818 - a reason to skip, no error
     """What a check is about is declared not to be there, or can't be seen on this system; the message is the reason."""
+
+
+def require(holds: bool, what: str, expected: object, found: object, setup: Setup | None = None) -> None:
+    """Find a violation where something does not hold."""
+    if not holds:
+        raise Violation(what, expected=expected, found=found, setup=setup)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from carom.bench.advise import RESOLUTION, Advice, Advised, Attempt, Cause, HardImpact
+from carom.bench.advise import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
 from carom.report import wording
 from carom.report.document import Document, Section, Table
 from carom.trace import body_name
@@ -97,11 +97,11 @@ def _row(answer: Advised) -> tuple[str, ...]:
     )
 
 
-def _step(trial: Attempt | None) -> str:
+def _step(trial: StepTrial | None) -> str:
     return wording.ABSENT if trial is None else f"{wording.number(trial.dt_s, 4)} s"
 
 
-def _found(trial: Attempt | None) -> str:
+def _found(trial: StepTrial | None) -> str:
     if trial is None:
         return wording.ABSENT
     lost = wording.percent(trial.lost_share) + ("+" if trial.lost_anywhere and not trial.lost_share else "")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,71 +75,89 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         AdapterError: The adapter refuses the scene or fails.
     """
     settings = profile_settings(adapter, profile, dt_s)
-    steps = scene.step_count(dt_s)
-    start = Observation(
-        np.array([disc.position_m for disc in scene.discs], dtype=np.float64),
-        np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
-    )
-    collector = ImpactCollector(scene, start)
-    positions = [start.position_m]
-    stride = -(-steps // MOST_SAMPLES)
-    outcome, taken, state = Outcome.COMPLETED, 0, start
-    flight = FreeFlight(scene, dt_s, adapter.capabilities.float_bits)
-    gravity = gravity_of(scene)
-    notes: tuple[str, ...] = ()
+    run = _Run(scene, dt_s, samples=samples)
     world = adapter.prepare(scene, settings)
     try:
         used = dict(world.settings)
         world.observe()  # some engines begin to note their contacts when they are first looked at
         cutter = Cutter(world) if adapter.profiles[profile].located else None
-        for step in range(1, steps + 1):
-            for time_s in _pieces(world, cutter, step, dt_s):
-                now = world.observe()
-                outcome, notes = _health(now)
-                if outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
-                    break
-                state = now
-                collector.add(time_s, now)
-                if outcome is Outcome.STANDSTILL:
-                    taken = step
-                    break
-            if cutter is not None and cutter.stuck:
-                outcome = Outcome.STANDSTILL
-            if outcome is not Outcome.COMPLETED:
-                break
-            taken = step
-            if samples and step % stride == 0:
-                positions.append(state.position_m)
-            if not gravity.any() and flight.begins(step * dt_s, state):
-                break
-        counts = _counts(world, taken, steps) | ({"pieces": cutter.pieces, "probes": cutter.probes} if cutter else {})
+        run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
+        counts = _counts(world, run.taken, run.steps)
     finally:
         world.close()
-    impacts, effective = collector.finish()
-    missing = scene.duration_s - taken * dt_s if outcome is Outcome.COMPLETED else 0.0
-    if samples and outcome is Outcome.COMPLETED:
-        positions += [
-            state.position_m + state.velocity_m_s * ((step - taken) * dt_s)
-            for step in range(len(positions) * stride, steps + 1, stride)
-        ]
-    return Trace(
-        method=adapter.name,
-        scene=scene,
-        impacts=impacts,
-        final_position_m=state.position_m + state.velocity_m_s * missing + gravity * (missing * missing / 2),
-        final_velocity_m_s=state.velocity_m_s + gravity * missing,
-        end_time_s=taken * dt_s + missing,
-        outcome=outcome,
-        dt_s=dt_s,
-        effective_time_s=effective,
-        state_before=collector.states,
-        samples=_samples(positions, stride * dt_s) if samples else None,
+    if cutter is not None:
+        counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
+    return replace(
+        run.trace(adapter.name),
         profile=profile,
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
-        notes=notes,
     )
+
+
+class _Run:
+    """What has been seen of a run so far."""
+
+    def __init__(self, scene: Scene, dt_s: float, *, samples: bool) -> None:
+        self.scene, self.dt_s, self.samples = scene, dt_s, samples
+        self.steps, self.taken = scene.step_count(dt_s), 0
+        self.state = Observation(
+            np.array([disc.position_m for disc in scene.discs], dtype=np.float64),
+            np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
+        )
+        self.collector = ImpactCollector(scene, self.state)
+        self.gravity = gravity_of(scene)
+        self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
+        self.positions = [self.state.position_m]
+        self.stride = -(-self.steps // MOST_SAMPLES)
+
+    def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
+        """Take steps to the end, or to where nothing but free flight is left."""
+        for step in range(1, self.steps + 1):
+            for time_s in _pieces(world, cutter, step, self.dt_s):
+                now = world.observe()
+                self.outcome, self.notes = _health(now)
+                if self.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
+                    return
+                self.state = now
+                self.collector.add(time_s, now)
+                if self.outcome is Outcome.STANDSTILL:
+                    self.taken = step
+                    return
+            if cutter is not None and cutter.stuck:
+                self.outcome = Outcome.STANDSTILL
+                return
+            self.taken = step
+            if self.samples and step % self.stride == 0:
+                self.positions.append(self.state.position_m)
+            if not self.gravity.any() and flight.begins(step * self.dt_s, self.state):
+                return
+
+    def trace(self, method: str) -> Trace:
+        """Return what was seen, moved on to the end of the scene."""
+        completed, state = self.outcome is Outcome.COMPLETED, self.state
+        impacts, effective = self.collector.finish()
+        missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
+        if self.samples and completed:
+            self.positions += [
+                state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
+                for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
+            ]
+        return Trace(
+            method=method,
+            scene=self.scene,
+            impacts=impacts,
+            final_position_m=state.position_m + state.velocity_m_s * missing + self.gravity * (missing * missing / 2),
+            final_velocity_m_s=state.velocity_m_s + self.gravity * missing,
+            end_time_s=self.taken * self.dt_s + missing,
+            outcome=self.outcome,
+            dt_s=self.dt_s,
+            effective_time_s=effective,
+            state_before=self.collector.states,
+            samples=_samples(self.positions, self.stride * self.dt_s) if self.samples else None,
+            notes=self.notes,
+        )
 
 
 def _counts(world: World, taken: int, steps: int) -> dict[str, int]:

@@ -13,7 +13,7 @@ from functools import cache, lru_cache
 from importlib import metadata
 from pathlib import Path
 
-from carom.comparator import compare
+from carom.comparator import Errors, compare
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.registry import engines, load_adapter
@@ -69,42 +69,26 @@ class JobKey:
 
 @dataclass(frozen=True)
 class Measures:
-    """The numbers of a score, see `carom.comparator.Score`; angles in radians, NaN without a matched impact.
+    """The numbers of a score, see `carom.comparator.Score`.
 
     Attributes:
+        total: The largest errors against the reference, kind by kind.
         expected: Impacts of the reference.
         matched: Impacts found.
         missed: Impacts missed.
         spurious: Impacts invented.
         undecided: Impacts too close to the end of the run to have been reported.
-        ambiguous: Impacts of the reference to which physics gives no unique answer.
-        time_error_s: Largest time error by magnitude, with its sign.
-        velocity_error: Largest velocity error, over the scene's speed.
-        direction_error_rad: Largest direction error.
-        final_position_error: Largest distance of a disc from its final place, over the largest radius.
-        final_velocity_error: Largest error of a final velocity, over the scene's speed.
-        energy_error: Error of the final kinetic energy, over that at the start.
-        momentum_error: Error of the final momentum, over mass and speed.
         duration_s: By which times are divided where they are to have no unit.
-        steps: Steps taken.
         outcome: How the run ended, the name of a `carom.trace.Outcome`.
     """
 
+    total: Errors
     expected: int
     matched: int
     missed: int
     spurious: int
     undecided: int
-    ambiguous: int
-    time_error_s: float
-    velocity_error: float
-    direction_error_rad: float
-    final_position_error: float
-    final_velocity_error: float
-    energy_error: float
-    momentum_error: float
     duration_s: float
-    steps: int
     outcome: str
 
 
@@ -151,21 +135,13 @@ class ScoreJob:
         observed = observe_run(load_adapter(job.engine), scene, job.profile, job.dt_s)
         score = compare(reference, observed)
         return Measures(
-            expected=score.expected,
+            score.total,
+            score.expected,
             matched=len(score.errors),
             missed=len(score.missed),
             spurious=len(score.spurious),
             undecided=len(score.undecided),
-            ambiguous=len(reference.ambiguous),
-            time_error_s=float(score.total.time_s),
-            velocity_error=float(score.total.velocity),
-            direction_error_rad=float(score.total.direction_rad),
-            final_position_error=float(score.total.final_position),
-            final_velocity_error=float(score.total.final_velocity),
-            energy_error=float(score.total.energy),
-            momentum_error=float(score.total.momentum),
             duration_s=scene.duration_s,
-            steps=observed.counts.get("steps", 0),
             outcome=observed.outcome.name.lower(),
         )
 

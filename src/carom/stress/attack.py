@@ -18,6 +18,7 @@ __all__ = [
     "Judgement",
     "Trial",
     "closed_form_judge",
+    "deepest_overlap",
     "energy_judge",
     "pressure_judge",
     "velocity_judge",
@@ -164,7 +165,6 @@ def closed_form_judge(
 def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
     """Judge by what every elastic scene keeps: kinetic energy to a tenth, and discs out of each other and the walls."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
-    radius = np.array([disc.radius_m for disc in scene.discs])
 
     def judge(trace: Trace) -> Judgement:
         if (cut := _cut_short(trace)) is not None:
@@ -172,7 +172,7 @@ def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
             return Judgement(abs(gained), f"{abs(gained):.2g} of the energy {'gained' if gained > 0 else 'lost'}")
-        overlap = _deepest_overlap(trace.final_position_m, radius, scene)
+        overlap = deepest_overlap(trace.final_position_m, scene)
         if not overlap <= 1.0:
             return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
         return Judgement(abs(gained))
@@ -207,8 +207,9 @@ def pressure_judge(scene: Scene, compressibility: float) -> Callable[[Trace], Ju
     return judge
 
 
-def _deepest_overlap(position: np.ndarray, radius: np.ndarray, scene: Scene) -> float:
-    """Deepest overlap of two discs, or of a disc with a wall, in radii of the smallest disc."""
+def deepest_overlap(position: np.ndarray, scene: Scene) -> float:
+    """Return the deepest overlap of two discs, or of a disc with a wall, in radii of the smallest disc."""
+    radius = np.array([disc.radius_m for disc in scene.discs])
     deepest = 0.0
     for i in range(len(radius) - 1):
         distance = np.hypot(*(position[i + 1 :] - position[i]).T)

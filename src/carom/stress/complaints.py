@@ -13,6 +13,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
+from carom.stress.attack import deepest_overlap
 from carom.stress.results import Ending, Spot
 from carom.trace import Outcome, Trace, kinetic_energy
 
@@ -74,7 +75,7 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         invented = len(trace.impacts) - (known.count or 0)
         seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
     elif symptom is Symptom.ESCAPES:
-        depth = _depth(trace, scene)
+        depth = deepest_overlap(trace.final_position_m, scene)
         seen, reason = not depth <= 1.0, f"{depth:.2g} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
         seen, reason = energy > least, f"{energy:.2g} of the energy gained"
@@ -124,16 +125,3 @@ def _missed(trace: Trace, known: KnownAnswer) -> int:
     expected = Counter((impact.first, impact.second) for impact in known.impacts)
     found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))
     return (expected - found).total()
-
-
-def _depth(trace: Trace, scene: Scene) -> float:
-    """Depth of the deepest overlap at the end, in radii of the smallest disc."""
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    deepest = 0.0
-    for wall in scene.walls:
-        reach = radius - (trace.final_position_m - wall.point_m) @ np.array(wall.normal)
-        deepest = float(np.maximum(deepest, np.max(reach)))
-    for i in range(len(radius) - 1):
-        distance = np.hypot(*(trace.final_position_m[i + 1 :] - trace.final_position_m[i]).T)
-        deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
-    return deepest / float(np.min(radius))

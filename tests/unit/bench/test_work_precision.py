@@ -20,7 +20,7 @@ from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
 from carom.bench.plan import BenchPlan, geometric_steps
 from carom.bench.results import Bench, Point, cheapest, pareto_front
-from carom.bench.timing import CellTiming, time_scene, timing_journal
+from carom.bench.rounds import CellTiming, time_scene, timing_journal
 from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
@@ -266,7 +266,7 @@ def test_numpy_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypat
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
     found = eval(documented("np"), {"json": json, "np": np, "Path": Path})  # noqa: S307 - our own documentation
-    assert found.tolist() == [measures.velocity_error for _, measures in measured_in(path)]
+    assert found.tolist() == [measures.total.velocity for _, measures in measured_in(path)]
 
 
 def test_pandas_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -275,8 +275,8 @@ def test_pandas_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypa
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
     frame = eval(documented("pd"), {"json": json, "pd": pandas, "Path": Path})  # noqa: S307 - our own documentation
-    expected = [measures.velocity_error for _, measures in measured_in(path)]
-    assert frame["answer.value.velocity_error"].tolist() == pytest.approx(expected, rel=1e-15)
+    expected = [measures.total.velocity for _, measures in measured_in(path)]
+    assert frame["answer.value.total.velocity"].tolist() == pytest.approx(expected, rel=1e-15)
     assert frame["key.method.engine"].tolist() == ["pit", "pit"]
 
 
@@ -286,7 +286,7 @@ def test_duckdb_reads_a_journal_in_a_line(tmp_path: Path, scene: Scene, monkeypa
     path = journal_of(tmp_path, scene)
     monkeypatch.chdir(tmp_path)
     found = eval(documented("duckdb"), {"duckdb": duckdb}).fetchall()  # noqa: S307 - our own documentation
-    expected = [("pit", dt_s, measures.velocity_error) for dt_s, measures in measured_in(path)]
+    expected = [("pit", dt_s, measures.total.velocity) for dt_s, measures in measured_in(path)]
     assert sorted(found) == sorted(expected)
 
 

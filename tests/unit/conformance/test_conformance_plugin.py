@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from carom.conformance.known_failures import FILE_NAME
-from carom.conformance.plan import make_plan
 from carom.conformance.selection import selected_engines
+from carom.conformance.suite import make_suite
 from carom.errors import InputError
 from carom.registry import load_adapter
 
@@ -106,12 +106,12 @@ def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Py
 def test_a_wrong_file_or_time_limit_makes_no_plan(tmp_path: Path) -> None:
     """A name of no case, a file that is not there and a time limit that is none are errors."""
     with pytest.raises(InputError, match=r"none\.toml: can't be read"):
-        make_plan(["pit"], [], tmp_path / "none.toml", [tmp_path], 60.0)
+        make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], 60.0)
     with pytest.raises(InputError, match="--carom-time-limit must be a number of seconds above 0, got 0"):
-        make_plan(["pit"], [], None, [tmp_path], 0.0)
+        make_suite(["pit"], [], None, [tmp_path], 0.0)
     (tmp_path / FILE_NAME).write_text('[[known_failure]]\nreason = "x"\ncases = ["pit::enrgy[tuned]"]\n')
     with pytest.raises(InputError, match=r"no case 'pit::enrgy\[tuned\]'; did you mean 'pit::energy\[tuned\]'"):
-        make_plan(["pit"], [], None, [tmp_path], 60.0)
+        make_suite(["pit"], [], None, [tmp_path], 60.0)
 
 
 def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path) -> None:
@@ -121,13 +121,13 @@ def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path)
     )
     run = {}
     for asked in ((), ("tuned",), ("all",)):
-        (engine,) = make_plan(["pymunk"], asked, None, [tmp_path], 60.0).engines
+        (engine,) = make_suite(["pymunk"], asked, None, [tmp_path], 60.0).engines
         run[asked] = {case.profile for case in engine.cases}
     assert run[()] == {"", "default", "tuned", "located"}
     assert run["tuned",] == {"", "tuned"}
     assert run["all",] == {"", *load_adapter("pymunk").profiles}
     with pytest.raises(InputError, match=r"--carom-profile: no profile 'tund'; there are: default, tuned, "):
-        make_plan(["pymunk"], ["tund"], None, [tmp_path], 60.0)
+        make_suite(["pymunk"], ["tund"], None, [tmp_path], 60.0)
 
 
 def test_engines_are_meant_by_name_distribution_or_package() -> None:

@@ -5,13 +5,14 @@ import math
 import os
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from carom.comparator import Errors
 from carom.errors import InputError
 from carom.runs.job import Answer, Method, Status
 from carom.runs.journal import canonical
@@ -23,7 +24,7 @@ KEY = JobKey("ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), (
 
 
 def measures(value: float = 0.1) -> Measures:
-    return Measures(3, 2, 1, 0, 0, 0, value, value, value, value, value, value, value, 2.0, 120, "completed")
+    return Measures(Errors(*[value] * len(fields(Errors))), 3, 2, 1, 0, 0, 2.0, "completed")
 
 
 def result(dt_s: float = 1 / 60, value: float = 0.1) -> Scored:
@@ -49,9 +50,9 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
     assert read.key == written.key
     assert read.answer.value is not None
     if math.isnan(value):
-        assert math.isnan(read.answer.value.velocity_error)
+        assert math.isnan(read.answer.value.total.velocity)
     else:
-        assert read.answer.value.velocity_error.hex() == value.hex()
+        assert read.answer.value.total.velocity.hex() == value.hex()
     assert path.read_bytes().splitlines()[2] == line
 
 

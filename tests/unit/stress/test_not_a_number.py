@@ -10,6 +10,7 @@ import pytest
 from carom import Scene, Trace, solve_pic
 from carom.bench.error_kind import ErrorKind, error_of
 from carom.bench.results import Point
+from carom.comparator import Errors
 from carom.runs.scoring import Measures
 from carom.scenes import catalogue
 from carom.stress.relations import base_scene, deviation_of, relations
@@ -38,12 +39,8 @@ def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -
 def test_an_infinite_error_is_no_sound_point() -> None:
     """The larger of a time and an infinite velocity error is infinite, and no diagram takes it for a point."""
     scene = catalogue()["paper/late"].scene
-    measures = Measures(
-        expected=1, matched=1, missed=0, spurious=0, undecided=0, ambiguous=0, time_error_s=0.5,
-        velocity_error=math.inf, direction_error_rad=math.inf, final_position_error=math.inf,
-        final_velocity_error=math.inf, energy_error=math.inf, momentum_error=math.inf,
-        duration_s=scene.duration_s, steps=1, outcome="completed",
-    )  # fmt: skip
+    total = Errors(**{field.name: math.inf for field in dataclasses.fields(Errors)} | {"time_s": 0.5})
+    measures = Measures(total, 1, 1, 0, 0, 0, duration_s=scene.duration_s, outcome="completed")
     assert error_of(measures, ErrorKind.IMPACT) == math.inf
     point = Point("x", "tuned", 0.1, math.inf, math.inf, math.inf, phases=1, expected=1, missed=0, spurious=0)
     assert not point.sound

@@ -12,7 +12,7 @@ from carom.adapter import Contact, ContactTimes, Observation, Stamp
 from carom.conformance.checks.common import numbers, own_setup
 from carom.conformance.scenes import mixed_contacts
 from carom.conformance.subject import Subject, greatest_speed, masses
-from carom.conformance.violation import NotApplicable, Setup, Violation
+from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.trace import wall_index
 
 __all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_are_well_formed"]
@@ -45,17 +45,17 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             first, second = contact.first, contact.second
             sound = 0 <= first < discs and (first < second < discs or -walls <= second < 0)
             what = f"a contact in step {step} is of bodies that it can't be of"
-            _require(sound, what, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
+            require(sound, what, f"first < second < {discs}, or a wall from -1 to {-walls}", (first, second), setup)
             length = math.hypot(*contact.normal)
             what = f"the normal of a contact in step {step} is no unit vector"
-            _require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
+            require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
             towards = _line(setup, before, contact)
             what = f"the normal of a contact in step {step} does not point from its first body to its second"
             expected = f"along {numbers(towards)}"
-            _require(float(np.dot(towards, contact.normal)) > 0, what, expected, numbers(contact.normal), setup)
+            require(float(np.dot(towards, contact.normal)) > 0, what, expected, numbers(contact.normal), setup)
             sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
             what = f"the impulse of a contact in step {step} pulls"
-            _require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
+            require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
 
 
 def contacts_are_stamped(subject: Subject, profile: str) -> None:
@@ -69,11 +69,11 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
             what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
-            _require(sound, what, f"{begin:.9g} to {end:.9g} s", f"{contact.time_s:.9g} s", setup)
+            require(sound, what, f"{begin:.9g} to {end:.9g} s", f"{contact.time_s:.9g} s", setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
             what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
-            _require(sound, what, f"{declared:.9g} s", f"{contact.time_s:.9g} s", setup)
+            require(sound, what, f"{declared:.9g} s", f"{contact.time_s:.9g} s", setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
@@ -87,7 +87,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
         touched = {body for contact in acting for body in (contact.first, contact.second)}
         for body, size in enumerate(np.hypot(*change.T).tolist()):
             what = f"the velocity of disc {body} changes by {size:.3g} m/s in step {step}, but no contact is reported"
-            _require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
+            require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
         if any(contact.impulse_n_s is None for contact in acting):
             continue
         told = np.zeros_like(change)
@@ -100,7 +100,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
             what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
             expected = f"{numbers(wanted)} m/s to {allowed:.2g}"
             found_text = f"impulses worth {numbers(found)} m/s"
-            _require(math.dist(wanted, found) <= allowed, what, expected, found_text, setup)
+            require(math.dist(wanted, found) <= allowed, what, expected, found_text, setup)
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
@@ -110,8 +110,3 @@ def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, f
         return (-x, -y)
     x, y = (before.position_m[contact.second] - before.position_m[contact.first]).tolist()
     return (x / math.hypot(x, y), y / math.hypot(x, y))
-
-
-def _require(holds: bool, what: str, expected: object, found: object, setup: Setup) -> None:
-    if not holds:
-        raise Violation(what, expected=expected, found=found, setup=setup)

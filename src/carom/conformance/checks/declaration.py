@@ -9,7 +9,7 @@ import sys
 from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
 from carom.conformance.scenes import DT_S
 from carom.conformance.subject import Subject
-from carom.conformance.violation import Violation
+from carom.conformance.violation import require
 
 __all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]
 
@@ -21,46 +21,46 @@ def declares_capabilities(subject: Subject) -> None:
     """The adapter has every attribute of the seam, under its entry point's name, with values that mean something."""
     adapter = subject.adapter
     what = "the adapter does not describe itself as the seam asks"
-    _require(isinstance(adapter, Adapter), what, "the attributes of carom.adapter.Adapter", type(adapter))
-    _require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
+    require(isinstance(adapter, Adapter), what, "the attributes of carom.adapter.Adapter", type(adapter))
+    require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
     engine, can = adapter.engine, adapter.capabilities
-    _require(isinstance(engine, Engine) and bool(engine.name), what, "an Engine with a name", engine)
-    _require(isinstance(can, Capabilities), what, "Capabilities", can)
+    require(isinstance(engine, Engine) and bool(engine.name), what, "an Engine with a name", engine)
+    require(isinstance(can, Capabilities), what, "Capabilities", can)
     low, high = can.restitution
-    _require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
-    _require(can.restitution_combine in COMBINE_RULES, what, f"one of {COMBINE_RULES}", can.restitution_combine)
-    _require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
-    _require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
-    _require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
-    _require(can.max_move_m > 0, what, "max_move_m above 0", can.max_move_m)
-    _require(0 <= can.min_radius_m <= can.max_radius_m, what, "0 <= min_radius_m <= max_radius_m", can)
-    _require(0 <= can.min_mass_kg <= can.max_mass_kg, what, "0 <= min_mass_kg <= max_mass_kg", can)
+    require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
+    require(can.restitution_combine in COMBINE_RULES, what, f"one of {COMBINE_RULES}", can.restitution_combine)
+    require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
+    require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
+    require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)
+    require(can.max_move_m > 0, what, "max_move_m above 0", can.max_move_m)
+    require(0 <= can.min_radius_m <= can.max_radius_m, what, "0 <= min_radius_m <= max_radius_m", can)
+    require(0 <= can.min_mass_kg <= can.max_mass_kg, what, "0 <= min_mass_kg <= max_mass_kg", can)
     threshold = can.restitution_threshold_m_s
-    _require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
-    _require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)
-    _require(can.dimensions in {2, 3}, what, "dimensions of 2 or 3", can.dimensions)
-    _require(can.float_bits in {16, 32, 64}, what, "float_bits of 16, 32 or 64", can.float_bits)
+    require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
+    require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)
+    require(can.dimensions in {2, 3}, what, "dimensions of 2 or 3", can.dimensions)
+    require(can.float_bits in {16, 32, 64}, what, "float_bits of 16, 32 or 64", can.float_bits)
 
 
 def declares_profiles(subject: Subject) -> None:
     """There are `default` and `tuned`; every profile has a sentence, plain settings with the step, and a promise."""
     profiles = subject.adapter.profiles
     for name in PROFILES:
-        _require(name in profiles, "a profile is missing", name, ", ".join(profiles))
+        require(name in profiles, "a profile is missing", name, ", ".join(profiles))
     for name, profile in profiles.items():
         text = profile.description.strip()
-        _require(bool(text), f"profile {name!r} does not say what it is", "one sentence", repr(text))
+        require(bool(text), f"profile {name!r} does not say what it is", "one sentence", repr(text))
         settings = subject.settings(name, DT_S)  # raises where a setting is no plain value
         dt_s = settings.get("dt_s")
-        _require(dt_s == DT_S, f"profile {name!r} does not tell its step", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
+        require(dt_s == DT_S, f"profile {name!r} does not tell its step", f"dt_s = {DT_S}", f"dt_s = {dt_s}")
         own = profile.capabilities
         sound = own is None or isinstance(own, Capabilities)
-        _require(sound, f"profile {name!r} declares what can't be read", "Capabilities, or None", own)
+        require(sound, f"profile {name!r} declares what can't be read", "Capabilities, or None", own)
         promise = profile.accuracy
-        _require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
+        require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
         for part in (promise.late_steps, promise.velocity, promise.energy):
             sound = part >= 0 and math.isfinite(part)
-            _require(sound, f"profile {name!r} promises what can't be held", "finite numbers, 0 or more", promise)
+            require(sound, f"profile {name!r} promises what can't be held", "finite numbers, 0 or more", promise)
 
 
 def imports_no_engine(subject: Subject) -> None:
@@ -80,9 +80,4 @@ def imports_no_engine(subject: Subject) -> None:
     command = [sys.executable, "-c", program]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own text
     what = "listing adapters would import the engine"
-    _require(done.returncode == 0, what, f"{module} not imported", done.stderr.strip() or f"{module} imported")
-
-
-def _require(holds: bool, what: str, expected: object, found: object) -> None:
-    if not holds:
-        raise Violation(what, expected=expected, found=found)
+    require(done.returncode == 0, what, f"{module} not imported", done.stderr.strip() or f"{module} imported")

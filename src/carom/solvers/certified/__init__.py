@@ -5,8 +5,7 @@ What is named here can be imported without python-flint; `certify` says so where
 
 from carom.solvers.certified.as_data import enclosures, from_enclosures
 from carom.solvers.certified.certify import MAX_PRECISION_BITS, TIE_BITS, certify
-from carom.solvers.certified.digits import proven_decimal
-from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
+from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, proven_decimal
 
 __all__ = [
     "MAX_PRECISION_BITS",

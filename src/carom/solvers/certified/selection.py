@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from flint import arb
 
@@ -23,9 +23,6 @@ from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.solvers.certified.start_bounds import StartBounds
-
-if TYPE_CHECKING:
-    from carom.solvers.certified import bounds
 
 __all__ = ["Choice", "OutOfTime", "Selection", "Undecided"]
 
@@ -63,7 +60,12 @@ class Selection:
 
     def __init__(self, bodies: BallBodies) -> None:
         self.bodies = bodies
-        self.bounds = _lower_bounds(bodies)
+        if extension_available():
+            from carom.solvers.certified import bounds
+
+            self.bounds: bounds.LowerBounds | StartBounds = bounds.LowerBounds(bodies)
+        else:
+            self.bounds = StartBounds(bodies)
         self.end_s = self.deadline_s = math.inf
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}
@@ -207,11 +209,3 @@ class Selection:
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(when)
         return Degeneracy(kind, tuple(involved), float_below(when), latest, proven, bits)
-
-
-def _lower_bounds(bodies: BallBodies) -> bounds.LowerBounds | StartBounds:
-    if not extension_available():
-        return StartBounds(bodies)
-    from carom.solvers.certified import bounds
-
-    return bounds.LowerBounds(bodies)

@@ -11,7 +11,7 @@ from carom.physics.fall_encounter import encounter_time
 from carom.physics.fall_time import descent_time, return_time
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed
-from carom.solvers.falling.clock import START, Instant, after, between
+from carom.solvers.falling.clock import NEVER, START, Instant, after, between
 from carom.solvers.plain.bodies import Bodies
 from carom.trace import ImpactRecord, wall_body
 
@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
 
 __all__ = ["FallingBodies"]
-
-_NEVER: Instant = (math.inf, 0.0)
 
 
 class FallingBodies(Bodies):
@@ -74,11 +72,11 @@ class FallingBodies(Bodies):
         if self.inverse_mass[i] == 0.0 or self.inverse_mass[j] == 0.0:
             return self._next_impact_on_fixed(*((j, i) if self.inverse_mass[i] == 0.0 else (i, j)))
         if self._has_just_met(i, j) and self._has_just_met(j, i):
-            return _NEVER
+            return NEVER
         start = max(self.instant[i], self.instant[j])
         first, second = self.state_at(i, start), self.state_at(j, start)
         wait = pair_time(*first, self.radius[i], *second, self.radius[j])
-        return after(start, wait) if wait < math.inf else _NEVER
+        return after(start, wait)
 
     def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
         """Instant before which a movable and an immovable disc can't meet; None for two of a kind.
@@ -103,33 +101,30 @@ class FallingBodies(Bodies):
     def _next_impact_on_fixed(self, i: int, fixed: int) -> Instant:
         """Instant of the next impact of disc `i` on an immovable disc."""
         if self.inverse_mass[i] == 0.0:
-            return _NEVER
+            return NEVER
         disc = (*self.state_at(i, self.instant[i]), self.radius[i])
         leaving = self.leaving[i] if self.last_partner[i] == fixed else None
         wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.gravity, leaving)
-        return after(self.instant[i], wait) if wait < math.inf else _NEVER
+        return after(self.instant[i], wait)
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
         """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
         if self.inverse_mass[i] == 0.0:
-            return _NEVER
+            return NEVER
         if self.last_partner[i] == wall_body(k):
             wait = return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
         else:
             qx, qy, nx, ny = self.walls[k]
             gap = wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)
             wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], nx, ny), self.pull[k])
-        return after(self.instant[i], wait) if wait < math.inf else _NEVER
+        return after(self.instant[i], wait)
 
-    def approach_speed(self, i: int, k: int) -> float:
-        """Speed at which disc `i`, brought to its impact on wall `k`, approaches it; 0 or below where it does not."""
-        if self.last_partner[i] == wall_body(k):
-            return self.leaving[i]
-        return -float(wall_speed(self.vx[i], self.vy[i], *self.walls[k][2:])[0])
-
-    def gap_resolution_m(self, i: int, k: int) -> float:
-        """How well the gap between disc `i` and wall `k` is known, metres."""
-        return self._resolution_m(i, *self.walls[k][:2], self.radius[i])
+    def contact_with_wall(self, i: int, k: int) -> tuple[float, float, float]:
+        """Speed at which disc `i`, brought there, meets wall `k`; acceleration and resolution of their gap."""
+        qx, qy, nx, ny = self.walls[k]
+        again = self.last_partner[i] == wall_body(k)
+        approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        return approach, float(self.pull[k][0]), self._resolution_m(i, qx, qy, self.radius[i])
 
     def _resolution_m(self, i: int, x: float, y: float, reach: float) -> float:
         """Return 5 units in the last place of the largest coordinate of disc `i` and a point, and the reach."""

@@ -5,17 +5,22 @@ A pair is normalised, ``high + low`` with ``high`` the nearest float, so two ins
 
 from __future__ import annotations
 
+import math
+
 from carom.physics.double_double import two_sum
 
-__all__ = ["START", "Instant", "after", "between"]
+__all__ = ["NEVER", "START", "Instant", "after", "between"]
 
 Instant = tuple[float, float]
 
 START: Instant = (0.0, 0.0)
+NEVER: Instant = (math.inf, 0.0)
 
 
 def after(instant: Instant, wait_s: float) -> Instant:
-    """Return the instant a finite `wait_s` seconds after another."""
+    """Return the instant `wait_s` seconds after another, `NEVER` for infinity."""
+    if wait_s == math.inf:
+        return NEVER
     total, rest = two_sum(instant[0], wait_s)
     return two_sum(total, instant[1] + rest)
 

@@ -147,9 +147,8 @@ class BallisticRun:
         again = bodies.last_partner[i] == wall_body(k)
         last = bodies.instant[i] if again else None
         bodies.bring_to(i, self._now)
-        approach = bodies.approach_speed(i, k)
-        gap_m = bodies.gap_resolution_m(i, k)
-        if self._is_at_rest(approach, float(bodies.pull[k][0]), gap_m, last):
+        approach, pull, gap_m = bodies.contact_with_wall(i, k)
+        if self._is_at_rest(approach, pull, gap_m, last):
             bodies.leave_wall(i, k, 0.0)
             self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
             return

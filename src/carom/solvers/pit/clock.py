@@ -19,11 +19,7 @@ __all__ = ["FrameClock"]
 class FrameClock:
     """The instants of the frames: frame k, counted from 0, stands at ``k * step_s / rate_hz``.
 
-    One of the two is 1, so that neither ``k * step_s`` nor ``k / rate_hz`` is rounded twice.
-
-    Attributes:
-        step_s: Seconds from frame to frame, or 1.
-        rate_hz: Frames a second, or 1.
+    Seconds from frame to frame, or frames a second: the other is 1, so that neither form is rounded twice.
     """
 
     step_s: float = 1.0

@@ -9,7 +9,7 @@ from libc.string cimport memcpy
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE
 
 from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Wall
 from carom.solvers.event_driven.record cimport forget
@@ -19,12 +19,12 @@ from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, State
 from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
 
 #: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
-FEW_DISCS = 36
+_FEW_DISCS = 36
 #: Chains for cells, at least: so that most cells have one of their own.
-CHAINS_PER_DISC = 2
+_CHAINS_PER_DISC = 2
 #: Leeway of a level, in parts of the mean distance of its discs and of their largest radius: the more, the seldomer a
 #: disc must be put into its cell anew, and the more discs are near it. Measured at packings .05 to .6.
-LEEWAY, LEAST_LEEWAY = 0.2, 0.25
+_LEEWAY, _LEAST_LEEWAY = 0.2, 0.25
 
 
 cdef void run(State *s, Index until, Index most) noexcept nogil:
@@ -94,15 +94,15 @@ cdef class FrameLoop:
             forget(&s.record.recent[i])
         for i, wall in enumerate(start.walls):
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
-        if skips and s.disc_count > FEW_DISCS:
+        if skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
-        self.room = np.empty(0, IMPACT_DTYPE)
+        self.room = np.empty(0, _IMPACT_DTYPE)
 
     cdef lay_out(self, start):
         """Choose levels of cells, and put every disc into its own."""
         s = &self.s
         cdef Index i
-        s.grid.chains = 1 << (CHAINS_PER_DISC * s.disc_count - 1).bit_length()
+        s.grid.chains = 1 << (_CHAINS_PER_DISC * s.disc_count - 1).bit_length()
         s.grid.first = <int *>memory(s.grid.chains, sizeof(int))
         for i in range(s.grid.chains):
             s.grid.first[i] = NOBODY
@@ -113,7 +113,7 @@ cdef class FrameLoop:
         s.grid.level_count = len(counts)
         for i, count in enumerate(counts):
             radius = start.radius_m[levels == i].max()
-            leeway = max(LEEWAY * np.sqrt(width / count * height), LEAST_LEEWAY * radius)
+            leeway = max(_LEEWAY * np.sqrt(width / count * height), _LEAST_LEEWAY * radius)
             s.grid.levels[i] = Level(2.0 * (radius + leeway), leeway, radius + leeway)
         for i in range(s.disc_count):
             s.discs[i].level = levels[i]
@@ -169,7 +169,7 @@ cdef class FrameLoop:
         r = &self.s.record
         cdef char[::1] bytes
         if r.count > len(self.room):
-            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), IMPACT_DTYPE)
+            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), _IMPACT_DTYPE)
             self.room[: self.copied] = old[: self.copied]
         if r.count > self.copied:
             bytes = self.room[self.copied : r.count].view(np.int8)
@@ -186,20 +186,19 @@ cdef class FrameLoop:
 
     def positions(self, double time):
         """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""
-        places = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] place = places
-        cdef Index i
-        for i in range(self.s.disc_count):
-            a = &self.s.discs[i]
-            place[i, 0] = a.x + a.vx * (time - self.s.now)
-            place[i, 1] = a.y + a.vy * (time - self.s.now)
-        return places
+        states = self.states()
+        return states[:, :2] + states[:, 2:] * (time - self.s.now)
 
     def velocities(self, double time):
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
-        speeds = np.empty((self.s.disc_count, 2))
-        cdef double[:, ::1] speed = speeds
+        return self.states()[:, 2:].copy()
+
+    cdef states(self):
+        """Return x, y, vx, vy of each disc."""
+        states = np.empty((self.s.disc_count, 4))
+        cdef double[:, ::1] state = states
         cdef Index i
         for i in range(self.s.disc_count):
-            speed[i, 0], speed[i, 1] = self.s.discs[i].vx, self.s.discs[i].vy
-        return speeds
+            a = &self.s.discs[i]
+            state[i, 0], state[i, 1], state[i, 2], state[i, 3] = a.x, a.y, a.vx, a.vy
+        return states

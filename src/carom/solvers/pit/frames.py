@@ -5,10 +5,7 @@ along the line of centres as it stands at that frame. Positions are never correc
 frame, its normal is turned by what the discs moved meanwhile, and one whose overlap falls between two frames is missed.
 
 This is the definition, on plain floats: the compiled loop gives the same impacts, velocities and positions to the bit.
-
-Under gravity discs move along exact parabolas between the frames. What is sampled is the overlap, and nothing else:
-free fall itself has no error, so that what PIT is off by is what looking once a frame costs. Engines add to it the
-error of their integrator.
+Under gravity discs move along exact parabolas between frames, so what PIT is off by is what looking once a frame costs.
 """
 
 from __future__ import annotations

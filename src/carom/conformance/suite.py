@@ -14,7 +14,7 @@ from carom.conformance.subject import Subject
 from carom.errors import InputError
 from carom.registry import EngineInfo, engines
 
-__all__ = ["USUAL_PROFILES", "EnginePlan", "Plan", "make_plan"]
+__all__ = ["USUAL_PROFILES", "EnginePlan", "Suite", "make_suite"]
 
 #: The profiles that mean the same for every engine, and are held to the suite unless others are asked for.
 USUAL_PROFILES = ("default", "tuned", "located")
@@ -36,7 +36,7 @@ class EnginePlan:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Suite:
     """All that is to be run.
 
     Attributes:
@@ -50,13 +50,13 @@ class Plan:
     known_file: Path | None
 
 
-def make_plan(
+def make_suite(
     wanted: Sequence[str],
     profiles: Sequence[str],
     known_file: Path | None,
     folders: Sequence[Path],
     time_limit_s: float,
-) -> Plan:
+) -> Suite:
     """Plan the suite; no engine is imported.
 
     Args:
@@ -93,7 +93,7 @@ def make_plan(
     if known_file is not None:
         skipped = {name: skip for name, skip in everything.items() if skip}
         check_names(known, everything, skipped, {info.name for info in engines()}, known_file)
-    return Plan(tuple(planned), known, known_file)
+    return Suite(tuple(planned), known, known_file)
 
 
 def _is_run(profile: str, wanted: Sequence[str]) -> bool:
