@@ -82,7 +82,7 @@ def _calling(where: str) -> Iterator[None]:
         raise _AdapterRaised(raised) from error
 
 
-def _or_raised(carry_out: Callable[[Probe], Seen]) -> Callable[[Probe], Seen | Raised]:
+def _or_raised(carry_out: Callable[[Probe], Seen | Raised]) -> Callable[[Probe], Seen | Raised]:
     """Make what the adapter raises the answer."""
 
     @wraps(carry_out)
@@ -142,7 +142,7 @@ class Watch(_Probe):
     looks: int = 1
 
     @_or_raised
-    def carry_out(self) -> Watched:
+    def carry_out(self) -> Watched | Raised:
         """Return what was seen."""
         with self._world() as world:
             given = [_observe(world)]
@@ -181,7 +181,7 @@ class Cut(_Probe):
     disturbed: bool
 
     @_or_raised
-    def carry_out(self) -> Watched:
+    def carry_out(self) -> Watched | Raised:
         """Return what was seen."""
         with self._world() as world:
             with _calling("prepare"):
@@ -217,7 +217,7 @@ class Make(_Probe):
     step: bool = True
 
     @_or_raised
-    def carry_out(self) -> Leftover:
+    def carry_out(self) -> Leftover | Raised:
         """Return by how much the process has grown."""
         before = None
         for k in range(self.worlds):
