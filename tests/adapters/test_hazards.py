@@ -100,6 +100,7 @@ def test_a_setting_that_an_engine_can_t_take_is_refused(named: Named, name: str,
         adapter.prepare(_unchecked(), {**adapter.profiles["tuned"].settings(1 / 60), setting: value})
 
 
+@pytest.mark.long
 def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     """What MuJoCo puts back to the start ran, was warned of and says "reset"; a start that it would is unsupported."""
     far = Scene(name="far", discs=[Disc(position_m=(2e10, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
@@ -135,6 +136,7 @@ def _require_ran(row: Row) -> None:
     assert row.status is Status.RAN
 
 
+@pytest.mark.long
 def test_nothing_is_printed_and_nothing_is_left(
     capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -178,6 +180,7 @@ print(min(resident_after(20) for _ in range(5)) - warm)
 """
 
 
+@pytest.mark.long
 def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
     """After a thousand worlds a process is larger by less than one open world of the largest engine."""
     if not Path("/proc/self/statm").exists():

@@ -78,6 +78,7 @@ def test_a_cured_cylinder_is_a_sphere_to_a_tenth_of_a_percent(named: Named, name
     assert np.abs(sphere - cylinder).max() < 1e-3 * 5  # of 5 m/s
 
 
+@pytest.mark.long
 def test_every_empty_place_of_the_profile_table_has_its_reason() -> None:
     """Of every engine and every profile that any has, the report says what came of it or why there is none."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)

@@ -5,8 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 import sys
+from pathlib import Path
 
 import numpy as np
+
+sys.path.append(str(Path(__file__).resolve().parents[2]))  # last: Carom itself is the one installed, wherever that is
+
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 
 from carom import Trace, engines, solve_pic, solve_pit

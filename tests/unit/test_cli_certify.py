@@ -57,6 +57,7 @@ def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], wor
     assert words in result.output
 
 
+@pytest.mark.long
 def test_a_cross_check_says_how_far_its_reference_is_certified() -> None:
     """Beside a scene of many discs stands the impact up to which it is certified, and asked for, beside any."""
     arguments = ("run", "-e", "pic", "--dt", "1/60", "--no-timing")

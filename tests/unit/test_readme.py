@@ -34,6 +34,7 @@ def test_the_scene_and_the_python_lines_run_as_printed(folder: Path) -> None:
     assert "no worse than PIT at the same step" in done.stdout
 
 
+@pytest.mark.long
 def test_the_command_on_a_file_of_ones_own_runs_as_printed(folder: Path) -> None:
     """The README's command on that file runs; MuJoCo as it comes is inaccurate there, which is exit code 1."""
     command = re.search(r"^    (carom run my-scene\.toml .*)$", README, re.MULTILINE)

@@ -74,6 +74,7 @@ def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     return 1 + (run.virial_j_s - before) / (2 * discs * (run.time_s - since_s))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("packing", "expected"), [(0.3, 2.0632), (0.6, 6.45)])
 def test_the_pressure_of_the_hard_disc_gas(packing: float, expected: float) -> None:
     """Z extrapolated in 1/sqrt(N) is that of the ten-term virial series (.3) and of the literature (.6), within 1.5 %.

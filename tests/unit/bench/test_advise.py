@@ -42,6 +42,7 @@ def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, f
     return len(found), worst
 
 
+@pytest.mark.long
 @given(
     normal=angles,
     course=st.floats(-1.5, 1.5),

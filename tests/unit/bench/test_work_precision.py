@@ -165,6 +165,7 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
             replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
 
+@pytest.mark.long
 def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:
     """Each size has time, memory and a ratio to PIT; a size beyond the budget has a reason in their place."""
     found = growth(["pit", "pic"], sizes=(2, 40, 10**9), budget_s=60.0)

@@ -50,6 +50,7 @@ def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
     assert "surely_not_installed is not installed; pip install surely-not-installed" in done.stdout
 
 
+@pytest.mark.long
 def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) -> None:
     """With own tests, testpaths, strict markers, warnings as errors and xdist, the cases run beside the tests."""
     (project / "pyproject.toml").write_text(
@@ -81,6 +82,7 @@ def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -
     assert "carom-known-failures.toml lists it (it used to): take it out" in done.stdout
 
 
+@pytest.mark.long
 def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path, run_pytest: Pytest) -> None:
     """An engine that gives no answer fails its case in time; where that is known, it is counted and the run passes."""
     (project / "known.toml").write_text('[[known_failure]]\nreason = "it sleeps"\ncases = ["hangs::start[tuned]"]\n')

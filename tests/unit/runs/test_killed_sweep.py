@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from carom import Disc, Scene
 from carom.runs.job import Job, Method
 from carom.runs.journal import canonical
@@ -44,6 +46,7 @@ def results_in(path: Path) -> int:
     return max(0, path.read_bytes().count(b"\n") - 1) if path.exists() else 0
 
 
+@pytest.mark.long
 def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> None:
     """Killed outright three times and gone on with, a sweep ends with the journal of one that was left alone."""
     jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"

@@ -110,6 +110,7 @@ def test_the_key_is_of_the_content(scene: Scene) -> None:
     assert job_key(described) == job_key(job)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
 @pytest.mark.filterwarnings("ignore")  # a worker that is killed leaves sockets behind that Python warns of
 @pytest.mark.usefixtures("hostile")

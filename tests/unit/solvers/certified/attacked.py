@@ -51,7 +51,7 @@ def attack(kind: str, seed: int, length: float = 1.0, speed: float = 1.0) -> tup
         for k, radius in enumerate(radii)
     ]
     walls = [_wall(r, kind, 40 * max(radii), length) for _ in range(3)]
-    bodies = BallBodies(Scene(name=kind, discs=discs, walls=walls, duration_s=1.0))
+    bodies = BallBodies(Scene(name=kind, discs=discs, walls=walls, duration_s=length / speed))
     states: list[State] = []
     for k in range(0, 8, 2):
         units = (length, speed)
