@@ -317,4 +317,4 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
     assert process.returncode == 130
     assert "--resume goes on from there" in errors
     assert "Traceback" not in errors
-    assert measured_in(out / "journal.jsonl")
+    assert measured_in(journal), journal.read_text()
