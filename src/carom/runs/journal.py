@@ -83,7 +83,8 @@ class Journal(Closing, Generic[T]):
 
     def close(self) -> None:
         """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
-        if not self._entries:
+        # Ctrl-C can come between a line and what is remembered of it: the file decides.
+        if not self._entries and os.pread(self._file, os.fstat(self._file).st_size, 0).count(b"\n") <= 1:
             self.discard()
             if self._own_folder and not any(self.path.parent.iterdir()):
                 self.path.parent.rmdir()

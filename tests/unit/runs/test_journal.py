@@ -204,3 +204,21 @@ def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, mon
             journal.add([result(0.2)])
         monkeypatch.undo()
     assert steps_in(path) == [0.1]
+
+
+def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Interrupted when a line lies in the file and the disk has not confirmed it, a journal keeps the line."""
+    path = tmp_path / "journal.jsonl"
+
+    def interrupted(_file: int) -> None:
+        raise KeyboardInterrupt
+
+    journal = score_journal(path)
+    monkeypatch.setattr(os, "fsync", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        journal.add([result(0.1)])
+    monkeypatch.undo()
+    journal.close()
+    assert steps_in(path) == [0.1]
