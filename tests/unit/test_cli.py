@@ -8,11 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
+import typer
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 import carom
 from carom.cli import app
+from carom.cli.common import resumable
 
 SCENE = """
 name = "mine"
@@ -223,3 +225,17 @@ def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
 
 def _children(pid: int) -> list[int]:
     return [int(child) for task in Path(f"/proc/{pid}/task").glob("*/children") for child in task.read_text().split()]
+
+
+def test_ctrl_c_before_anything_is_finished_promises_no_journal(tmp_path: Path) -> None:
+    """Where no journal is left, the interruption is handed on, and nobody is told to go on from one."""
+
+    def interrupt() -> None:
+        with resumable(tmp_path / "journal.jsonl"):
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupt()
+    (tmp_path / "journal.jsonl").touch()
+    with pytest.raises(typer.Exit):
+        interrupt()

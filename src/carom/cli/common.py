@@ -75,6 +75,8 @@ def resumable(journal: Path) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
+        if not journal.exists():  # nothing was finished, so nothing is left behind
+            raise
         typer.echo(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
