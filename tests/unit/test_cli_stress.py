@@ -56,13 +56,24 @@ def test_the_journal_of_another_form_is_refused(tmp_path: Path) -> None:
     assert "its quick is True, and this one's False; name another folder" in " ".join(result.output.split())
 
 
+def _interrupted(*_arguments: object) -> None:
+    raise KeyboardInterrupt
+
+
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted, the command ends with 130, names the journal, and says how to take it up."""
-
-    def interrupted(*_arguments: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(campaign, "_spot", interrupted)
-    result = stress("small", "-e", "pit", "--quick", "--out", tmp_path)
+    assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
+    monkeypatch.setattr(campaign, "_spot", _interrupted)
+    result = stress("tunnelling", "-e", "pit", "--quick", "--resume", "--out", tmp_path)
     assert result.exit_code == 130
     assert "--resume" in result.output
+    assert str(tmp_path / "journal.jsonl") in result.output
+
+
+def test_ctrl_c_before_the_first_cell_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Interrupted before anything is finished, the command ends with 130 and names no journal, for there is none."""
+    monkeypatch.setattr(campaign, "_spot", _interrupted)
+    result = stress("small", "-e", "pit", "--quick", "--out", tmp_path)
+    assert result.exit_code == 130
+    assert "--resume" not in result.output
+    assert not (tmp_path / "journal.jsonl").exists()
