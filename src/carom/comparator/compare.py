@@ -19,6 +19,7 @@ from carom.comparator.scales import scales_of
 from carom.comparator.score import Score
 from carom.comparator.verdict import Evidence, findings
 from carom.errors import InputError
+from carom.scene import Need
 from carom.trace import Outcome, Trace
 
 __all__ = ["compare"]
@@ -35,13 +36,16 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
             What lies beyond is held against the trace's own states only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, the horizon is negative, or the reference has a number that is
-            NaN or infinite.
+        InputError: The traces are of different scenes, of one with friction or spin, the horizon is negative, or the
+            reference has a number that is NaN or infinite.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
+    if turning := scene.needs & {Need.FRICTION, Need.SPIN}:
+        what = " and ".join(sorted(need.value for need in turning))
+        raise InputError(f"scene {scene.name!r} has {what}: it can be run, but traces of it are not scored yet")
     if broken := not_finite(reference):
         raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
     if sampling is not None and not_finite(sampling):
