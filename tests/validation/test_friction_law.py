@@ -136,9 +136,8 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             velocity = (Fraction(rng.randint(-9, 9), 2), Fraction(rng.randint(-9, 9), 2))
             arm = (side * radius * nx, side * radius * ny)
             bodies.append(Body(velocity, Fraction(rng.randint(-9, 9), 2), mass, inertia, arm))
-        law = Law(
-            Fraction(rng.randint(0, 4), 4), rng.choice([0, Fraction(1, 10), 1, 99]), Fraction(rng.randint(-4, 4), 4)
-        )
+        friction = rng.choice([Fraction(0), Fraction(1, 10), Fraction(1), Fraction(99)])
+        law = Law(Fraction(rng.randint(0, 4), 4), friction, Fraction(rng.randint(-4, 4), 4))
         one, two, slides = after_impact(bodies[0], bodies[1], normal, law)
         assert momentum(one, two) == momentum(*bodies)
         lost = energy(*bodies) - energy(one, two)
