@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from carom.report.document import Block, Document, Medium, Section
-from carom.report.extra import rendered
+from carom.report.files import require_report_extra
 
 __all__ = ["html"]
 
@@ -16,8 +16,19 @@ def html(document: Document) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
+    require_report_extra()
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     sections = list(document.shown(Medium.PAGE))
-    return rendered("page.html.j2", document=document, sections=sections, page=Medium.PAGE, anchor=_anchor, kind=_kind)
+    page = environment.get_template("page.html.j2")
+    return page.render(document=document, sections=sections, page=Medium.PAGE, anchor=_anchor, kind=_kind)
 
 
 def _anchor(section: Section) -> str:
