@@ -69,7 +69,7 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             at_each(lambda point: point.ratio),
             growth.curves,
             title="Run time over PIT's with as many discs",
-            note="Both in this run. Only these may be held against another machine's.",
+            note="Both in one sitting. Only these may be held against another machine's.",
         ),
         Table(
             at_each(lambda point: point.memory_bytes / _MIB),

@@ -8,12 +8,27 @@ import statistics
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import NamedTuple
+from urllib.parse import quote
 
 from carom.comparator import Errors, Horizon, ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import ON_PAPER, PAGE, TERMINAL, Block, Cell, Column, Legend, Lines, Section, Table, Text
+from carom.report.document import (
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Legend,
+    Lines,
+    Replays,
+    Section,
+    Table,
+    Text,
+)
 from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, mark_of, reasons_of
+from carom.report.replay import scene_replays
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
@@ -91,6 +106,7 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
             Table(columns, (None, *grid.rows), css="grid"),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(SHORT_NOTE, TERMINAL),
+            Replays(tuple(scene_replays(results, grid))),
         ),
     )
     unrun, missing = Lines(tuple(_unrun(grid))), Lines(tuple(_missing_profiles(results, grid)), ON_PAPER)
@@ -119,6 +135,7 @@ def _grid_cell(grid: Grid, k: int, row: GridRow | None) -> Cell:
     return dataclasses.replace(
         mark_cell(cell.mark),
         note=cell.figure,
+        link=f"#{quote(f'{row.scene.name}/{cell.column.engine}/{cell.column.profile}')}" if cell.plays else "",
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
         title=f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
     )
