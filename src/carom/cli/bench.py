@@ -92,7 +92,7 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
+        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, resume=resume)
         return
     from carom.bench.plan import BenchPlan
     from carom.bench.rounds import timing_journal
@@ -156,8 +156,10 @@ def _grow(
     out: Path,
     budget_s: float,
     time_limit_s: float,
+    *,
+    resume: bool,
 ) -> None:
-    from carom.bench.growth import growth
+    from carom.bench.growth import growth, growth_journal
     from carom.report.growth import growth_document, write_growth
     from carom.report.write import require_writable
 
@@ -166,13 +168,15 @@ def _grow(
     if profile and len(profile) > 1:
         raise InputError(f"--grow runs one profile, got {len(profile)}")
     require_writable(out)
-    with progress_bar() as progress:
+    path = out / "growth.jsonl"
+    with resumable(path), growth_journal(path, resume=resume) as journal, progress_bar() as progress:
         found = growth(
             engine,
             profile=profile[0] if profile else "tuned",
             sizes=discs,
             budget_s=budget_s,
             time_limit_s=time_limit_s,
+            journal=journal,
             progress=progress,
             command=command_line(),
         )

@@ -22,6 +22,7 @@ from carom.report.document import (
     Lines,
     Pair,
     Pairs,
+    Replays,
     Section,
     Table,
     Text,
@@ -30,6 +31,7 @@ from carom.report.grid import Grid, build_grid
 from carom.report.made import making
 from carom.report.picture import draw_pair
 from carom.report.price import Price, price_table, prices
+from carom.report.replay import scene_replays
 from carom.report.summary import summarise
 from carom.report.tables import (
     cell_table,
@@ -140,7 +142,13 @@ def _grid(results: Results, grid: Grid) -> Iterator[Section]:
     reach = {name: _in_short(found) for name, found in results.certified.items()}
     yield Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
-        (legend, grid_table(grid, reach), Text(FIGURE_NOTE, ON_PAPER), Text(SHORT_NOTE, TERMINAL)),
+        (
+            legend,
+            grid_table(grid, reach),
+            Text(FIGURE_NOTE, ON_PAPER),
+            Text(SHORT_NOTE, TERMINAL),
+            Replays(tuple(scene_replays(results, grid))),
+        ),
     )
     unrun = tuple(
         f"{wording.listed(entry.columns)}, {entry.mark.word} on "

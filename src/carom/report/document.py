@@ -31,6 +31,7 @@ __all__ = [
     "Medium",
     "Pair",
     "Pairs",
+    "Replays",
     "Section",
     "Table",
     "Text",
@@ -266,7 +267,15 @@ class Pairs:
     only: Media = ON_PAPER
 
 
-Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs
+@dataclass(frozen=True)
+class Replays:
+    """What a page's script plays: the name of each scene, with its runs as packed by `carom.report.replay`."""
+
+    items: tuple[tuple[str, str], ...]
+    only: Media = PAGE
+
+
+Block = Table | Text | Lines | Facts | Legend | Code | Figures | Pairs | Replays
 
 
 @dataclass(frozen=True)

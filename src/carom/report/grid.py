@@ -66,6 +66,11 @@ class GridCell:
     reasons: tuple[str, ...]
     row: Row | None
 
+    @property
+    def plays(self) -> bool:
+        """Whether there is a run and a reference, so that the one can be played beside the other."""
+        return self.row is not None and self.row.trace is not None and self.row.score is not None
+
 
 @dataclass(frozen=True)
 class GridRow:

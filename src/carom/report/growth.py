@@ -65,7 +65,7 @@ def growth_tables(growth: Growth) -> tuple[Table, ...]:
             "Run time over PIT's with as many discs",
             ("engine", "profile", *map(str, sizes)),
             _rows(growth, sizes, lambda point: wording.number(point.ratio)),
-            "Both in this run. Only these may be held against another machine's.",
+            "Both in one sitting. Only these may be held against another machine's.",
         ),
         Table.of(
             "Memory, MiB",

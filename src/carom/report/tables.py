@@ -7,6 +7,7 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeAlias, TypeVar
+from urllib.parse import quote
 
 from carom.comparator import Errors, ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
@@ -74,6 +75,7 @@ def _grid_cell(scene: str, cell: GridCell) -> Cell:
     return Cell(
         cell.mark.word,
         cell.figure,
+        link=f"#{quote(f'{scene}/{cell.column.engine}/{cell.column.profile}')}" if cell.plays else "",
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
         title=f"{cell.column.name} on {scene}: {'; '.join(cell.reasons)}",
         css=cell.mark.css,

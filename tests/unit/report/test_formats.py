@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import html
 import io
 import json
@@ -11,6 +13,7 @@ from collections import Counter
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from urllib.parse import unquote
 from xml.etree import ElementTree as ET
 
 import pytest
@@ -86,20 +89,31 @@ def test_html_is_well_formed(page: _Page) -> None:
 
 
 def test_html_fetches_nothing(page: _Page, source: str) -> None:
-    """The page is one file: no address, no script, no style sheet, and every reference leads to a place in it."""
+    """The page is one file: no address, no style sheet, and every reference leads to a place or to a replay in it."""
     assert "http://" not in source
     assert "https://" not in source
-    assert page.tags["link"] == page.tags["img"] == page.tags["script"] == page.tags["iframe"] == 0
+    assert page.tags["link"] == page.tags["img"] == page.tags["iframe"] == 0
+    scenes = [value for _, name, value in page.attributes if name == "data-scene"]
     ids = [value for _, name, value in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))
     targets = [value for _, name, value in page.attributes if name in {"href", "src", "xlink:href"}]
     targets += [f"#{name}" for name in re.findall(r"url\(#?([^)]+)\)", source)]
-    assert {target.removeprefix("#") for target in targets} <= set(ids)
+    places = {unquote(target.removeprefix("#")) for target in targets} - set(ids)
+    assert all(any(place.startswith(f"{scene}/") for scene in scenes) for place in places)
+
+
+def test_html_runs_one_script_and_no_other(page: _Page, source: str) -> None:
+    """What the page allows is the one script that plays replays, by its hash; what else is a script element is data."""
+    (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src &#39;sha256-{digest}&#39;;" in source
+    assert page.tags["script"] - 1 == source.count('<script type="text/plain" data-scene="')
+    assert not [name for _, name, _ in page.attributes if name.startswith("on")]
 
 
 def test_html_escapes_names(page: _Page, source: str) -> None:
     """A scene's name, an engine's message and the machine's name are text, never markup."""
-    assert "<script" not in source
+    assert "<script>alert" not in source
     assert "<nothing>" not in source
     assert page.tags["b"] == source.count('<th scope="col"><b>')
     assert any("<script>alert" in text for text in page.text)
