@@ -6,15 +6,19 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
+from carom.adapter import unsupported_reason
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import InputError
 from carom.registry import EngineInfo, chosen_engines, load_adapter
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
-from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.journal import Journal
+from carom.runs.plan import capabilities_of
 from carom.runs.pool import Lane
+from carom.runs.scoring import versions_of
 from carom.runs.timing import Timing, time_run
 
 __all__ = [
@@ -23,8 +27,10 @@ __all__ = [
     "Growth",
     "GrowthCurve",
     "GrowthPoint",
+    "GrowthRun",
     "GrowthTask",
     "growth",
+    "growth_journal",
     "same_method",
 ]
 
@@ -96,6 +102,43 @@ class GrowthTask:
 
 
 @dataclass(frozen=True)
+class GrowthKey:
+    """What tells a run from all others: only on this machine, with these versions, is it the same.
+
+    Attributes:
+        discs: How many.
+        method: Engine and profile.
+        versions: Name and version of all that its cost depends on.
+        machine: See `carom.runs.environment.Environment.machine`.
+    """
+
+    discs: int
+    method: Method
+    versions: tuple[tuple[str, str], ...]
+    machine: tuple[str, str, int]
+
+
+@dataclass(frozen=True)
+class GrowthRun:
+    """A finished run, as the journal holds it.
+
+    Attributes:
+        key: Which one it is.
+        sitting: When the bench began that ran it, UTC.
+        answer: What it took, or why it was not run.
+    """
+
+    key: GrowthKey
+    sitting: str
+    answer: Answer[Grown]
+
+
+def growth_journal(path: Path, *, resume: bool = False) -> Journal[GrowthRun]:
+    """Open the journal of a growth bench."""
+    return Journal(path, GrowthRun, lambda run: run.key, resume=resume)
+
+
+@dataclass(frozen=True)
 class GrowthPoint:
     """One number of discs.
 
@@ -105,8 +148,9 @@ class GrowthPoint:
         advance_s: Seconds for all steps; NaN where it was not run.
         memory_bytes: What the process grew by at most, over what it held before there was a world; NaN likewise.
         peak_bytes: The most that the process ever held; NaN likewise.
-        ratio: `advance_s` over PIT's with as many discs; NaN where either was not run.
+        ratio: `advance_s` over PIT's with as many discs; NaN where they were not both run in one sitting.
         reason: Why it was not run, empty where it was.
+        sitting: When the bench began that ran it, UTC; empty where it was not run.
     """
 
     discs: int
@@ -116,6 +160,7 @@ class GrowthPoint:
     peak_bytes: float
     ratio: float = math.nan
     reason: str = ""
+    sitting: str = ""
 
 
 @dataclass(frozen=True)
@@ -165,6 +210,7 @@ def growth(
     sizes: Sequence[int] | None = None,
     budget_s: float = 120.0,
     time_limit_s: float = 60.0,
+    journal: Journal[GrowthRun] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> Growth:
@@ -176,6 +222,7 @@ def growth(
         sizes: Numbers of discs; by default `SIZES`, and `OWN_SIZES` for Carom's own methods.
         budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
         time_limit_s: A run that takes longer is ended.
+        journal: What was run already, and where more of it goes; what was left out for want of time is tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
 
@@ -189,6 +236,7 @@ def growth(
     if not budget_s > 0 or not time_limit_s > 0:
         raise InputError(f"budget and time limit must be positive, got {budget_s:g} and {time_limit_s:g}")
     infos = chosen_engines(engine_names)
+    here = environment(infos)
     wanted = [
         (size, info)
         for size in sorted(set(sizes or OWN_SIZES))
@@ -196,26 +244,33 @@ def growth(
         if sizes or size <= SIZES[-1] or info.engine == "Carom"
     ]
     if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
-        _run(GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S)  # its kernel is kept on the disk from then on
+        _ask(GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S)  # its kernel is kept on the disk from then on
     started = time.perf_counter()
     points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
     spent = dict.fromkeys(points, 0.0)
     for done, (size, info) in enumerate(wanted):
         if progress is not None:
             progress(done, len(wanted), f"{size} discs on {info.name}")
-        own = points[info.name]
-        before = time.perf_counter()
-        # No engine lives at the cost of another: each has its share of the budget.
-        left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
-        reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
-        own.append(
-            _absent(size, reason) if reason else _run(GrowthTask(size, Method(info.name, profile)), time_limit_s)
-        )
-        spent[info.name] += time.perf_counter() - before
-    pit = {point.discs: point.advance_s for point in points.get("pit", ())}
+        own, method = points[info.name], Method(info.name, profile)
+        key = GrowthKey(size, method, versions_of(info.name), here.machine)
+        run = journal.entries.get(key) if journal else None
+        if run is None:
+            before = time.perf_counter()
+            # No engine lives at the cost of another: each has its share of the budget.
+            left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
+            reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
+            if reason:
+                own.append(_absent(size, reason))
+                continue
+            run = GrowthRun(key, here.date, _ask(GrowthTask(size, method), time_limit_s))
+            spent[info.name] += time.perf_counter() - before
+            if journal is not None:
+                journal.add([run])
+        own.append(_point(run))
+    pit = {(point.discs, point.sitting): point.advance_s for point in points.get("pit", ())}
     curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
     elapsed_s = time.perf_counter() - started
-    return Growth(curves, tuple(infos), environment(infos), budget_s, command, elapsed_s)
+    return Growth(curves, tuple(infos), here, budget_s, command, elapsed_s)
 
 
 def _absent(discs: int, reason: str) -> GrowthPoint:
@@ -243,15 +298,19 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
     return f"about {expected_s:.0f} s, judged by {last.discs} discs, and {left}; raise --budget or --time-limit"
 
 
-def _run(task: GrowthTask, time_limit_s: float) -> GrowthPoint:
+def _ask(task: GrowthTask, time_limit_s: float) -> Answer[Grown]:
     with Lane(time_limit_s) as lane:
-        answer: Answer[Grown] = lane.ask(task)
+        return lane.ask(task)
+
+
+def _point(run: GrowthRun) -> GrowthPoint:
+    answer, discs = run.answer, run.key.discs
     if answer.value is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return _absent(task.discs, answer.said if started else answer.reason)
+        return _absent(discs, answer.said if started else answer.reason)
     timing, memory = answer.value.timing, max(0, answer.value.peak_bytes - answer.value.before_bytes)
     peak = float(answer.value.peak_bytes)
-    return GrowthPoint(task.discs, timing.prepare_s, timing.advance_s, float(memory), peak)
+    return GrowthPoint(discs, timing.prepare_s, timing.advance_s, float(memory), peak, sitting=run.sitting)
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
@@ -264,8 +323,10 @@ def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     return list(points[falls[-1] if falls else 0 :])
 
 
-def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[int, float]) -> GrowthCurve:
-    held = tuple(replace(point, ratio=point.advance_s / pit.get(point.discs, math.nan)) for point in points)
+def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]) -> GrowthCurve:
+    held = tuple(
+        replace(point, ratio=point.advance_s / pit.get((point.discs, point.sitting), math.nan)) for point in points
+    )
     fitted = same_method([point for point in held if not point.reason and point.discs >= FIT_FROM])
     sizes = [float(point.discs) for point in fitted]
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]

@@ -153,7 +153,7 @@ class TimingKey:
         scene_sha256: Hash of the scene.
         asked: What was timed, in order.
         versions: Of each engine, all that its numbers depend on.
-        machine: System, processor, and number of cores.
+        machine: See `carom.runs.environment.Environment.machine`.
         seed: Of the order of visits.
     """
 
@@ -189,11 +189,10 @@ class SceneTiming:
 
 def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
     """Return the key of a timing on this machine."""
-    here = environment()
     ordered = tuple(sorted(asked))
     engines = sorted({method.engine for method, _ in ordered})
     versions = tuple((engine, versions_of(engine)) for engine in engines)
-    return TimingKey(scene_hash(scene), ordered, versions, (here.system, here.processor, here.cores), seed)
+    return TimingKey(scene_hash(scene), ordered, versions, environment().machine, seed)
 
 
 def timing_journal(path: Path, *, resume: bool = False) -> Journal[SceneTiming]:

@@ -92,15 +92,14 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit)
+        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, resume=resume)
         return
     from carom.bench.plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
-    from carom.report.bench import bench_document
+    from carom.report import require_writable
+    from carom.report.bench import bench_document, write_bench
     from carom.report.bench_figure import Diagram
-    from carom.report.bench_write import write_bench
-    from carom.report.write import require_writable
     from carom.runs.scoring import score_journal
 
     found = _scenes(scenes or [])
@@ -130,9 +129,9 @@ def bench(
         result = work_precision(
             found, plan, pool, journal=journal, timings=timings, progress=progress, command=command_line()
         )
-    paths = write_bench(result, out, shown)
+    page = write_bench(result, out, shown)
     print_document(bench_document(result))
-    console().print(f"page: {paths.html}", soft_wrap=True)
+    console().print(f"page: {page}", soft_wrap=True)
 
 
 def step_series(text: str) -> tuple[float, ...]:
@@ -156,23 +155,27 @@ def _grow(
     out: Path,
     budget_s: float,
     time_limit_s: float,
+    *,
+    resume: bool,
 ) -> None:
-    from carom.bench.growth import growth
+    from carom.bench.growth import growth, growth_journal
+    from carom.report import require_writable
     from carom.report.growth import growth_document, write_growth
-    from carom.report.write import require_writable
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
     if profile and len(profile) > 1:
         raise InputError(f"--grow runs one profile, got {len(profile)}")
     require_writable(out)
-    with progress_bar() as progress:
+    path = out / "growth.jsonl"
+    with resumable(path), growth_journal(path, resume=resume) as journal, progress_bar() as progress:
         found = growth(
             engine,
             profile=profile[0] if profile else "tuned",
             sizes=discs,
             budget_s=budget_s,
             time_limit_s=time_limit_s,
+            journal=journal,
             progress=progress,
             command=command_line(),
         )

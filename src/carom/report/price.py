@@ -4,20 +4,30 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from carom.comparator import Score
 from carom.report import wording
-from carom.report.document import Cell, Table
-from carom.report.document import Column as Head
-from carom.report.grid import Column, Grid
+from carom.report.document import ON_PAPER, TERMINAL, Cell, Column, Section, Table, Text
+from carom.report.grid import Grid, GridColumn
 
-__all__ = ["Price", "price_table", "prices"]
+__all__ = ["EnginePrice", "price_section", "prices"]
+
+PRICE_NOTE = (
+    "A method that looks once a step is late by up to a step whatever else it does. What it pays is its largest "
+    "velocity error over PIT's at worst over the phases of the same step: 1 pays the price of sampling, 0 none of it, "
+    "and above 1 does worse than looking once a step; an impact that is missed is off by all that it changes. Of its "
+    "own is what sampling does not explain: the error against PIT, or against PIC where that is less; beyond a horizon "
+    "it is told impact by impact, from the engine's own state before. Medians over scenes, with least and greatest."
+)
+PRICE_SHORT = (
+    "Price paid: largest velocity error over PIT's at worst over the phases of the same step (1: all of it, 0: none)"
+)
 
 
 @dataclass(frozen=True)
-class Price:
+class EnginePrice:
     """An engine's profile at each scene's coarsest step, held against PIT there.
 
     Attributes:
@@ -25,7 +35,7 @@ class Price:
         scores: Its scores by name of the scene, where the scene has one answer and PIT was run.
     """
 
-    column: Column
+    column: GridColumn
     scores: dict[str, Score]
 
     @property
@@ -73,26 +83,27 @@ class Price:
         ]
 
 
-def prices(grid: Grid) -> tuple[Price, ...]:
+def prices(grid: Grid) -> tuple[EnginePrice, ...]:
     """Return what every engine pays that is not Carom's own; empty where PIT was not run."""
     found = []
-    for column in grid.columns:
+    for column in grid.columns.values():
         ran = {cell.row.job.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
         scores = {n: s for n, s in ran.items() if s is not None and s.sampling is not None and s.convention is None}
         if scores and not column.own:
-            found.append(Price(column, scores))
+            found.append(EnginePrice(column, scores))
     return tuple(found)
 
 
-def price_table(found: Iterable[Price]) -> Table:
+def price_section(found: Sequence[EnginePrice]) -> Section:
     """Return a row an engine: what it pays of the price of sampling, and what is its own."""
-    return Table.made(_COLUMNS, found)
+    blocks = (Text(PRICE_NOTE, ON_PAPER), Table(_COLUMNS, found), Text(PRICE_SHORT, TERMINAL)) if found else ()
+    return Section("The price of sampling", blocks, level=3)
 
 
-def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | str]:
+def _over(numbers: Callable[[EnginePrice], list[float]]) -> Callable[[EnginePrice], Cell | str]:
     """Return what a column says of numbers, one a scene or an impact: the median, with the least and the greatest."""
 
-    def say(price: Price) -> Cell | str:
+    def say(price: EnginePrice) -> Cell | str:
         known = numbers(price)
         if not known:
             return wording.ABSENT
@@ -102,25 +113,24 @@ def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | s
     return say
 
 
-def _of(count: int, price: Price) -> str:
+def _of(count: int, price: EnginePrice) -> str:
     return f"{count} of {len(price.scores)}"
 
 
-def _equal(price: Price) -> Cell:
+def _equal(price: EnginePrice) -> Cell:
     # The longer list is not the one to read.
     short = 0 < len(price.different) <= len(price.equal)
     return Cell(_of(len(price.equal), price), f"not {wording.listed(price.different)}" if short else "")
 
 
-#: The columns: heading, and what it says of an engine. Another one is another line.
-_COLUMNS: tuple[tuple[Head | str, Callable[[Price], Cell | str]], ...] = (
-    ("engine", lambda price: price.column.name),
-    ("price paid, median", _over(lambda price: price.paid)),
-    ("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
-    ("worse than PIT", lambda price: _of(len(price.worse), price)),
-    ("equals PIT", _equal),
-    ("of its own, median", _over(lambda price: price.own)),
-    ("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
-    ("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
-    ("of its own from its own states", _over(lambda price: price.local_own)),
+_COLUMNS = (
+    Column("engine", lambda price: price.column.name),
+    Column("price paid, median", _over(lambda price: price.paid)),
+    Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
+    Column("worse than PIT", lambda price: _of(len(price.worse), price)),
+    Column("equals PIT", _equal),
+    Column("of its own, median", _over(lambda price: price.own)),
+    Column("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
+    Column("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
+    Column("of its own from its own states", _over(lambda price: price.local_own)),
 )

@@ -37,6 +37,11 @@ class Environment:
     cores: int
     versions: Mapping[str, str]
 
+    @property
+    def machine(self) -> tuple[str, str, int]:
+        """What run times depend on beside versions: system, processor and number of cores."""
+        return (self.system, self.processor, self.cores)
+
 
 def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
     """Return what this process runs on, with the versions of the engines that take part."""

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
+from typing import TypeVar
 
 import pytest
+from typer.testing import CliRunner
 
 from carom.adapter import Capabilities, Profile
 from carom.bench import growth
-from carom.runs.job import Method, UnsupportedError
+from carom.cli import app
+from carom.runs.job import Answer, Method, Task, UnsupportedError
+from carom.runs.pool import InProcess
+
+T = TypeVar("T")
 
 
 def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,3 +32,67 @@ def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(growth, "load_adapter", lambda _name: adapter)
     with pytest.raises(UnsupportedError, match="does not support"):
         growth.GrowthTask(2, Method("stub", "narrow")).carry_out()
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """Engine and number of discs of each run; the runs are carried out in this process."""
+    ran: list[tuple[str, int]] = []
+
+    class Lane(InProcess):
+        def __init__(self, _time_limit_s: float) -> None:
+            super().__init__()
+
+        def ask(self, task: Task[T]) -> Answer[T]:
+            assert isinstance(task, growth.GrowthTask)
+            ran.append((task.engine, task.discs))
+            return super().ask(task)
+
+    monkeypatch.setattr(growth, "Lane", Lane)
+    return ran
+
+
+def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """What was run before Ctrl-C is taken from the journal to the bit; only what was run in one sitting is a ratio."""
+
+    def interrupt(done: int, _total: int, _what: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
+    with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
+        growth.growth(engines, sizes=sizes, journal=journal, progress=interrupt)
+    assert ran == [("pit", 2), ("pymunk", 2), ("pit", 3)]
+    with growth.growth_journal(path, resume=True) as journal:
+        entries = [replace(run, sitting="2000-01-01T00:00:00+00:00") for run in journal.entries.values()]
+        journal.add(entries)
+    with growth.growth_journal(path, resume=True) as journal:
+        found = growth.growth(engines, sizes=sizes, journal=journal)
+    assert ran[3:] == [("pymunk", 3), ("pit", 4), ("pymunk", 4)]
+    pit, pymunk = (curve.points for curve in found.curves)
+    taken = [run.answer.value for run in entries]
+    assert [value.timing.advance_s for value in taken if value] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
+    assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
+    assert math.isnan(pymunk[1].ratio)
+
+
+def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
+    path = tmp_path / "growth.jsonl"
+    with growth.growth_journal(path) as journal:
+        first = growth.growth(["pit"], sizes=[2], budget_s=1e-9, journal=journal)
+    assert "raise --budget" in first.curves[0].points[0].reason
+    with growth.growth_journal(path, resume=True) as journal:
+        second = growth.growth(["pit"], sizes=[2], journal=journal)
+    assert second.curves[0].points[0].reason == ""
+    assert ran == [("pit", 2)]
+
+
+def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
+    command = ["bench", "--grow", "-e", "pit", "--discs", "2", "--out", str(tmp_path / "out")]
+    for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
+        result = CliRunner().invoke(app, [*command, *arguments])
+        assert result.exit_code == exit_code, result.output
+        assert ("go on with them by --resume" in " ".join(result.output.split())) == (exit_code == 2)
+    assert ran == [("pit", 2)]

@@ -1,11 +1,14 @@
-"""A document as one HTML file: no script, nothing fetched, every name escaped."""
+"""A document as one HTML file: nothing fetched, every name escaped, and no script but the replay's, by its hash."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
+from importlib import resources
 
-from carom.report.document import Block, Document, Medium, Section
-from carom.report.extra import rendered
+from carom.report.document import Block, Document, Medium, Replays, Section
+from carom.report.files import require_report_extra
 
 __all__ = ["html"]
 
@@ -16,8 +19,41 @@ def html(document: Document) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
+    require_report_extra()
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     sections = list(document.shown(Medium.PAGE))
-    return rendered("page.html.j2", document=document, sections=sections, page=Medium.PAGE, anchor=_anchor, kind=_kind)
+    plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
+    script = replay_script() if plays else ""
+    return environment.get_template("page.html.j2").render(
+        document=document,
+        sections=sections,
+        page=Medium.PAGE,
+        anchor=_anchor,
+        kind=_kind,
+        script=script,
+        policy=content_policy(script),
+    )
+
+
+def replay_script() -> str:
+    """Return the script that plays replays."""
+    return (resources.files("carom.report") / "templates" / "replay.js").read_text(encoding="utf-8")
+
+
+def content_policy(script: str) -> str:
+    """Return what a browser may do with a page: nothing from elsewhere, and no script but this one, by its hash."""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = f"'sha256-{digest}'" if script else "'none'"
+    # Drawings carry styles of their own in their attributes.
+    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
 
 def _anchor(section: Section) -> str:

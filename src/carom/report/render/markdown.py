@@ -5,7 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from carom.report.document import Block, Code, Document, Facts, Figures, Legend, Lines, Medium, Pairs, Table, Text
+from carom.report.document import (
+    Block,
+    Code,
+    Document,
+    Facts,
+    Figures,
+    Legend,
+    Lines,
+    Medium,
+    Pairs,
+    Replays,
+    Table,
+    Text,
+)
 
 __all__ = ["markdown"]
 
@@ -44,7 +57,7 @@ def _block(block: Block) -> Iterator[str]:
             for pair in block.items:
                 sides = ", ".join(pair.sides)
                 yield f"- **{_text(pair.heading)}** ({_text(sides)}). {_text(' '.join(pair.caption))}"
-        case Figures():  # a page's alone: the tables hold the same numbers
+        case Figures() | Replays():  # a page's alone: the tables hold the same numbers
             pass
 
 

@@ -8,7 +8,20 @@ from rich import box
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
-from carom.report.document import Cell, Code, Document, Facts, Figures, Legend, Lines, Medium, Pairs, Table, Text
+from carom.report.document import (
+    Cell,
+    Code,
+    Document,
+    Facts,
+    Figures,
+    Legend,
+    Lines,
+    Medium,
+    Pairs,
+    Replays,
+    Table,
+    Text,
+)
 
 __all__ = ["terminal"]
 
@@ -33,7 +46,7 @@ def terminal(document: Document) -> Iterator[RichTable | str]:
                     yield block.text
                 case Facts():
                     yield from (f"{name}: {value}" for name, value in block.items)
-                case Figures() | Pairs():  # a page's alone
+                case Figures() | Pairs() | Replays():  # a page's alone
                     pass
     yield from document.lead
 

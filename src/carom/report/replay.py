@@ -1,0 +1,201 @@
+"""A replay: all that a page needs to show a run beside its reference, moving, with the evidence of each impact.
+
+The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
+somebody opens one of them.
+"""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import math
+import shlex
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import tomli_w
+
+from carom.comparator import Score
+from carom.comparator.thresholds import THRESHOLDS
+from carom.report import wording
+from carom.report.grid import Grid, GridCell
+from carom.report.tracks import Track, extent_of, observed_tracks, reference_tracks
+from carom.runs.results import Results
+from carom.scene import Scene
+from carom.trace import Trace, pair_name
+
+__all__ = ["packed", "replay_data", "scene_replays"]
+
+#: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
+_SHARP = 6
+
+Json = dict[str, Any]
+
+
+def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
+    """Yield the name of each scene that has a reference, and its replays, packed."""
+    for row in grid.rows:
+        reference = results.references.get(row.scene.name)
+        cells = [cell for cell in row.cells if cell.plays]
+        if reference is not None and cells:
+            yield row.scene.name, packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+
+
+def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
+    row = cell.row
+    assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
+    job = row.job
+    said = {
+        "engine": cell.column.label,
+        "profile": cell.column.profile,
+        "key": f"{job.scene.name}/{job.engine}/{job.profile}",
+        "word": cell.mark.word,
+        "symbol": cell.mark.symbol,
+        "css": cell.mark.css,
+        "said": [wording.capitalised(reason) + "." for reason in cell.reasons],
+        "command": shlex.join(
+            ("carom", "run", job.scene.name, "-e", job.engine, "-p", job.profile, "--dt", repr(job.dt_s))
+        ),
+    }
+    return row.trace, row.score, said
+
+
+def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:
+    """Return a scene, its reference and its runs as plain data.
+
+    Args:
+        reference: What must happen.
+        runs: Each run with its score, and what is said of it.
+    """
+    scene, extent_m = reference.scene, extent_of(reference)
+    places = _SHARP - math.floor(math.log10(extent_m))
+    return {
+        **_of_scene(scene),
+        "reference": [_of_track(track, None) for track in reference_tracks(reference)],
+        "impacts": [
+            [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
+        ],
+        "runs": [
+            {
+                **said,
+                "dt": trace.dt_s,
+                "end": trace.end_time_s,
+                "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
+                "impacts": list(_impacts(reference, trace, score)),
+                "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
+            }
+            for trace, score, said in runs
+        ],
+    }
+
+
+def packed(data: Json) -> str:
+    """Return data as text for a page: JSON, gzip, base64."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
+
+
+def _of_scene(scene: Scene) -> Json:
+    return {
+        "name": scene.name,
+        "description": scene.description,
+        "duration": scene.duration_s,
+        "frame": 1.0 / scene.frame_rate_hz,
+        "gravity": list(scene.gravity_m_s2),
+        "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
+        "walls": [[*wall.point_m, *wall.normal] for wall in scene.walls],
+        "file": tomli_w.dumps(scene.model_dump(mode="python")),
+    }
+
+
+def _of_track(track: Track, places: int | None) -> list[list[float]]:
+    columns = (track.time_s, *track.position_m.T)
+    if places is None:
+        return [column.tolist() for column in columns]
+    return [columns[0].tolist(), *(np.round(column, places).tolist() for column in columns[1:])]
+
+
+def _impacts(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+    """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
+    found = {error.reference: error for error in score.errors}
+    rows: list[Json] = []
+    for k, impact in enumerate(reference.impacts):
+        true_s = float(impact["time_s"])
+        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s}
+        error = found.get(k)
+        if error is None:
+            rows.append(row | _lost(k, score))
+            continue
+        rows.append(
+            row
+            | {
+                "reported": true_s + error.reported_time_s,
+                "turned": _or_none(true_s + error.effective_time_s),
+                "velocity": _or_none(error.velocity),
+                "flag": _flag(error.time_s, score),
+                "became": _became(error.time_s, trace.dt_s, score),
+                "cause": _cause(error.velocity, error.observed, score),
+            }
+        )
+    for k in score.spurious:
+        impact = trace.impacts[k]
+        alone = k in score.local.spurious
+        rows.append(
+            {
+                "bodies": _bodies(impact),
+                "pair": pair_name(impact),
+                "reported": _or_none(float(impact["time_s"])),
+                "flag": "invented",
+                "became": "invented",
+                "cause": "from its own state before, these bodies do not meet"
+                if alone
+                else "follows from errors before",
+            }
+        )
+    yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _bodies(impact: np.void) -> list[int]:
+    return [int(impact["first"]), int(impact["second"])]
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _lost(k: int, score: Score) -> Json:
+    if k >= score.expected:
+        return {"flag": "beyond", "became": "beyond the horizon", "cause": ""}
+    if k in score.undecided:
+        return {"flag": "undecided", "became": "too close to the end to be found", "cause": ""}
+    return {"flag": "missed", "became": "missed", "cause": "looking once a step" if score.equals_pit else ""}
+
+
+def _flag(time_s: float, score: Score) -> str:
+    if abs(time_s) <= THRESHOLDS.rounding_of(score.float_bits) * score.scales.time_s:
+        return "found"
+    return "late" if time_s > 0 else "early"
+
+
+def _became(time_s: float, dt_s: float, score: Score) -> str:
+    flag = _flag(time_s, score)
+    if flag == "found":
+        return "found"
+    return f"{wording.steps(abs(time_s), dt_s) if dt_s else wording.seconds(abs(time_s))} {flag}"
+
+
+def _cause(velocity: float, observed: int, score: Score) -> str:
+    """Say where a velocity error comes from: told apart from the run's own state before the impact."""
+    rounding, local = THRESHOLDS.rounding_of(score.float_bits), score.local
+    if not velocity > rounding or math.isnan(local.velocity[observed]):
+        return ""
+    if local.velocity[observed] <= rounding:
+        return "right from its own state before: errors before this impact led it elsewhere"
+    own, sampling = local.solver_velocity[observed], local.sampling_velocity[observed]
+    if own <= rounding:
+        return "looking once a step"
+    if math.isnan(own) or sampling <= rounding:
+        return "the method's own"
+    return f"looking once a step ({wording.number(sampling)}), and the method's own ({wording.number(own)})"

@@ -1,0 +1,115 @@
+"""Where each disc of a trace is at any time, in few numbers: knots between which a disc flies freely.
+
+Between two knots a disc is on a straight line, or under gravity on the parabola that leads from the one to the other:
+``p(t) = p_a + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a place, and paths never
+jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.report.paths import exact_paths
+from carom.trace import Trace, free_flights
+
+__all__ = ["SHARPNESS", "Track", "extent_of", "observed_tracks", "reference_tracks"]
+
+Array = NDArray[np.float64]
+
+#: A sampled state is left out where the flight between its neighbours passes it by no more than this part of the
+#: scene's extent: a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
+SHARPNESS = 1e-5
+
+
+@dataclass(frozen=True)
+class Track:
+    """The flights of one disc.
+
+    Attributes:
+        time_s: When each begins, and last when the last one ends; shape ``(k,)``, ascending.
+        position_m: Where the disc is then, shape ``(k, 2)``.
+        pull_m_s2: The gravity that acts on it, shape ``(2,)``.
+    """
+
+    time_s: Array
+    position_m: Array
+    pull_m_s2: Array
+
+    def at(self, time_s: Array) -> Array:
+        """Return where the disc is at each of some times within the run, shape ``(len(time_s), 2)``."""
+        after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
+        begin, end = self.time_s[after - 1], self.time_s[after]
+        with np.errstate(invalid="ignore", divide="ignore"):  # a flight of no length begins where it ends
+            part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
+        straight = self.position_m[after - 1] * (1.0 - part) + self.position_m[after] * part
+        bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pull_m_s2
+        found: Array = straight + bulge
+        return found
+
+
+def reference_tracks(trace: Trace) -> tuple[Track, ...]:
+    """Return the free flights of each disc from impact to impact, exact for a trace without steps."""
+    discs = trace.scene.discs
+    times = [[0.0] for _ in discs]
+    places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
+    pulls = [np.zeros(2) for _ in discs]
+    for flight in free_flights(trace):
+        times[flight.disc].append(flight.end_s)
+        places[flight.disc].append(flight.at(flight.end_s))
+        pulls[flight.disc] = flight.pull_m_s2
+    return tuple(Track(np.array(times[k]), np.array(places[k]), pulls[k]) for k in range(len(discs)))
+
+
+def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
+    """Return tracks through the states that were kept; from the impacts where none were, or where these explain all.
+
+    A method that goes to the instant of an impact turns between two of its states: then its impacts tell more.
+
+    Args:
+        trace: The run.
+        extent_m: The size of what is drawn, in whose parts `SHARPNESS` is.
+    """
+    flown = reference_tracks(trace)
+    samples = trace.samples
+    if samples is None or not len(samples.time_s):
+        return flown
+    inside = samples.time_s < trace.end_time_s
+    times = np.append(samples.time_s[inside], trace.end_time_s)
+    places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
+    near = SHARPNESS * extent_m
+    if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
+        return flown
+    return tuple(_thinned(times, places[:, disc], track.pull_m_s2, near) for disc, track in enumerate(flown))
+
+
+def extent_of(trace: Trace) -> float:
+    """Return the larger side of the box round all that a trace's discs cover, metres."""
+    low, high = exact_paths(trace).bounds()
+    return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)
+
+
+def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
+    """Whether a track is where the states are; one that is not finite is nowhere."""
+    away = np.abs(track.at(times) - places)
+    return bool(np.isfinite(away).all() and away.max() <= near)
+
+
+def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
+    """Return a track through as few of the states as explain the others."""
+    finite = np.isfinite(places).all(axis=1)
+    times, places = times[finite], places[finite]
+    kept, pending = [0], [(0, len(times) - 1)]
+    while pending:
+        first, last = pending.pop()
+        flight = Track(times[[first, last]], places[[first, last]], pull)
+        away = np.abs(flight.at(times[first : last + 1]) - places[first : last + 1]).max(axis=1)
+        worst = first + int(away.argmax())
+        if last - first > 1 and away.max() > near:
+            pending += [(worst, last), (first, worst)]
+        else:
+            kept.append(last)
+    chosen = np.array(kept)
+    return Track(times[chosen], places[chosen], pull)

@@ -1,0 +1,63 @@
+"""Replays: what a page is given of a run, and of each of its impacts."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import tomllib
+from typing import Any
+
+import pytest
+
+import carom
+from carom.report.grid import build_grid
+from carom.report.replay import scene_replays
+from carom.runs.results import Results
+from carom.scenes import find_scenes
+
+
+@pytest.fixture(scope="module")
+def results() -> Results:
+    names = ("paper/missed", "paper/late", "classics/miss", "gravity/ladder")
+    return carom.cross_check(find_scenes(names), ["pic", "pit"], profiles=["tuned"], timing=False, jobs=1)
+
+
+@pytest.fixture(scope="module")
+def replays(results: Results) -> dict[str, dict[str, Any]]:
+    found = scene_replays(results, build_grid(results))
+    return {name: json.loads(gzip.decompress(base64.b64decode(data))) for name, data in found}
+
+
+def test_every_graded_cell_has_a_replay(results: Results, replays: dict[str, dict[str, Any]]) -> None:
+    """Each row at a scene's own frame rate that was scored is one of the scene's replays, by a key of its own."""
+    graded = {
+        f"{row.job.scene.name}/{row.job.engine}/{row.job.profile}"
+        for row in results.rows
+        if row.score is not None and row.job.refinement == 0
+    }
+    assert {run["key"] for data in replays.values() for run in data["runs"]} == graded
+
+
+def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any]]) -> None:
+    """PIT misses the impact of the first case, and finds that of the second late: it looks once a step."""
+    runs = {run["key"]: run["impacts"] for data in replays.values() for run in data["runs"]}
+    (missed,) = runs["paper/missed/pit/tuned"]
+    (late,) = runs["paper/late/pit/tuned"]
+    (found,) = runs["paper/late/pic/tuned"]
+    assert (missed["flag"], missed["cause"]) == ("missed", "looking once a step")
+    assert (late["flag"], late["cause"]) == ("late", "looking once a step")
+    assert late["reported"] > late["true"]
+    assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
+
+
+def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:
+    """What is offered for copying loads as the scene that was run."""
+    for name, data in replays.items():
+        assert carom.Scene(**tomllib.loads(data["file"])) == find_scenes([name])[0].scene
+
+
+def test_the_same_results_give_the_same_text(results: Results) -> None:
+    """Packing has no clock in it: a report made twice is the same file."""
+    grid = build_grid(results)
+    assert list(scene_replays(results, grid)) == list(scene_replays(results, grid))
