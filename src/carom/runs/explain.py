@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from carom.comparator.shift import shifted_scenes
+from carom.comparator.shift import shifted_references
 from carom.registry import EngineInfo
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job, Method
@@ -42,7 +42,7 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  engines: {_engines(scene, reference, steps[0])}"
         yield f"  states: {_samples(scene, drawn=options.samples)}"
         if options.phases:
-            kept = len(shifted_scenes(reference, steps[0], phase_values(options.phases, options.seed)))
+            kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
             why = "a shift that changes which impacts happen is left out"
             yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
         for info in plan.engines:

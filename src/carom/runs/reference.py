@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
-from carom.comparator.believed import estimate_horizon
 from carom.comparator.finite import not_finite
+from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene
 from carom.solvers.certified import certify
