@@ -53,6 +53,8 @@ class KnownImpact:
         second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Metres a second.
         velocity_second_after: Metres a second; None for a wall, which has none.
+        spin_first_after: Radians a second; None where it is not known, or nothing turns.
+        spin_second_after: The same.
     """
 
     time_s: float
@@ -60,6 +62,8 @@ class KnownImpact:
     second: int
     velocity_first_after: Vector | None = None
     velocity_second_after: Vector | None = None
+    spin_first_after: float | None = None
+    spin_second_after: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ class KnownAnswer:
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
+        final_spin_rad_s: Final spin of each disc, where known.
         convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
             it has one.
     """
@@ -86,6 +91,7 @@ class KnownAnswer:
     final_position_m: tuple[Vector, ...] | None = None
     final_kinetic_energy_j: float | None = None
     convention: str = ""
+    final_spin_rad_s: tuple[float, ...] | None = None
 
 
 class Staged(NamedTuple):
@@ -187,9 +193,23 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
         yield _apart(trace.final_velocity_m_s, known.final_velocity_m_s, speed)
     if known.final_position_m is not None:
         yield _apart(trace.final_position_m, known.final_position_m, extent)
+    yield from _apart_in_spin(trace, known, scene, speed)
     if known.final_kinetic_energy_j is not None:
         energy = kinetic_energy(scene, trace.final_velocity_m_s)
         yield _apart(energy, known.final_kinetic_energy_j, known.final_kinetic_energy_j)
+
+
+def _apart_in_spin(trace: Trace, known: KnownAnswer, scene: Scene, speed: float) -> Iterator[float]:
+    """Yield by how much rims are too fast or too slow; infinity where a method does not tell what is known."""
+    for k, expected in enumerate(known.impacts):
+        for side, disc in (("first", expected.first), ("second", expected.second)):
+            spin = getattr(expected, f"spin_{side}_after")
+            if spin is not None:
+                found = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield _apart(found, spin, speed / scene.discs[disc].radius_m)
+    if known.final_spin_rad_s is not None:
+        spins = math.inf if trace.final_spin_rad_s is None else trace.final_spin_rad_s
+        yield _apart(scene.arrays.radius_m * spins, scene.arrays.radius_m * known.final_spin_rad_s, speed)
 
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
