@@ -101,6 +101,9 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
+    ] = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -139,7 +142,7 @@ def run(
             raise InputError("--resume goes on with what lies in the folder of --report: name it")
         with progress_bar() as progress:
             results = execute(plan, progress=progress, command=command_line())
-        print_document(cross_check_document(results))
+        print_document(cross_check_document(results), full=verbose)
     else:
         require_writable(report)
         path = report / "journal.jsonl"
@@ -152,7 +155,7 @@ def run(
             document = cross_check_document(results)
             paths = write_report(results, report, document)
             journal.discard()  # the report holds it all
-        print_document(document)
+        print_document(document, full=verbose)
         console().print(f"report: {paths.html}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:

@@ -1,22 +1,25 @@
-"""The two charts of error against step."""
+"""The charts of a cross-check: error against step, and what of it is an engine's own."""
 
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.svg import INK, MUTED, drawing, finish, framed, line_style, render
+from carom.report.price import Price
+from carom.report.svg import INK, MUTED, SURFACE, drawing, finish, framed, line_style, render
 from carom.report.trend import Point, Series, Trend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["velocity_chart", "wrong_chart"]
+__all__ = ["price_chart", "velocity_chart", "wrong_chart"]
 
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
+_PRICE_WIDTH_IN = 9.0
 
 
 def velocity_chart(trend: Trend, label: str) -> str:
@@ -84,3 +87,33 @@ def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) ->
     column = series.column
     style = line_style(engines.index(column.engine), pit=column.engine == "pit", hollow=column.profile == "default")
     axes.plot(trend.parts, heights, label=column.name, clip_on=False, **style)
+
+
+def price_chart(found: Sequence[Price], label: str) -> str:
+    """Return, for each engine, its velocity error against PIC and what of it is its own, as SVG."""
+    with drawing():
+        shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
+        figure, axes = framed(_PRICE_WIDTH_IN, 1.9 + 0.24 * len(shown))
+        errors = [value for _, total, own in shown for value in (total, own) if THRESHOLDS.rounding < value < math.inf]
+        bottom = 10.0 ** math.floor(math.log10(min(errors, default=0.1)))
+        floor, top = bottom / 10.0**0.35, 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
+
+        def along(value: float) -> float:
+            at: float = min(max(value, floor), top) if value > THRESHOLDS.rounding else floor
+            return at
+
+        for k, (_, total, own) in enumerate(shown):
+            colour = line_style(k, pit=False, hollow=False)["color"]
+            axes.plot([along(own), along(total)], [-k, -k], color=colour, linewidth=2.0, alpha=0.6)
+            axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
+            axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
+        axes.set_xscale("log")
+        axes.set_xlim(bottom / 10.0**0.7, top)
+        axes.axvspan(bottom / 10.0**0.7, bottom, color=MUTED, alpha=0.1, linewidth=0)
+        ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
+        axes.set_xticks([floor, *ticks], [f"≤ {wording.number(THRESHOLDS.rounding)}", *map(wording.number, ticks)])
+        axes.minorticks_off()
+        axes.set_yticks([-k for k in range(len(shown))], [price.column.name for price, _, _ in shown])
+        axes.set_xlabel("velocity error, over the scene's greatest speed")
+        finish(axes)
+        return render(figure, label)

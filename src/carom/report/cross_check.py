@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 from carom.comparator import Horizon
 from carom.report import wording
-from carom.report.chart import velocity_chart, wrong_chart
+from carom.report.chart import price_chart, velocity_chart, wrong_chart
 from carom.report.divergences import Divergence, divergences
 from carom.report.document import (
+    DETAIL,
+    IN_FULL,
     ON_PAPER,
+    PAGE,
     TERMINAL,
     Block,
     Cell,
@@ -27,12 +31,14 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.grid import Grid, build_grid
+from carom.report.grid import Grid, Unrun, build_grid
 from carom.report.made import making
+from carom.report.marks import Mark
+from carom.report.overview import group_table, impacts_side_by_side, method_table
 from carom.report.picture import draw_pair
 from carom.report.price import Price, price_table, prices
 from carom.report.replay import scene_replays
-from carom.report.summary import summarise
+from carom.report.summary import agreement, summarise
 from carom.report.tables import (
     cell_table,
     grid_table,
@@ -56,6 +62,19 @@ FIGURE_NOTE = (
     "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene. Where all "
     "velocities are right to rounding, it is told how many steps late or early an impact was found; where impacts are "
     "missed or invented, they are counted. PIC is held against itself here: what it is worth, the known answers say."
+)
+HEAT_NOTE = (
+    "Each cell tells the worst grade of a method in a group, of how many of its scenes, and leads to the worst of "
+    "them, played beside the reference; the bar below shows all grades."
+)
+METHOD_NOTE = (
+    "Missed and invented impacts are counted over all scenes. The error is the largest velocity error over PIT's at "
+    "worst over the phases of the same step, median over scenes: 1 pays the price of looking once a step, 0 none of it."
+)
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, median, by PIT's at worst"
+PRICE_CAPTION = (
+    "A ring: the largest velocity error against PIC. A disc: what of it sampling does not explain. Medians over "
+    "scenes; the line between them is the price of sampling."
 )
 SHORT_NOTE = (
     "0.075: largest velocity error, over the scene's greatest speed\n"
@@ -107,6 +126,9 @@ SETTINGS_NOTE = (
     "Read back from the engine where it can be read, at the coarsest step of the first scene that the engine ran."
 )
 
+#: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
+_TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
+
 
 def cross_check_document(results: Results) -> Document:
     """Return the report of a cross-check."""
@@ -114,8 +136,9 @@ def cross_check_document(results: Results) -> Document:
     found = prices(grid)
     return Document(
         title=TITLE,
-        lead=summarise(results, grid, found),
+        lead=summarise(results, grid),
         sections=(
+            *_overview(results, grid, found),
             *_grid(results, grid),
             *_sampling(found),
             *_horizons(results),
@@ -127,7 +150,7 @@ def cross_check_document(results: Results) -> Document:
             Section("Run time", _unless_empty(RUN_TIME_NOTE, run_time_table(grid))),
             *_making(results, grid),
             Section("Every cell, at every step", (cell_table(results, grid),)),
-            Section("Impact by impact", tuple(impact_tables(results)), only=TERMINAL),
+            Section("Impact by impact", tuple(impact_tables(results)), only=DETAIL),
         ),
     )
 
@@ -137,8 +160,24 @@ def _unless_empty(note: str, table: Table) -> tuple[Block, ...]:
     return (Text(note, table.only), table) if table.rows else ()
 
 
+def _overview(results: Results, grid: Grid, found: tuple[Price, ...]) -> Iterator[Section]:
+    """Say the answer first: a line a method, and scene groups by method; of one scene, its impacts."""
+    marks = Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks), PAGE)
+    signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
+    words = Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL)
+    what = f"Every method against PIC, at {grid.step_phrase}"
+    title = f"{grid.rows[0].scene.name}: {what.lower()}" if len(grid.rows) == 1 else what
+    table, groups = method_table(grid), replace(group_table(grid), only=PAGE)
+    chart = Figure(partial(price_chart, found, "What sampling costs each engine, and what is its own"), PRICE_CAPTION)
+    charts = (Figures((chart,)),) if any(price.paid for price in found) else ()
+    notes = Text(METHOD_SHORT, TERMINAL), Text(METHOD_NOTE, ON_PAPER)
+    yield Section(title, (groups, marks, Text(HEAT_NOTE, PAGE), *charts, table, words, *notes) if table.rows else ())
+    impacts = tuple(impacts_side_by_side(results, grid))
+    yield Section("Its impacts, every method beside the others", impacts, level=3)
+
+
 def _grid(results: Results, grid: Grid) -> Iterator[Section]:
-    legend = Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks))
+    legend = Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks), IN_FULL - PAGE)
     reach = {name: _in_short(found) for name, found in results.certified.items()}
     yield Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
@@ -146,21 +185,28 @@ def _grid(results: Results, grid: Grid) -> Iterator[Section]:
             legend,
             grid_table(grid, reach),
             Text(FIGURE_NOTE, ON_PAPER),
-            Text(SHORT_NOTE, TERMINAL),
+            Text(SHORT_NOTE, DETAIL),
             Replays(tuple(scene_replays(results, grid))),
         ),
     )
-    unrun = tuple(
-        f"{wording.listed(entry.columns)}, {entry.mark.word} on "
-        f"{'every scene' if entry.everywhere else wording.listed(entry.scenes)}: {entry.reason}"
-        for entry in grid.unrun
-    )
-    yield Section("Not scored, and why", (Lines(unrun),) if unrun else (), level=3)
+    unrun = {entry: _not_scored(entry) for entry in grid.unrun}
+    # What can be mended, and what leaves a method with nothing, is part of the answer.
+    telling = tuple(line for entry, line in unrun.items() if entry.everywhere or entry.mark in _TO_MEND)
+    lines = (Lines(tuple(unrun.values()), IN_FULL), Lines(telling, TERMINAL))
+    yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
     yield Section("Profiles and variants", (Text(PROFILE_NOTE, ON_PAPER), profile_table(results, grid)), level=3)
 
 
+def _not_scored(entry: Unrun) -> str:
+    where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
+    return f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+
+
 def _sampling(found: tuple[Price, ...]) -> Iterator[Section]:
-    paid = (Text(PRICE_NOTE, ON_PAPER), price_table(found), Text(PRICE_SHORT, TERMINAL)) if found else ()
+    if not found:
+        return
+    said = tuple(Text(sentence, IN_FULL) for sentence in (agreement(found),) if sentence)
+    paid: tuple[Block, ...] = (*said, Text(PRICE_NOTE, ON_PAPER), price_table(found), Text(PRICE_SHORT, DETAIL))
     yield Section("The price of sampling", paid, level=3)
 
 
@@ -276,7 +322,7 @@ def _pair(entry: Divergence) -> Pair:
 def _certified(results: Results) -> Iterator[Section]:
     lines = tuple(f"{name}: {found}." for name, found in results.certified.items())
     if lines:
-        yield Section("How far the reference is certified", (Text(CERTIFIED_NOTE, ON_PAPER), Lines(lines)))
+        yield Section("How far the reference is certified", (Text(CERTIFIED_NOTE, ON_PAPER), Lines(lines, IN_FULL)))
 
 
 def _in_short(found: Horizon | str) -> str:

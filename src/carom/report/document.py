@@ -12,9 +12,10 @@ from enum import Enum
 from typing import TypeVar
 
 __all__ = [
+    "DETAIL",
     "EVERYWHERE",
+    "IN_FULL",
     "ON_PAPER",
-    "ON_SCREEN",
     "PAGE",
     "TERMINAL",
     "Block",
@@ -33,6 +34,7 @@ __all__ = [
     "Pairs",
     "Replays",
     "Section",
+    "Share",
     "Table",
     "Text",
 ]
@@ -47,15 +49,28 @@ class Medium(Enum):
     PAGE = "HTML"
     MARKDOWN = "Markdown"
     TERMINAL = "terminal"
+    DETAIL = "terminal, in full"
 
 
 Media = frozenset[Medium]
 EVERYWHERE: Media = frozenset(Medium)
 PAGE: Media = frozenset({Medium.PAGE})
 TERMINAL: Media = frozenset({Medium.TERMINAL})
+DETAIL: Media = frozenset({Medium.DETAIL})
 #: What is written into files, and what there is no room for on a terminal.
 ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
-ON_SCREEN: Media = frozenset({Medium.PAGE, Medium.TERMINAL})
+#: The evidence: everywhere but where the answer alone is shown.
+IN_FULL: Media = ON_PAPER | DETAIL
+
+
+@dataclass(frozen=True)
+class Share:
+    """A part of a bar: its class on a page, its size, and the sign and style that a terminal draws it with."""
+
+    css: str
+    size: int
+    symbol: str
+    style: str = ""
 
 
 @dataclass(frozen=True)
@@ -71,7 +86,7 @@ class Cell:
         symbol: A sign before the text, so that colour is never the only one.
         style: Its colours on a terminal.
         link: Where the text leads on a page; empty for nowhere.
-        shares: Parts of a bar below the text, as class and size.
+        shares: Parts of a bar below the text; a terminal shows it in place of the text.
         part: Length of a meter below the text, in parts of the longest; None for no meter.
     """
 
@@ -83,7 +98,7 @@ class Cell:
     symbol: str = ""
     style: str = ""
     link: str = ""
-    shares: tuple[tuple[str, int], ...] = ()
+    shares: tuple[Share, ...] = ()
     part: float | None = None
 
     @property

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from carom.comparator import Score
 from carom.report import wording
-from carom.report.document import Cell, Table
+from carom.report.document import IN_FULL, Cell, Table
 from carom.report.document import Column as Head
 from carom.report.grid import Column, Grid
 
@@ -62,6 +62,11 @@ class Price:
         return [error for error in found if error is not None and not math.isnan(error)]
 
     @property
+    def total(self) -> list[float]:
+        """The largest velocity error against the reference, in each scene that has one."""
+        return [s.total.velocity for s in self.scores.values() if not math.isnan(s.total.velocity)]
+
+    @property
     def local_own(self) -> list[float]:
         """The same of each impact from the engine's own state before it, in scenes that are believed to a horizon."""
         return [
@@ -86,7 +91,7 @@ def prices(grid: Grid) -> tuple[Price, ...]:
 
 def price_table(found: Iterable[Price]) -> Table:
     """Return a row an engine: what it pays of the price of sampling, and what is its own."""
-    return Table.made(_COLUMNS, found)
+    return Table.made(_COLUMNS, found, only=IN_FULL)
 
 
 def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | str]:

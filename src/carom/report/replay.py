@@ -26,7 +26,7 @@ from carom.runs.results import Results
 from carom.scene import Scene
 from carom.trace import Trace, pair_name
 
-__all__ = ["packed", "replay_data", "scene_replays"]
+__all__ = ["impact_rows", "packed", "replay_data", "scene_replays"]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -83,7 +83,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "dt": trace.dt_s,
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
-                "impacts": list(_impacts(reference, trace, score)),
+                "impacts": list(impact_rows(reference, trace, score)),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
             }
             for trace, score, said in runs
@@ -117,7 +117,7 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     return [columns[0].tolist(), *(np.round(column, places).tolist() for column in columns[1:])]
 
 
-def _impacts(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
     """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []

@@ -11,15 +11,15 @@ from carom.report.marks import Mark
 from carom.report.price import Price
 from carom.runs.results import Results
 
-__all__ = ["summarise"]
+__all__ = ["agreement", "summarise"]
 
 #: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
 MOSTLY = 0.5
 
 
-def summarise(results: Results, grid: Grid, found: tuple[Price, ...]) -> tuple[str, ...]:
-    """Return the sentences that stand first in every format: what PIC is worth here, the grades, and who is PIT."""
-    return tuple(filter(None, (_reference(results), _counts(grid), _agreement(found))))
+def summarise(results: Results, grid: Grid) -> tuple[str, ...]:
+    """Return the sentences that stand first in every format: what PIC is worth here, and the grades."""
+    return (_reference(results), _counts(grid))
 
 
 def _reference(results: Results) -> str:
@@ -53,7 +53,8 @@ def _counts(grid: Grid) -> str:
     return f"{sentence} Not scored: {'; '.join(not_run)}." if not_run else sentence
 
 
-def _agreement(found: tuple[Price, ...]) -> str:
+def agreement(found: tuple[Price, ...]) -> str:
+    """Return who is PIT in disguise; empty where nobody is."""
     close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
     if not close:
         return ""

@@ -7,15 +7,15 @@ import math
 import statistics
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple, TypeAlias, TypeVar
-from urllib.parse import quote
 
 from carom.comparator import Errors, ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import ON_PAPER, PAGE, TERMINAL, Cell, Table
+from carom.report.document import DETAIL, IN_FULL, ON_PAPER, PAGE, Cell, Share, Table
 from carom.report.document import Column as Head
 from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
 from carom.report.marks import Mark, mark_of
+from carom.report.overview import replay_link
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
@@ -63,19 +63,23 @@ def grid_table(grid: Grid, certified: Mapping[str, str]) -> Table:
             ),
         ),
         css="grid",
+        only=IN_FULL,
     )
 
 
 def _tally(grid: Grid, column: Column) -> Cell:
     tally = grid.tally(column)
-    return Cell(" ".join(f"{n}{mark.symbol}" for mark, n in tally), shares=tuple((mark.css, n) for mark, n in tally))
+    return Cell(
+        " ".join(f"{n}{mark.symbol}" for mark, n in tally),
+        shares=tuple(Share(mark.css, n, mark.symbol, mark.style) for mark, n in tally),
+    )
 
 
 def _grid_cell(scene: str, cell: GridCell) -> Cell:
     return Cell(
         cell.mark.word,
         cell.figure,
-        link=f"#{quote(f'{scene}/{cell.column.engine}/{cell.column.profile}')}" if cell.plays else "",
+        link=replay_link(cell),
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
         title=f"{cell.column.name} on {scene}: {'; '.join(cell.reasons)}",
         css=cell.mark.css,
@@ -322,7 +326,7 @@ def impact_tables(results: Results) -> Iterator[Table]:
                 title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: "
                 f"{row.score.grade.value}",
                 note="\n".join(reasons_of(row)) + more,
-                only=TERMINAL,
+                only=DETAIL,
             )
 
 

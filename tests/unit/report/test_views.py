@@ -15,7 +15,7 @@ from carom.comparator import Grade, compare
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
 from carom.report.divergences import divergences
-from carom.report.document import Lines, Medium
+from carom.report.document import TERMINAL, Lines, Medium
 from carom.report.grid import build_grid, reasons_of
 from carom.report.junit import junit
 from carom.report.marks import Mark
@@ -32,7 +32,7 @@ def said(results: Results) -> str:
     """All that a terminal shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=200)
-    for item in terminal(cross_check_document(results)):
+    for item in terminal(cross_check_document(results), 160, full=True):
         console.print(item, soft_wrap=isinstance(item, str), markup=False, highlight=False)
     return buffer.getvalue()
 
@@ -58,10 +58,12 @@ def test_every_cell_that_was_not_run_has_its_reason(
     """The reason stands in the cell and in the list below the grid, once for all cells that share it."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Not scored, and why")
-    (block,) = section.blocks
+    (block,) = section.shown(Medium.PAGE)
+    (short,) = section.shown(Medium.TERMINAL)
     assert isinstance(block, Lines)
     lines = block.items
     assert len(lines) == len(not_run)
+    assert short == Lines(lines, TERMINAL)
     for engine, (status, reason) in not_run.items():
         cells = grid.cells(next(column for column in grid.columns if column.engine == engine))
         assert {cell.reasons for cell in cells} == {(reason,)}

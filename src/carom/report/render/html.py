@@ -21,7 +21,7 @@ def html(document: Document) -> str:
     """
     sections = list(document.shown(Medium.PAGE))
     plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
-    script = replay_script() if plays else ""
+    script = page_script("replay.js", "table.js") if plays else ""
     return rendered(
         "page.html.j2",
         document=document,
@@ -34,9 +34,10 @@ def html(document: Document) -> str:
     )
 
 
-def replay_script() -> str:
-    """Return the script that plays replays."""
-    return (resources.files("carom.report") / "templates" / "replay.js").read_text(encoding="utf-8")
+def page_script(*names: str) -> str:
+    """Return scripts of the report's own as one."""
+    folder = resources.files("carom.report") / "templates"
+    return "".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
 def content_policy(script: str) -> str:
