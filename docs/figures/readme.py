@@ -12,10 +12,8 @@ from collections import Counter
 from pathlib import Path
 
 from carom import cross_check
-from carom.report.cross_check import caption
-from carom.report.divergences import Divergence
 from carom.report.grid import build_grid
-from carom.report.picture import draw_pair
+from carom.report.picture import Divergence, caption, draw_pair
 from carom.report.records import read_records
 from carom.report.svg import alone
 from carom.report.wording import number

@@ -9,81 +9,56 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from carom.comparator import Horizon, Score, compare, horizon
-    from carom.disc_arrays import DiscArrays
-    from carom.errors import CaromError, SceneError
-    from carom.physics.impact_law import resolve_impact
-    from carom.physics.time_of_impact import time_of_impact
-    from carom.registry import EngineInfo, engines
-    from carom.runs.execute import cross_check, run
-    from carom.runs.results import Results
-    from carom.scene import Disc, Scene, Wall, load_scene, save_scene
-    from carom.solvers.certified import CertifiedTrace, certify
-    from carom.solvers.event_driven.run import EventDrivenRun
-    from carom.solvers.pic import solve_pic
-    from carom.solvers.pit.solve import solve_pit
-    from carom.solvers.plain.framewise import solve_pic_framewise
-    from carom.trace import Outcome, Trace
+    from carom.comparator import Score as Score
+    from carom.comparator import compare as compare
+    from carom.comparator import horizon as horizon
+    from carom.comparator.horizon import Horizon as Horizon
+    from carom.disc_arrays import DiscArrays as DiscArrays
+    from carom.errors import CaromError as CaromError
+    from carom.errors import SceneError as SceneError
+    from carom.physics.impact_law import resolve_impact as resolve_impact
+    from carom.physics.time_of_impact import time_of_impact as time_of_impact
+    from carom.registry import EngineInfo as EngineInfo
+    from carom.registry import engines as engines
+    from carom.runs.execute import cross_check as cross_check
+    from carom.runs.execute import run as run
+    from carom.runs.results import Results as Results
+    from carom.scene import Disc as Disc
+    from carom.scene import Scene as Scene
+    from carom.scene import Wall as Wall
+    from carom.scene import load_scene as load_scene
+    from carom.scene import save_scene as save_scene
+    from carom.solvers.certified.certify import certify as certify
+    from carom.solvers.certified.result import CertifiedTrace as CertifiedTrace
+    from carom.solvers.event_driven.run import EventDrivenRun as EventDrivenRun
+    from carom.solvers.pic import solve_pic as solve_pic
+    from carom.solvers.pit.solve import solve_pit as solve_pit
+    from carom.solvers.plain.framewise import solve_pic_framewise as solve_pic_framewise
+    from carom.trace import Outcome as Outcome
+    from carom.trace import Trace as Trace
 
-__all__ = [
-    "CaromError",
-    "CertifiedTrace",
-    "Disc",
-    "DiscArrays",
-    "EngineInfo",
-    "EventDrivenRun",
-    "Horizon",
-    "Outcome",
-    "Results",
-    "Scene",
-    "SceneError",
-    "Score",
-    "Trace",
-    "Wall",
-    "certify",
-    "compare",
-    "cross_check",
-    "engines",
-    "horizon",
-    "load_scene",
-    "resolve_impact",
-    "run",
-    "save_scene",
-    "solve_pic",
-    "solve_pic_framewise",
-    "solve_pit",
-    "time_of_impact",
-]
-
-_HOME = {
-    "CaromError": "carom.errors",
-    "CertifiedTrace": "carom.solvers.certified.result",
-    "Disc": "carom.scene",
-    "DiscArrays": "carom.disc_arrays",
-    "EngineInfo": "carom.registry",
-    "EventDrivenRun": "carom.solvers.event_driven.run",
-    "Horizon": "carom.comparator.horizon",
-    "Outcome": "carom.trace",
-    "Results": "carom.runs.results",
-    "Scene": "carom.scene",
-    "SceneError": "carom.errors",
-    "Score": "carom.comparator",
-    "Trace": "carom.trace",
-    "Wall": "carom.scene",
-    "certify": "carom.solvers.certified.certify",
-    "compare": "carom.comparator",
-    "cross_check": "carom.runs.execute",
-    "engines": "carom.registry",
-    "horizon": "carom.comparator",
-    "load_scene": "carom.scene",
-    "resolve_impact": "carom.physics.impact_law",
-    "run": "carom.runs.execute",
-    "save_scene": "carom.scene",
-    "solve_pic": "carom.solvers.pic",
-    "solve_pic_framewise": "carom.solvers.plain.framewise",
-    "solve_pit": "carom.solvers.pit.solve",
-    "time_of_impact": "carom.physics.time_of_impact",
+_HOMES = {
+    "carom.comparator": ("Score", "compare", "horizon"),
+    "carom.comparator.horizon": ("Horizon",),
+    "carom.disc_arrays": ("DiscArrays",),
+    "carom.errors": ("CaromError", "SceneError"),
+    "carom.physics.impact_law": ("resolve_impact",),
+    "carom.physics.time_of_impact": ("time_of_impact",),
+    "carom.registry": ("EngineInfo", "engines"),
+    "carom.runs.execute": ("cross_check", "run"),
+    "carom.runs.results": ("Results",),
+    "carom.scene": ("Disc", "Scene", "Wall", "load_scene", "save_scene"),
+    "carom.solvers.certified.certify": ("certify",),
+    "carom.solvers.certified.result": ("CertifiedTrace",),
+    "carom.solvers.event_driven.run": ("EventDrivenRun",),
+    "carom.solvers.pic": ("solve_pic",),
+    "carom.solvers.pit.solve": ("solve_pit",),
+    "carom.solvers.plain.framewise": ("solve_pic_framewise",),
+    "carom.trace": ("Outcome", "Trace"),
 }
+_HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))
+
+__all__ = list(_HOME)
 
 
 def __getattr__(name: str) -> Any:
@@ -95,4 +70,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return list(_HOME)

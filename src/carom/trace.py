@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ __all__ = [
     "impact_array",
     "kinetic_energy",
     "pair_name",
+    "velocities",
     "wall_body",
     "wall_index",
 ]
@@ -93,6 +94,11 @@ def body_name(body: int) -> str:
 def pair_name(impact: np.void) -> str:
     """Return what the two bodies of an impact are called."""
     return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
+
+
+def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
+    """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: the first bodies', then the second."""
+    return np.stack([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
 
 
 class Outcome(Enum):

@@ -12,8 +12,7 @@ from tests.adapters.staged import oblique
 from tests.adapters.widths import rounded, width
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
-from carom.adapter import Adapter, AdapterError, Observation
-from carom.runs.plan import unsupported_reason
+from carom.adapter import Adapter, AdapterError, Observation, unsupported_reason
 
 Finish = Callable[..., Observation]
 Named = Callable[[str], Adapter]

@@ -15,11 +15,11 @@ import pytest
 
 import carom
 from carom import Disc, Scene
-from carom.adapter import Adapter, AdapterError, Contact, Setting
+from carom.adapter import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.report.grid import reasons_of
 from carom.runs.explain import explain
 from carom.runs.job import Status
-from carom.runs.plan import Options, capabilities_of, plan_of, unsupported_reason
+from carom.runs.plan import Options, capabilities_of, plan_of
 from carom.runs.results import Row
 from carom.trace import Outcome
 

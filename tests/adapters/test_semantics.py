@@ -15,8 +15,8 @@ from tests.adapters.staged import oblique
 from tests.adapters.widths import width
 
 from carom import Disc, Scene, solve_pit
-from carom.adapter import Adapter, AdapterError, Observation, Stamp
-from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.adapter import Adapter, AdapterError, Observation, Stamp, unsupported_reason
+from carom.runs.plan import capabilities_of
 
 Finish = Callable[..., Observation]
 Drive = Callable[..., list[Observation]]

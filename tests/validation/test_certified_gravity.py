@@ -13,7 +13,7 @@ from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, fa
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
 from carom.errors import InputError
-from carom.runs.reference import certified_reference
+from carom.runs.reference import reference_of
 from carom.scenes import catalogue
 from carom.solvers.certified import Degenerate, Ending
 
@@ -179,7 +179,7 @@ def test_float64_agrees_with_the_certified_run_of_the_gravity_group(name: str) -
 def test_a_reference_that_ends_at_rest_keeps_its_end_where_certifying_was_asked_for() -> None:
     """The collapse is told, PIC's trace stays the reference, and nothing is scored after its rest."""
     trace = carom.solve_pic(of_catalogue("ladder", duration_s=5.0))
-    reference = certified_reference(trace, asked=True)
+    reference = reference_of(trace, asked=True)
     assert reference.trace is trace
     assert reference.horizon_s == trace.end_time_s < 5.0
     assert "inelastic collapse" in str(reference.certified)

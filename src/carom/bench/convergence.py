@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["CONFIDENCE", "Convergence", "Order", "fit_order", "fit_power", "student_quantile"]
+__all__ = ["CONFIDENCE", "Convergence", "ConvergenceOrder", "fit_order", "fit_power", "student_quantile"]
 
 CONFIDENCE = 0.95
 
@@ -31,7 +31,7 @@ class Convergence(Enum):
 
 
 @dataclass(frozen=True)
-class Order:
+class ConvergenceOrder:
     """A fitted power law ``y = factor * x ** exponent``, and what its exponent says.
 
     Attributes:
@@ -51,12 +51,12 @@ class Order:
     points: int
 
 
-def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> Order:
+def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> ConvergenceOrder:
     """Fit the order of convergence of errors (without unit) to steps; errors at rounding have left the power law."""
     kept = [(dt_s, error) for dt_s, error in zip(dts_s, errors, strict=True) if math.isfinite(error)]
     above = [(dt_s, error) for dt_s, error in kept if error > THRESHOLDS.rounding]
     if kept and not above:
-        return Order(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
+        return ConvergenceOrder(Convergence.EXACT, math.nan, math.nan, math.nan, math.nan, 0)
     exponent, low, high, factor = fit_power([x for x, _ in above], [y for _, y in above])
     if math.isnan(low):
         verdict = Convergence.TOO_FEW
@@ -66,7 +66,7 @@ def fit_order(dts_s: Sequence[float], errors: Sequence[float]) -> Order:
         verdict = Convergence.DOES_NOT_CONVERGE
     else:
         verdict = Convergence.UNDECIDED
-    return Order(verdict, exponent, low, high, factor, len(above))
+    return ConvergenceOrder(verdict, exponent, low, high, factor, len(above))
 
 
 def fit_power(x: Sequence[float], y: Sequence[float]) -> tuple[float, float, float, float]:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from carom.adapter import unsupported_reason
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import InputError
@@ -15,7 +16,7 @@ from carom.registry import EngineInfo, chosen_engines, load_adapter
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Journal
-from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.plan import capabilities_of
 from carom.runs.pool import Lane
 from carom.runs.scoring import versions_of
 from carom.runs.timing import Timing, time_run

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.bench.convergence import Order
+from carom.bench.convergence import ConvergenceOrder
 from carom.bench.noise import Noise
 from carom.bench.plan import BenchPlan
 from carom.bench.rounds import At, CellTiming
@@ -79,7 +79,7 @@ class Curve:
     engine: str
     profile: str
     points: tuple[Point, ...]
-    order: Order
+    order: ConvergenceOrder
     cheapest: Point | None
 
 

@@ -97,10 +97,9 @@ def bench(
     from carom.bench.plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
-    from carom.report.bench import bench_document
+    from carom.report import require_writable
+    from carom.report.bench import bench_document, write_bench
     from carom.report.bench_figure import Diagram
-    from carom.report.bench_write import write_bench
-    from carom.report.write import require_writable
     from carom.runs.scoring import score_journal
 
     found = _scenes(scenes or [])
@@ -130,9 +129,9 @@ def bench(
         result = work_precision(
             found, plan, pool, journal=journal, timings=timings, progress=progress, command=command_line()
         )
-    paths = write_bench(result, out, shown)
+    page = write_bench(result, out, shown)
     print_document(bench_document(result))
-    console().print(f"page: {paths.html}", soft_wrap=True)
+    console().print(f"page: {page}", soft_wrap=True)
 
 
 def step_series(text: str) -> tuple[float, ...]:
@@ -160,8 +159,8 @@ def _grow(
     resume: bool,
 ) -> None:
     from carom.bench.growth import growth, growth_journal
+    from carom.report import require_writable
     from carom.report.growth import growth_document, write_growth
-    from carom.report.write import require_writable
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")

@@ -153,10 +153,10 @@ def run(
         ):
             results = execute(plan, journal=journal, progress=progress, command=command_line())
             document = cross_check_document(results)
-            paths = write_report(results, report, document)
+            page = write_report(results, report, document)
             journal.discard()  # the report holds it all
         print_document(document, full=verbose)
-        console().print(f"report: {paths.html}", soft_wrap=True)
+        console().print(f"report: {page}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
         raise typer.Exit(code)

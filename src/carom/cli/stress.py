@@ -77,8 +77,8 @@ def stress(
             jobs=jobs,
             time_limit_s=time_limit,
         )
-    paths = write_stress(results, out)
+    page = write_stress(results, out)
     print_document(stress_document(results))
-    console().print(f"report: {paths.html}", soft_wrap=True)
+    console().print(f"report: {page}", soft_wrap=True)
     if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(EXIT_UNAVAILABLE)

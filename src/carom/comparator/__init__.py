@@ -1,11 +1,10 @@
 """Scoring: align the impacts of two traces, measure the errors, pass a verdict, grade."""
 
-from carom.comparator.compare import compare
+from carom.comparator.compare import Score, compare
 from carom.comparator.grade import Grade
 from carom.comparator.horizon import Horizon, horizon, horizon_of
 from carom.comparator.measure import Errors, ImpactError
 from carom.comparator.scales import Scales
-from carom.comparator.score import Score
 from carom.comparator.verdict import Finding, Verdict
 
 __all__ = [

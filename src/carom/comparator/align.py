@@ -14,18 +14,36 @@ from bisect import bisect_left, bisect_right
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.trace import Trace
 
-__all__ = ["Alignment", "align"]
+__all__ = ["Alignment", "Reach", "align"]
 
 #: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
 LATEST_STAMP_STEPS = 2
 
 Pair = tuple[int, int]
+
+
+class Reach(NamedTuple):
+    """Up to where a reference is believed, and a run compared with it: its horizon.
+
+    Attributes:
+        impacts: How many of the reference's impacts lie within it.
+        until_s: When it ends, seconds; infinite where the whole run is compared.
+    """
+
+    impacts: int
+    until_s: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole run is compared."""
+        return not math.isfinite(self.until_s)
 
 
 @dataclass(frozen=True)
@@ -44,6 +62,17 @@ class Alignment:
     missed: tuple[int, ...]
     spurious: tuple[int, ...]
     undecided: tuple[int, ...]
+
+    def within(self, reach: Reach, observed_s: NDArray[np.float64]) -> Alignment:
+        """Return what of it lies within a horizon, given the times of the observed impacts."""
+        if reach.whole:
+            return self
+        return Alignment(
+            matched=tuple((r, o) for r, o in self.matched if r < reach.impacts),
+            missed=tuple(r for r in self.missed if r < reach.impacts),
+            spurious=tuple(o for o in self.spurious if observed_s[o] <= reach.until_s),
+            undecided=tuple(r for r in self.undecided if r < reach.impacts),
+        )
 
 
 def align(reference: Trace, observed: Trace) -> Alignment:

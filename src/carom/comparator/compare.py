@@ -3,25 +3,107 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 
-from carom.comparator.believed import reach_of
-from carom.comparator.consistency import consistency_of
-from carom.comparator.convention import match_outcome
+from carom.comparator.consistency import Consistency, consistency_of
+from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.finite import not_finite
-from carom.comparator.grade import equals_pit, grade
-from carom.comparator.local import local_errors
-from carom.comparator.measure import measure
+from carom.comparator.grade import Grade, equals_pit, grade
+from carom.comparator.horizon import reach_of
+from carom.comparator.local import LocalErrors, local_errors
+from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_by, paid_of, price_of_sampling
-from carom.comparator.scales import scales_of
-from carom.comparator.score import Score
-from carom.comparator.verdict import Evidence, findings
+from carom.comparator.scales import Scales, scales_of
+from carom.comparator.verdict import Evidence, Finding, Verdict, findings
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
 
-__all__ = ["compare"]
+__all__ = ["Score", "compare"]
+
+
+@dataclass(frozen=True)
+class Score:
+    """How an observed trace compares with the reference.
+
+    Attributes:
+        expected: Number of impacts in the reference, up to the horizon.
+        errors: One entry a matched impact.
+        missed: Indices of missed reference impacts.
+        spurious: Indices of observed impacts that the reference does not have.
+        undecided: Indices of reference impacts too close to the end of the run to have been reported.
+        total: The largest errors against the reference, kind by kind.
+        sampling: The same of PIT at the same step against the reference: what sampling costs at this phase. None where
+            PIT was not given.
+        against_pit: The same of the observed trace against that PIT. None where PIT was not given.
+        pit_missed: How many impacts that PIT misses; None where it was not given.
+        price_paid: The largest velocity error over PIT's at worst over the phases of the same step; an impact that is
+            missed is off by all that it changes. 1: the run pays the price of sampling; 0: none of it; above 1: it does
+            worse than looking once a step. NaN where PIT was not given or there is no impact, infinite where sampling
+            costs nothing or a number of the run is not finite.
+        findings: Verdicts, each with its reason; at least one.
+        grade: The grade.
+        float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
+        scales: What errors were divided by.
+        equals_pit: Whether it finds the very impacts that PIT finds, with all errors against PIT within rounding.
+        edits: Edit distance of the two sequences of impacts.
+        beyond_horizon: How many of the reference's impacts lie beyond the horizon, and were not compared.
+        horizon_s: The horizon, seconds; None where the whole run is compared.
+        local: Each impact against the analytic answer from the trace's own state before it.
+        convention: Which of the admissible outcomes the trace took, where the scene has no unique answer.
+        consistency: How far the trace is from what its own impacts and states lead to; None where one of its numbers is
+            NaN or infinite.
+    """
+
+    expected: int
+    errors: tuple[ImpactError, ...]
+    missed: tuple[int, ...]
+    spurious: tuple[int, ...]
+    undecided: tuple[int, ...]
+    total: Errors
+    sampling: Errors | None
+    against_pit: Errors | None
+    pit_missed: int | None
+    price_paid: float
+    findings: tuple[Finding, ...]
+    grade: Grade
+    float_bits: int
+    scales: Scales
+    equals_pit: bool
+    edits: int
+    beyond_horizon: int
+    horizon_s: float | None
+    local: LocalErrors
+    convention: ConventionMatch | None
+    consistency: Consistency | None
+
+    @property
+    def own_velocity(self) -> float | None:
+        """The velocity error that sampling does not explain: against PIT, or against the reference where that is less.
+
+        A method that beats PIT is far from PIT for being right, and its distance to PIT is no error of its own.
+        """
+        if self.against_pit is None:
+            return None
+        beside_pit, total = self.against_pit.velocity, self.total.velocity
+        return total if math.isnan(beside_pit) else min(total, beside_pit)  # PIT may miss what this run finds
+
+    @property
+    def verdicts(self) -> tuple[Verdict, ...]:
+        """The verdicts without their reasons."""
+        return tuple(finding.verdict for finding in self.findings)
+
+    # What `total` holds, by the names of 0.1.
+    time_error_s = property(attrgetter("total.time_s"))
+    velocity_error = property(attrgetter("total.velocity"))
+    direction_error_rad = property(attrgetter("total.direction_rad"))
+    final_position_error = property(attrgetter("total.final_position"))
+    final_velocity_error = property(attrgetter("total.final_velocity"))
+    energy_error = property(attrgetter("total.energy"))
+    momentum_error = property(attrgetter("total.momentum"))
 
 
 def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None, horizon: float | None = None) -> Score:
@@ -52,13 +134,12 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
-    scales = scales_of(reference.scene, reference)
-    believed, until_s = reach = reach_of(reference, horizon)
+    scales, reach = scales_of(reference.scene, reference), reach_of(reference, horizon)
     measured = measure(reference, observed, scales, reach)
     sampled = against_pit = price = None
     if sampling is not None:
         sampled = measure(reference, sampling, scales, reach)
-        against_pit = measure(sampling, observed, scales, reach_of(sampling, until_s))
+        against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
         price = price_of_sampling(reference, sampling, sampled, scales, reach)
     # Where a disc comes to rest the reference ends, and with it free flight.
     rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
@@ -66,20 +147,20 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     evidence = Evidence(
         reference=reference,
         observed=observed,
+        scales=scales,
+        reach=reach,
         measured=measured,
         sampling=sampled,
+        against_pit=against_pit,
         price=price,
-        scales=scales,
-        believed=believed,
-        until_s=until_s,
-        order=order_of(reference, observed, measured.alignment, believed, until_s),
+        order=order_of(reference, observed, measured.alignment),
         local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
         consistency=None if broken else consistency_of(observed, scales, rest_s),
         broken=broken,
     )
     return Score(
-        expected=believed,
+        expected=reach.impacts,
         errors=measured.errors,
         missed=measured.alignment.missed,
         spurious=measured.alignment.spurious,
@@ -93,10 +174,10 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         grade=grade(evidence),
         float_bits=observed.float_bits,
         scales=scales,
-        equals_pit=against_pit is not None and equals_pit(evidence, against_pit),
+        equals_pit=equals_pit(evidence),
         edits=evidence.order.edits,
-        beyond_horizon=len(reference.impacts) - believed,
-        horizon_s=until_s if math.isfinite(until_s) else None,
+        beyond_horizon=len(reference.impacts) - reach.impacts,
+        horizon_s=None if reach.whole else reach.until_s,
         local=evidence.local,
         convention=evidence.convention,
         consistency=evidence.consistency,
@@ -108,5 +189,5 @@ def _price_paid(evidence: Evidence) -> float:
         return math.nan
     if evidence.broken:
         return math.inf
-    paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.believed)
+    paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.reach.impacts)
     return paid_by(paid, evidence.price, evidence.rounding)

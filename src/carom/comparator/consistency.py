@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest
-from carom.trace import Trace, wall_index
+from carom.trace import Trace, velocities, wall_index
 
 __all__ = ["Consistency", "Slip", "consistency_of"]
 
@@ -81,47 +81,35 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
         scales: What deviations are divided by.
         until_s: What happens later does not count: where a disc comes to rest, free flight has ended.
     """
-    flights = list(_flights(trace, until_s))
-    normals = _normals(trace, scales)
+    flights = np.concatenate(list(_flights(trace, until_s)))
+    across, normal_rad = _normals(trace, scales)
     return Consistency(
-        velocity=_worst((flight.turned / scales.speed_m_s, flight) for flight in flights),
-        position=_worst((flight.moved / scales.length_m, flight) for flight in flights),
-        excess=_worst(((flight.moved - flight.allowed) / scales.length_m, flight) for flight in flights),
+        velocity=_worst(flights["turned"] / scales.speed_m_s, flights),
+        position=_worst(flights["moved"] / scales.length_m, flights),
+        excess=_worst((flights["moved"] - flights["allowed"]) / scales.length_m, flights),
         stamp_s=_stamps(trace),
-        across=normals[0],
-        normal_rad=normals[1],
+        across=across,
+        normal_rad=normal_rad,
         normal_length=float(np.max(np.abs(np.hypot(*trace.impacts["normal"].T) - 1.0), initial=0.0)),
         momentum=_momentum(trace) / scales.speed_m_s,
-        unchecked=sum(flight.unchecked for flight in flights),
+        unchecked=int(np.isnan(flights["turned"]).sum()),
     )
 
 
-@dataclass(frozen=True)
-class _Flights:
-    """All free flights of one disc, from the start to the end: one entry each, NaN where it could not be followed."""
-
-    disc: int
-    since_s: Array
-    turned: Array
-    moved: Array
-    allowed: Array
-
-    @property
-    def unchecked(self) -> int:
-        return int(np.isnan(self.turned).sum())
+#: One free flight of a disc: how far its velocity and its place come out otherwise than it set out (NaN where it could
+#: not be followed), and how far a contact at either end may have moved it.
+_FLIGHT_DTYPE = np.dtype([("disc", "i8"), ("since_s", "f8"), ("turned", "f8"), ("moved", "f8"), ("allowed", "f8")])
 
 
-def _worst(deviations: Iterator[tuple[Array, _Flights]]) -> Slip:
-    found = Slip(0.0, 0, 0.0)
-    for sizes, flights in deviations:
-        known = np.where(np.isnan(sizes), 0.0, sizes)  # what could not be followed is counted apart
-        at = int(np.argmax(known))
-        if known[at] > found.size:
-            found = Slip(float(known[at]), flights.disc, float(flights.since_s[at]))
-    return found
+def _worst(sizes: Array, flights: NDArray[np.void]) -> Slip:
+    known = np.where(np.isnan(sizes), 0.0, sizes)  # what could not be followed is counted apart
+    at = int(np.argmax(known))
+    if not known[at] > 0.0:
+        return Slip(0.0, 0, 0.0)
+    return Slip(float(known[at]), int(flights["disc"][at]), float(flights["since_s"][at]))
 
 
-def _flights(trace: Trace, until_s: float) -> Iterator[_Flights]:
+def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
     """Follow each disc from impact to impact, and on to the end."""
     impacts, count = trace.impacts, len(trace.impacts)
     bodies = np.concatenate([impacts["first"], impacts["second"]])
@@ -129,16 +117,16 @@ def _flights(trace: Trace, until_s: float) -> Iterator[_Flights]:
     first_of = np.searchsorted(bodies[order], np.arange(len(trace.scene.discs) + 1))
     turning = _turning_times(trace)
     begun = turning - trace.dt_s if trace.state_before is None else trace.state_before["time_s"]
-    before = np.concatenate([impacts["velocity_first_before"], impacts["velocity_second_before"]])
-    after = np.concatenate([impacts["velocity_first_after"], impacts["velocity_second_after"]])
-    closing = np.hypot(*(impacts["velocity_second_before"] - impacts["velocity_first_before"]).T)
-    places = _turning_places(trace, turning)
+    before, after = velocities(impacts, "before"), velocities(impacts, "after")
+    closing = np.hypot(*(before[1] - before[0]).T)
+    arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
+    places = _turning_places(trace, turning).reshape(-1, 2)
     for number, disc in enumerate(trace.scene.discs):
         rows = order[first_of[number] : first_of[number + 1]]
         own = rows % max(count, 1)
         time = np.concatenate([[0.0], turning[own], [trace.end_time_s]])
-        leaving = np.concatenate([[disc.velocity_m_s], after[rows]])
-        arriving = np.concatenate([before[rows], [trace.final_velocity_m_s[number]]])
+        leaving = np.concatenate([[disc.velocity_m_s], departures[rows]])
+        arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
         change = arriving - leaving
         lasted = np.diff(time)
@@ -156,13 +144,11 @@ def _flights(trace: Trace, until_s: float) -> Iterator[_Flights]:
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
-        yield _Flights(
-            disc=number,
-            since_s=time[:-1],
-            turned=np.where(followed, turned, math.nan),
-            moved=np.where(followed, distance, math.nan),
-            allowed=allowed[:-1] + allowed[1:],
-        )
+        flights = np.empty(len(lasted), _FLIGHT_DTYPE)
+        flights["disc"], flights["since_s"], flights["allowed"] = number, time[:-1], allowed[:-1] + allowed[1:]
+        flights["turned"] = np.where(followed, turned, math.nan)
+        flights["moved"] = np.where(followed, distance, math.nan)
+        yield flights
 
 
 def _turning_times(trace: Trace) -> Array:
@@ -172,14 +158,13 @@ def _turning_times(trace: Trace) -> Array:
 
 
 def _turning_places(trace: Trace, turning: Array) -> Array:
-    """Where the bodies of the impacts were when their paths turned, shape ``(2 m, 2)``, the first bodies first."""
+    """Where the bodies of the impacts were when their paths turned, shape ``(2, m, 2)``; NaN where not known."""
     state = trace.state_before
     if state is None:
-        return np.full((2 * len(trace.impacts), 2), math.nan)
-    wait = (turning - state["time_s"])[:, None]
-    return np.concatenate(
-        [state[f"position_{body}"] + trace.impacts[f"velocity_{body}_before"] * wait for body in ("first", "second")]
-    )
+        return np.full((2, len(trace.impacts), 2), math.nan)
+    flown = velocities(trace.impacts, "before") * (turning - state["time_s"])[:, None]
+    places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
+    return places
 
 
 def _off_path(place: Array, flown: Array) -> Array:
@@ -220,15 +205,11 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     which of them changed what.
     """
     impacts = trace.impacts
-    change = (impacts["velocity_second_after"] - impacts["velocity_second_before"]) - (
-        impacts["velocity_first_after"] - impacts["velocity_first_before"]
-    )
-    wall = impacts["second"] < 0
-    inward = np.array([w.normal for w in trace.scene.walls] or [(0.0, 0.0)])
+    first, second = velocities(impacts, "after") - velocities(impacts, "before")
+    change = second - first
     size = np.hypot(*change.T)
-    number = np.array([wall_index(body) if body < 0 else 0 for body in impacts["second"].tolist()], dtype=np.intp)
-    outward = -inward[number] * size[:, None]
-    change = np.where(wall[:, None], outward, change)
+    for k in np.flatnonzero(impacts["second"] < 0).tolist():
+        change[k] = -size[k] * np.array(trace.scene.walls[wall_index(int(impacts["second"][k]))].normal)
     length = np.hypot(*impacts["normal"].T)
     normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
     along, across = np.sum(change * normal, axis=1), _cross(change, normal)
@@ -243,8 +224,8 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
 def _pulled(trace: Trace) -> Array:
     """What gravity may have added across the normals of discs that strike immovable ones, metres a second."""
     impacts = trace.impacts
-    fixed = np.array([disc.immovable for disc in trace.scene.discs])
-    alone = (impacts["second"] >= 0) & (fixed[impacts["first"]] != fixed[np.maximum(impacts["second"], 0)])
+    movable = trace.scene.arrays.movable
+    alone = (impacts["second"] >= 0) & (movable[impacts["first"]] != movable[np.maximum(impacts["second"], 0)])
     pull = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), (len(impacts), 2)), impacts["normal"])
     return np.where(alone, pull * _lasted(trace), 0.0)
 
@@ -255,10 +236,10 @@ def _momentum(trace: Trace) -> float:
     What gravity adds to it while the contact lasts is no fault, and what nobody can tell apart is not asked for.
     """
     impacts = trace.impacts
-    mass = np.array([disc.mass_kg for disc in trace.scene.discs])
+    mass = trace.scene.arrays.mass_kg
     first, second = mass[impacts["first"]], mass[np.maximum(impacts["second"], 0)]
     asked = (impacts["second"] >= 0) & np.isfinite(first) & np.isfinite(second) & np.isfinite(_turning_times(trace))
-    changes = [impacts[f"velocity_{body}_after"] - impacts[f"velocity_{body}_before"] for body in ("first", "second")]
+    changes = velocities(impacts, "after") - velocities(impacts, "before")
     with np.errstate(invalid="ignore"):  # an immovable disc is not asked
         share = 1.0 / (1.0 + second / first)  # of the first in the mass of both
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]

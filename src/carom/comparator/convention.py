@@ -22,7 +22,7 @@ from carom.comparator.scales import Scales
 from carom.scene import Scene
 from carom.trace import Trace, body_name, free_flights, wall_body
 
-__all__ = ["ConventionMatch", "Group", "Outcome", "admissible_outcomes", "first_group", "match_outcome"]
+__all__ = ["AdmissibleOutcome", "ConventionMatch", "Group", "admissible_outcomes", "first_group", "match_outcome"]
 
 #: What two contacts of one instant may differ by in time (over the duration), place (over the scene's extent) and
 #: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
@@ -39,8 +39,8 @@ Contact = tuple[int, int, tuple[float, float]]
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """One admissible outcome.
+class AdmissibleOutcome:
+    """One admissible outcome of a shared instant.
 
     Attributes:
         how: The order of impacts that leads there, in words.
@@ -81,7 +81,7 @@ class ConventionMatch:
     """
 
     group: Group
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[AdmissibleOutcome, ...]
     nearest: int | None
     distance: float
     matches: bool
@@ -95,10 +95,11 @@ def first_group(reference: Trace) -> Group | None:
     index = reference.ambiguous[0]
     time_s = float(impacts["time_s"][index])
     begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
-    position, velocity = _state_before(reference, begin, time_s)
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    extent = float(np.max(np.abs(position)) + 2.0 * np.max(radius))
-    contacts = list(_touching(scene, position, radius, SAME * extent))
+    # Places at the instant, and velocities of the flights that lead there: those that no impact before ends.
+    flights = {flight.disc: flight for flight in reversed(list(free_flights(reference))) if flight.impact >= begin}
+    position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
+    extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
+    contacts = list(_touching(scene, position, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
     while True:  # what is reached through movable discs is part of it
         linked = {
@@ -111,10 +112,11 @@ def first_group(reference: Trace) -> Group | None:
             break
         discs |= linked
     kept = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
-    return Group(time_s, tuple(sorted(discs)), kept, velocity[sorted(discs)])
+    velocity = np.array([flights[disc].velocity_m_s for disc in sorted(discs)])
+    return Group(time_s, tuple(sorted(discs)), kept, velocity)
 
 
-def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[Outcome, ...]:
+def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
     """Return every admissible outcome of a shared instant, without repetition; empty where there are too many.
 
     Args:
@@ -124,7 +126,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[O
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
-    found: list[Outcome] = []
+    found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
     stack: list[tuple[Velocities, tuple[str, ...]]] = [(group.velocity_m_s.copy(), ())]
     while stack:
@@ -138,12 +140,12 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[O
             return ()
         active = [c for c in group.contacts if _closing(c, velocity, row) > tolerance]
         if not active:
-            found.append(Outcome(", then ".join(path) or "no impact", velocity))
+            found.append(AdmissibleOutcome(", then ".join(path) or "no impact", velocity))
         # Last first, so that the stack gives the lower body numbers first.
         stack += [(_struck(scene, c, velocity, row), (*path, _name(c))) for c in reversed(active)]
     at_once = _at_once(scene, group, row, tolerance)
     if at_once is not None and all(np.max(np.abs(at_once - o.velocity_m_s)) > 1e3 * tolerance for o in found):
-        found.append(Outcome("all at once", at_once))
+        found.append(AdmissibleOutcome("all at once", at_once))
     return tuple(found)
 
 
@@ -161,7 +163,7 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
     return ConventionMatch(group, outcomes, nearest, distance, matches=distance <= allowed + 1e3 * SAME)
 
 
-def _nearest(trace: Trace, group: Group, outcomes: Sequence[Outcome], scales: Scales) -> tuple[int, float]:
+def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], scales: Scales) -> tuple[int, float]:
     found = _velocities_after(trace, group)
     distances = [float(np.max(np.hypot(*(found - outcome.velocity_m_s).T))) / scales.speed_m_s for outcome in outcomes]
     best = int(np.argmin(distances))
@@ -183,16 +185,8 @@ def _velocities_after(trace: Trace, group: Group) -> Velocities:
     return velocity
 
 
-def _state_before(reference: Trace, begin: int, time_s: float) -> tuple[NDArray[np.float64], Velocities]:
-    """Places at an instant, and velocities of the flights that lead there: those that no impact before `begin` ends."""
-    flights = {flight.disc: flight for flight in reversed(list(free_flights(reference))) if flight.impact >= begin}
-    found = [flights[disc] for disc in range(len(reference.scene.discs))]
-    return np.array([flight.at(time_s) for flight in found]), np.array([flight.velocity_m_s for flight in found])
-
-
-def _touching(
-    scene: Scene, position: NDArray[np.float64], radius: NDArray[np.float64], tolerance_m: float
-) -> Iterator[Contact]:
+def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -> Iterator[Contact]:
+    radius = scene.arrays.radius_m
     for i in range(len(radius)):
         offset = position[i + 1 :] - position[i]
         distance = np.hypot(*offset.T)
@@ -216,16 +210,13 @@ def _inverse_masses(scene: Scene, contact: Contact) -> tuple[float, float]:
     return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
 
 
-def _restitution(scene: Scene, contact: Contact) -> float:
-    return scene.restitution if contact[1] >= 0 else scene.wall_restitution
-
-
 def _struck(scene: Scene, contact: Contact, velocity: Velocities, row: dict[int, int]) -> Velocities:
     first, second, normal = contact
     w1, w2 = _inverse_masses(scene, contact)
     if w1 + w2 == 0.0:
         return velocity
-    impulse = (1.0 + _restitution(scene, contact)) * _closing(contact, velocity, row) / (w1 + w2)
+    restitution = scene.restitution if second >= 0 else scene.wall_restitution
+    impulse = (1.0 + restitution) * _closing(contact, velocity, row) / (w1 + w2)
     after = velocity.copy()
     after[row[first]] -= impulse * w1 * np.array(normal)
     if second >= 0:
@@ -239,7 +230,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
     if len(contacts) > MOST_AT_ONCE:
         return None
     jacobian = np.zeros((len(contacts), 2 * len(row)))
-    inverse_mass = np.repeat([1.0 / scene.discs[disc].mass_kg for disc in group.discs], 2)
+    inverse_mass = np.repeat(1.0 / scene.arrays.mass_kg[list(group.discs)], 2)
     for k, (first, second, normal) in enumerate(contacts):
         jacobian[k, 2 * row[first] : 2 * row[first] + 2] = np.negative(normal)
         if second >= 0:
@@ -247,7 +238,8 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_closing(c, group.velocity_m_s, row) for c in contacts])
     # Closing speeds after: -e times those before; where nothing closed, nothing may close.
-    wanted = -np.array([_restitution(scene, c) for c in contacts]) * np.maximum(closing, 0.0)
+    restitution = [scene.restitution if second >= 0 else scene.wall_restitution for _, second, _ in contacts]
+    wanted = -np.array(restitution) * np.maximum(closing, 0.0)
     for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
         active = np.flatnonzero(pushing)
         inner = matrix[np.ix_(active, active)]

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from enum import Enum
 
-from carom.comparator.consistency import Consistency
-from carom.comparator.measure import Measured
+from carom.comparator.measure import Errors, Measured
 from carom.comparator.sampling import Price, changes
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.verdict import Evidence
+from carom.comparator.verdict import Evidence, contradictions
 from carom.trace import Outcome
 
 __all__ = ["Grade", "equals_pit", "grade"]
@@ -39,38 +38,35 @@ def grade(evidence: Evidence) -> Grade:
         return Grade.WRONG
     if evidence.nothing_compared:
         return Grade.UNGRADED
-    if not _own_path_holds(evidence):
+    if not _agrees_with_itself(evidence):
         return Grade.INACCURATE
     if evidence.convention is not None:
         return Grade.UNGRADED
-    if _is_exact(evidence):
+    undecided = bool(evidence.measured.alignment.undecided)
+    to_rounding = _agrees(evidence, evidence.measured, evidence.rounding_s)
+    if to_rounding and not undecided and _agrees_with_itself(evidence, but_for_sampling=False):
         return Grade.EXACT
     if evidence.sampling is None or evidence.price is None:
         return Grade.UNGRADED
     close, sampled = _impacts_are_close(evidence, evidence.price), _impacts_are_sampled(evidence, evidence.sampling)
     if not (close or sampled):
         return Grade.INACCURATE
-    if evidence.measured.alignment.undecided:
+    if undecided:
         return Grade.UNGRADED
-    if close and _ends_as_well(evidence, *_part(evidence.price)):
+    if close and _ends_as_well(evidence, evidence.price, THRESHOLDS.close):
         return Grade.CLOSE
-    paid = evidence.sampling.largest
-    as_pit = sampled and _ends_as_well(evidence, paid.energy, paid.final_position, paid.final_velocity)
-    return Grade.SAMPLED if as_pit else Grade.INACCURATE
+    return Grade.SAMPLED if sampled and _ends_as_well(evidence, evidence.sampling.largest) else Grade.INACCURATE
 
 
-def equals_pit(evidence: Evidence, against_pit: Measured) -> bool:
-    """Whether a run has the impacts of PIT, and its end, and all else to rounding.
-
-    Args:
-        evidence: The evidence.
-        against_pit: What was measured of the run against PIT.
-    """
-    alignment = against_pit.alignment
+def equals_pit(evidence: Evidence) -> bool:
+    """Whether a run has the impacts of PIT, and its end, and all else to rounding."""
+    if evidence.against_pit is None:
+        return False
+    alignment = evidence.against_pit.alignment
     return (
         not (alignment.missed or alignment.spurious or alignment.undecided)
-        and _own_path_holds(evidence)
-        and _agrees(evidence, against_pit, evidence.rounding * evidence.scales.time_s)
+        and _agrees_with_itself(evidence)
+        and _agrees(evidence, evidence.against_pit, evidence.rounding * evidence.scales.time_s)
     )
 
 
@@ -82,33 +78,13 @@ def _is_wrong(evidence: Evidence) -> bool:
     return bool(alignment.missed or alignment.spurious or evidence.order.inverted or ended)
 
 
-def _own_path_holds(evidence: Evidence) -> bool:
-    """Whether a run agrees with itself, but for what sampling and the floats that it declares explain."""
+def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) -> bool:
+    """Whether a run agrees with itself, but for what the floats that it declares, and sampling, explain."""
     own = evidence.consistency
-    return own is not None and own.excess.size <= evidence.place_rounding and _is_consistent(evidence, own)
-
-
-def _is_exact(evidence: Evidence) -> bool:
-    measured, own = evidence.measured, evidence.consistency
-    return (
-        own is not None
-        and not measured.alignment.undecided
-        and _agrees(evidence, measured, evidence.rounding_s)
-        and own.position.size <= evidence.place_rounding
-        and _is_consistent(evidence, own)
-    )
-
-
-def _is_consistent(evidence: Evidence, own: Consistency) -> bool:
-    """Whether a run agrees with itself in all but its positions."""
-    rounding = evidence.rounding
-    return (
-        own.velocity.size <= rounding
-        and own.stamp_s <= rounding * evidence.scales.time_s
-        and own.across <= rounding
-        and own.normal_length <= rounding
-        and own.momentum <= rounding
-    )
+    if own is None:
+        return False
+    off = own.excess if but_for_sampling else own.position
+    return off.size <= evidence.place_rounding and not list(contradictions(evidence))
 
 
 def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
@@ -132,26 +108,19 @@ def _impacts_are_close(evidence: Evidence, price: Price) -> bool:
     )
 
 
-def _part(price: Price) -> tuple[float, float, float]:
-    """Return what a run that is close may be off by at its end."""
-    part = THRESHOLDS.close
-    return part * price.energy, part * price.final_position, part * price.final_velocity
-
-
 def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
     """Whether each impact is found no worse than PIT finds it, or has found one before it.
 
     Errors hand themselves on from impact to impact, so what PIT has paid for up to one is what sampling may have cost
     there. An impact that PIT misses leaves both discs on their old paths: the velocities are off by all of its change.
     """
-    observed, local_s = evidence.observed, evidence.local.time_s
     rounding, rounding_s = evidence.rounding, evidence.rounding * evidence.scales.time_s
     changed = changes(evidence.reference, evidence.scales)
     own = {error.reference: error for error in evidence.measured.errors}
     pit = {error.reference: error for error in sampling.errors}
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
-    late_s, early_s, velocity = observed.dt_s, 0.0, 0.0
-    for index in range(evidence.believed):
+    late_s, early_s, velocity = evidence.observed.dt_s, 0.0, 0.0
+    for index in range(evidence.reach.impacts):
         found, paid = own.get(index), pit.get(index)
         if paid is not None:
             late_s, early_s = max(late_s, paid.time_s), max(early_s, -paid.time_s)
@@ -162,47 +131,29 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
         latest_s, earliest_s = (math.inf, math.inf) if paid is None else (late_s, early_s)
         if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
             return False
-        if found.time_s < -rounding_s and _is_too_early(
-            found.time_s, float(local_s[found.observed]), latest_s, earliest_s, rounding_s
-        ):
-            return False
+        if found.time_s < -rounding_s:
+            # Looking once a step finds no impact before it is there, as the run's own state before it tells. One that
+            # is early against the reference and not from there was brought forward by the errors of those before it,
+            # and what is a step late brings forward as much.
+            local_s = float(evidence.local.time_s[found.observed])
+            forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
+            if local_s < -rounding_s or not -found.time_s <= forward_s + rounding_s:
+                return False
     return True
 
 
-def _is_too_early(time_s: float, local_s: float, latest_s: float, earliest_s: float, rounding_s: float) -> bool:
-    """Whether an impact is found before it happens: looking once a step finds none before it is there.
+def _ends_as_well(evidence: Evidence, paid: Price | Errors, part: float = 1.0) -> bool:
+    """Whether a run ends no further off than a part of what PIT pays, or as its own impacts make it end.
 
-    The run's own state before it tells that of the impact alone. One that is early against the reference and not from
-    there was brought forward by the errors of those before it, and what is a step late brings forward as much.
-
-    Args:
-        time_s: Its error against the reference, below 0.
-        local_s: Its error from its own state before; NaN where that is not known.
-        latest_s: What sampling may have cost up to there.
-        earliest_s: Earliest that PIT was up to there.
-        rounding_s: What rounding may make of a time.
-    """
-    if math.isnan(local_s):
-        return not -time_s <= earliest_s + rounding_s
-    return local_s < -rounding_s or not -time_s <= max(latest_s, earliest_s) + rounding_s
-
-
-def _ends_as_well(evidence: Evidence, energy: float, position: float, velocity: float) -> bool:
-    """Whether a run ends no further off than this, or as its own impacts, which are good enough, make it end.
-
-    Args:
-        evidence: The evidence.
-        energy: Error of the kinetic energy at the end that is allowed; a millionth is, in any case.
-        position: Distance from the final place that is; what was not measured is NaN, and allows nothing.
-        velocity: Error of the final velocity that is; as the place.
+    An energy off by a millionth is as good in any case; what was not measured of PIT's end is NaN, and allows nothing.
     """
     found, own = evidence.measured.largest, evidence.consistency
-    if not abs(found.energy) <= max(abs(energy) + evidence.rounding, THRESHOLDS.energy):
+    if not abs(found.energy) <= max(part * abs(paid.energy) + evidence.rounding, THRESHOLDS.energy):
         return False
     falls = any(evidence.reference.scene.gravity_m_s2)
     if own is not None and not (falls or own.unchecked) and own.position.size <= evidence.place_rounding:
         return True
-    velocity, position = (0.0 if math.isnan(x) else x for x in (velocity, position))
+    position, velocity = (0.0 if math.isnan(x) else part * x for x in (paid.final_position, paid.final_velocity))
     return not (
         found.final_velocity > velocity + evidence.rounding or found.final_position > position + evidence.place_rounding
     )

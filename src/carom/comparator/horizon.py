@@ -1,20 +1,28 @@
-"""How far float64 can be believed: where a PIC run parts from the certified run of its scene."""
+"""Up to where a reference may be believed: given, certified, or estimated from what an ulp at the start leads to."""
 
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom.comparator.align import Reach
 from carom.comparator.scales import largest
-from carom.errors import InputError
-from carom.scene import Scene
+from carom.errors import InputError, SceneError
+from carom.scene import Disc, Scene
 from carom.solvers.certified import CertifiedTrace, certify
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace
+from carom.trace import Trace, Vector, velocities
 
-__all__ = ["DEFAULT_TOLERANCE", "Horizon", "horizon", "horizon_of"]
+__all__ = ["DEFAULT_TOLERANCE", "Horizon", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
+
+#: Where two runs that began an ulp apart differ by this part of the scene's speed (velocities) or duration (times), the
+#: reference is no longer believed. A thousand times the rounding threshold of the verdicts, and a thousandth of what
+#: sampling costs at any usual step, so that neither depends on where exactly the line is drawn.
+BELIEVED = 1e-9
 
 #: Times over the scene's duration, velocities over its greatest speed: what a reference should be good for beside
 #: engines that compute in float32 (1e-7).
@@ -95,36 +103,34 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DE
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
     found = _in_certified_order(certified, trace)
+    complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
-    same = np.array([(truth[k][["first", "second"]] == found[k][["first", "second"]]) for k in range(common)], bool)
+    same = truth[["first", "second"]][:common] == found[["first", "second"]][:common]
     order_differs = int(same.argmin()) if not same.all() else None
-    if order_differs is None and len(found) != len(truth) and certified_whole(certified):
+    if order_differs is None and len(found) != len(truth) and complete:
         order_differs = common
     # Radii are part of the error: what was not proven to the tolerance does not agree to it.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
     if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
-        after = [truth[name] for name in ("velocity_first_after", "velocity_second_after") if len(truth)]
-        speed = largest([speed, *(float(np.hypot(*velocity.T).max()) for velocity in after)])
-    end = common if order_differs is None else min(order_differs, common)
-    error = np.zeros(end)
-    for name, scale in (
-        ("time_s", scene.duration_s),
-        ("velocity_first_after", speed),
-        ("velocity_second_after", speed),
-    ):
-        apart = (np.abs(found[name][:end] - truth[name][:end]) + certified.radii[name][:end]) / scale
-        error = np.maximum(error, apart.reshape(end, apart.size // max(end, 1)).max(axis=1, initial=0.0))
+        speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
+    end = common if order_differs is None else order_differs
+    error = _apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end])
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
-    complete = certified_whole(certified)
     whole = complete and agreed == len(truth) and order_differs is None
     end_s = scene.duration_s if whole else float(truth["time_s"][agreed - 1]) if agreed else 0.0
     return Horizon(tolerance, agreed, order_differs, len(truth), complete, end_s)
 
 
-def certified_whole(certified: CertifiedTrace) -> bool:
-    """Whether a run is certified to the end of its scene."""
-    return certified.trace.end_time_s == certified.trace.scene.duration_s
+def _apart(
+    one: NDArray[np.void], two: NDArray[np.void], time_s: float, speed_m_s: float, radii: NDArray[np.void] | None = None
+) -> NDArray[np.float64]:
+    """Largest difference of each two impacts, in time and in velocities after, over a time and a speed; NaN keeps."""
+    found = np.zeros(len(one))
+    for name, scale in (("time_s", time_s), ("velocity_first_after", speed_m_s), ("velocity_second_after", speed_m_s)):
+        difference = np.abs(one[name] - two[name]) + (0.0 if radii is None else radii[name])
+        found = np.maximum(found, difference.max(axis=tuple(range(1, difference.ndim))) / scale)
+    return found
 
 
 def _in_certified_order(certified: CertifiedTrace, trace: Trace) -> np.ndarray[tuple[int], np.dtype[np.void]]:
@@ -136,3 +142,102 @@ def _in_certified_order(certified: CertifiedTrace, trace: Trace) -> np.ndarray[t
         if swapped:
             found[[a, b]] = found[[b, a]]
     return found
+
+
+def reach_of(reference: Trace, horizon: float | None) -> Reach:
+    """Return what of a reference lies within a horizon.
+
+    Args:
+        reference: The reference.
+        horizon: A number of impacts (an int), a time in seconds (a float), or None for the whole run.
+
+    Raises:
+        InputError: It is negative or not a number.
+    """
+    count = len(reference.impacts)
+    if horizon is None:
+        return Reach(count, math.inf)
+    if isinstance(horizon, bool) or not horizon >= 0:
+        raise InputError(f"horizon must be a number of impacts (int) or a time in seconds (float), got {horizon!r}")
+    times = reference.impacts["time_s"]
+    if isinstance(horizon, int):
+        if horizon >= count:
+            return Reach(count, math.inf)
+        # The first impact that is not believed ends it.
+        return Reach(horizon, float(np.nextafter(times[horizon], -math.inf)))
+    if horizon >= reference.scene.duration_s:
+        return Reach(count, math.inf)
+    return Reach(int(np.searchsorted(times, horizon, side="right")), float(horizon))
+
+
+def estimate_horizon(reference: Trace) -> float | None:
+    """Estimate the time up to which a PIC trace may be believed; None where that is the whole of it.
+
+    The scene is solved again with every number of its start moved by one unit in the last place. Rounding does about as
+    much to a run at each impact, so where the two part, neither is to be believed. That is an estimate and no proof:
+    `carom certify` proves.
+
+    Args:
+        reference: A trace by `carom.solve_pic`.
+    """
+    scene = reference.scene
+    if reference.ambiguous or not len(reference.impacts):
+        return None
+    try:
+        nudged = _nudged(scene, positions=True)
+    except SceneError:  # an ulp too deep in a touching neighbour
+        nudged = _nudged(scene, positions=False)
+    other = solve_pic(nudged, max_impacts=len(reference.impacts))
+    if not len(other.impacts):
+        return 0.0
+    one, times = reference.impacts, reference.impacts["time_s"]
+    same = _same_impacts(reference, other)
+    # An impact within rounding of the end may fall on either side of it, and says nothing of those before.
+    last = times > scene.duration_s * (1.0 - BELIEVED)
+    speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
+    # Asked so that NaN differs from everything.
+    differs = ~(_apart(one, other.impacts[np.maximum(same, 0)], scene.duration_s, speed) <= BELIEVED)
+    apart = np.where(same < 0, ~last, differs)
+    if not apart.any():
+        return None
+    return max(0.0, float(np.nextafter(times[int(np.argmax(apart))], -math.inf)))
+
+
+def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
+    """Which impact of another trace is the n-th of the same pair, -1 where it has none.
+
+    Counted pair by pair: impacts of different pairs at nearly one instant may change places without any harm.
+    """
+    numbers: list[dict[tuple[int, int, int], int]] = []
+    for trace in (reference, other):
+        seen: Counter[tuple[int, int]] = Counter()
+        index = {}
+        for k, pair in enumerate(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True)):
+            index[(*pair, seen[pair])] = k
+            seen[pair] += 1
+        numbers.append(index)
+    return np.array([numbers[1].get(key, -1) for key in numbers[0]], dtype=np.intp)
+
+
+def _nudged(scene: Scene, *, positions: bool) -> Scene:
+    """Return the scene with every velocity, and every position where asked for, moved by one unit in the last place."""
+    signs = np.random.default_rng(0).choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
+    discs = tuple(
+        Disc(
+            **{
+                **dict(disc),
+                "position_m": _moved(disc.position_m, sign[:2]) if positions else disc.position_m,
+                "velocity_m_s": _moved(disc.velocity_m_s, sign[2:]),
+            }
+        )
+        if not disc.immovable
+        else disc
+        for disc, sign in zip(scene.discs, signs, strict=True)
+    )
+    return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
+
+
+def _moved(vector: Vector, towards: list[float]) -> Vector:
+    # A zero stays: a unit in the last place of nothing is nothing, and symmetries that rounding keeps are kept.
+    x, y = (v if v == 0.0 else math.nextafter(v, t) for v, t in zip(vector, towards, strict=True))
+    return (x, y)

@@ -20,10 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
+from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
 from carom.physics.impact_law import resolve_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.trace import STATE_DTYPE, Trace, free_flights
+from carom.trace import STATE_DTYPE, Trace, free_flights, velocities, wall_index
 
 __all__ = ["LocalErrors", "local_errors", "own_states"]
 
@@ -35,11 +36,8 @@ class LocalErrors:
     """One entry an observed impact; NaN where its own state before is not known.
 
     Attributes:
-        reported_time_s: Reported time less the analytic one, seconds.
-        effective_time_s: Effective time less the analytic one; NaN where that is not known.
+        time_s: Effective time, or the reported one where that is not known, less the analytic one, seconds.
         velocity: Length of the velocity error after, the worse of the two bodies, over the scene's speed.
-        along_normal: The same along the analytic normal.
-        across_normal: The same across it.
         restitution: Effective coefficient of restitution along the analytic normal, less the scene's.
         energy: Kinetic energy gained against the analytic answer, over that at the start of the scene.
         sampling_velocity: What `velocity` would be for PIT from the same state at the same step; NaN where PIT would
@@ -48,11 +46,8 @@ class LocalErrors:
         spurious: Impacts that, from the method's own state, do not happen at all.
     """
 
-    reported_time_s: Array
-    effective_time_s: Array
+    time_s: Array
     velocity: Array
-    along_normal: Array
-    across_normal: Array
     restitution: Array
     energy: Array
     sampling_velocity: Array
@@ -64,22 +59,19 @@ class LocalErrors:
         """How many impacts could be scored."""
         return int(np.isfinite(self.velocity).sum())
 
-    @cached_property
-    def time_s(self) -> Array:
-        """Error of the effective time where it is known, else of the reported one."""
-        return np.where(np.isfinite(self.effective_time_s), self.effective_time_s, self.reported_time_s)
-
     def median(self, name: str) -> float:
         """Return the median of the magnitudes of one of the errors, by name; NaN where there are none."""
-        values = np.abs(getattr(self, name))
-        known = values[~np.isnan(values)]
+        known = self._known(name)
         return float(np.median(known)) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
         """Return the largest magnitude of one of the errors, by name; NaN where there are none."""
-        values = np.abs(getattr(self, name))
-        known = values[~np.isnan(values)]
+        known = self._known(name)
         return float(np.max(known)) if len(known) else math.nan
+
+    def _known(self, name: str) -> Array:
+        values: Array = np.abs(getattr(self, name))
+        return values[~np.isnan(values)]
 
 
 def own_states(trace: Trace) -> NDArray[np.void]:
@@ -96,87 +88,108 @@ def own_states(trace: Trace) -> NDArray[np.void]:
     return states
 
 
+@dataclass(frozen=True)
+class _Bodies:
+    """The two bodies of each impact in their own state before it, the first bodies first; a wall stands still."""
+
+    wall: NDArray[np.bool_]
+    position: Array
+    velocity: Array
+    radius: Array
+    mass: Array
+    restitution: Array
+
+    @classmethod
+    def of(cls, trace: Trace, state: NDArray[np.void]) -> _Bodies:
+        start, first, second = trace.scene.arrays, trace.impacts["first"], np.maximum(trace.impacts["second"], 0)
+        wall = trace.impacts["second"] < 0
+        return cls(
+            wall=wall,
+            position=np.stack([state["position_first"], state["position_second"]]),
+            velocity=velocities(trace.impacts, "before"),
+            radius=np.stack([start.radius_m[first], np.where(wall, 0.0, start.radius_m[second])]),
+            mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
+            restitution=np.where(wall, start.wall_restitution, start.restitution),
+        )
+
+    def after(self, at: NDArray[np.intp], normal: Array) -> Array:
+        """Return the velocities after the impacts at some indices, along given normals, shape ``(2, k, 2)``."""
+        if not len(at):
+            return np.zeros((2, 0, 2))
+        (v1, v2), (m1, m2) = self.velocity[:, at], self.mass[:, at]
+        return np.stack(resolve_impact(v1, m1, v2, m2, normal, self.restitution[at]))
+
+    def energy(self, velocity: Array) -> Array:
+        """Return the kinetic energies of what moves at these velocities, joules, shape ``(m,)``."""
+        mass = np.where(np.isinf(self.mass), 0.0, self.mass)
+        total: Array = np.sum(0.5 * mass * np.sum(velocity**2, axis=-1), axis=0)
+        return total
+
+
 def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     """Score each impact of a trace from the trace's own state before it: of straight paths, so none under gravity."""
-    impacts, scene = trace.impacts, trace.scene
-    count = len(impacts)
-    first, second = impacts["first"], impacts["second"]
-    wall = second < 0
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    mass = np.array([disc.mass_kg for disc in scene.discs])
-    state = own_states(trace)
-    start = state["time_s"]
-    p1, p2 = state["position_first"], state["position_second"].copy()
-    v1, v2 = impacts["velocity_first_before"], impacts["velocity_second_before"]
+    impacts, state = trace.impacts, own_states(trace)
+    start, bodies = state["time_s"], _Bodies.of(trace, state)
+    (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
-    known = np.isfinite(p1).all(axis=1) & np.isfinite(p2).all(axis=1) & np.isfinite(start) & finite_impacts(trace)
-    known &= not any(scene.gravity_m_s2)
-    m1, m2 = mass[first], np.where(wall, math.inf, mass[np.maximum(second, 0)])
-    restitution = np.where(wall, scene.wall_restitution, scene.restitution)
-    wait = np.full(count, math.nan)
-    pairs, walls = np.flatnonzero(known & ~wall), np.flatnonzero(known & wall)
-    reach = radius[first] + np.where(wall, 0.0, radius[np.maximum(second, 0)])
-    r1 = radius[first]
-    r2 = radius[np.maximum(second, 0)]
-    wait[pairs] = _entry(p1[pairs], v1[pairs], r1[pairs], p2[pairs], v2[pairs], r2[pairs])
-    normal = np.zeros((count, 2))
+    known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
+    known &= not any(trace.scene.gravity_m_s2)
+    wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
+    pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
+    wait[pairs] = _entry(bodies, pairs)
     if len(walls):
-        point = np.array([w.point_m for w in scene.walls])[-1 - second[walls]]
-        into = np.array([w.normal for w in scene.walls])[-1 - second[walls]]
-        gap = np.sum((p1[walls] - point) * into, axis=1) - r1[walls]
-        speed = np.sum(v1[walls] * into, axis=1)
+        planes = np.array(trace.scene.arrays.walls)[[wall_index(body) for body in impacts["second"][walls].tolist()]]
+        gap = np.sum((p1[walls] - planes[:, :2]) * planes[:, 2:], axis=1) - bodies.radius[0, walls]
+        speed = np.sum(v1[walls] * planes[:, 2:], axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
             wait[walls] = np.where(speed < 0.0, -gap / speed, math.inf)
-        normal[walls] = -into
+        normal[walls] = -planes[:, 2:]
     # Bodies that overlap already met in the past, but not before the impact that put them on these paths.
-    turned = _last_turn(trace)
-    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(turned - start, 0.0)), wait)
+    wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
-    at = np.flatnonzero(happens & ~wall)
+    at = np.flatnonzero(happens & ~bodies.wall)
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
-    after = np.stack([impacts["velocity_first_after"], impacts["velocity_second_after"]])
-    expected = np.full((2, count, 2), math.nan)
+    after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
     ok = np.flatnonzero(happens)
-    if len(ok):
-        expected[:, ok] = resolve_impact(v1[ok], m1[ok], v2[ok], m2[ok], normal[ok], restitution[ok])
-    sampled = _sampled(trace, wait, p1, v1, p2, v2, m1, m2, reach, wall, expected)
-    difference = after - expected
-    across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    expected[:, ok] = bodies.after(ok, normal[ok])
+    sampled = _sampled(trace.dt_s, bodies, wait, expected)
     instant = np.where(happens, start + wait, math.nan)
-    effective = trace.effective_time_s if trace.effective_time_s is not None else np.full(count, math.nan)
+    restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
     return LocalErrors(
-        reported_time_s=impacts["time_s"] - instant,
-        effective_time_s=effective - instant,
-        velocity=_worse(difference) / scales.speed_m_s,
-        along_normal=np.max(np.abs(np.sum(difference * normal, axis=-1)), axis=0) / scales.speed_m_s,
-        across_normal=np.max(np.abs(np.sum(difference * across, axis=-1)), axis=0) / scales.speed_m_s,
-        restitution=np.where(happens, _restitution(v1, v2, after, normal) - restitution, math.nan),
-        energy=(_energy(after, m1, m2, wall) - _energy(expected, m1, m2, wall)) / (scales.energy_j or 1.0),
-        sampling_velocity=_worse(sampled - expected) / scales.speed_m_s,
-        solver_velocity=_worse(after - sampled) / scales.speed_m_s,
-        spurious=tuple(int(k) for k in np.flatnonzero(known & ~np.isfinite(wait))),
+        time_s=_turns(trace) - instant,
+        velocity=worse(after - expected) / scales.speed_m_s,
+        restitution=np.where(happens, restitution, math.nan),
+        energy=(bodies.energy(after) - bodies.energy(expected)) / (scales.energy_j or 1.0),
+        sampling_velocity=worse(sampled - expected) / scales.speed_m_s,
+        solver_velocity=worse(after - sampled) / scales.speed_m_s,
+        spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
+
+
+def _turns(trace: Trace) -> Array:
+    """When the path of each impact turned, as far as that is known, else when it is reported, seconds."""
+    times: Array = trace.impacts["time_s"]
+    effective = times if trace.effective_time_s is None else trace.effective_time_s
+    return np.where(np.isfinite(effective), effective, times)
 
 
 def _last_turn(trace: Trace) -> Array:
     """Time of the last impact of either body before each impact, seconds; 0 where there is none."""
-    times = trace.impacts["time_s"]
-    if trace.effective_time_s is not None:
-        times = np.where(np.isfinite(trace.effective_time_s), trace.effective_time_s, times)
     latest = np.zeros(len(trace.scene.discs))
-    result = np.zeros(len(times))
-    for k, (time, *pair) in enumerate(zip(times, trace.impacts["first"], trace.impacts["second"], strict=True)):
+    result = np.zeros(len(trace.impacts))
+    for k, (time, *pair) in enumerate(zip(_turns(trace), trace.impacts["first"], trace.impacts["second"], strict=True)):
         bodies = [body for body in pair if body >= 0]
         result[k] = np.max(latest[bodies])
         latest[bodies] = time
     return result
 
 
-def _entry(p1: Array, v1: Array, r1: Array, p2: Array, v2: Array, r2: Array) -> Array:
+def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     """Seconds to contact on free paths: negative for what overlaps already, infinity for what never meets."""
-    if not len(p1):
+    if not len(at):
         return np.zeros(0)
+    (p1, p2), (v1, v2), (r1, r2) = bodies.position[:, at], bodies.velocity[:, at], bodies.radius[:, at]
     ahead = np.asarray(time_of_impact(p1, v1, r1, p2, v2, r2), dtype=np.float64)
     d, u, reach = p2 - p1, v2 - v1, r1 + r2
     a, b, c = np.sum(u * u, axis=1), np.sum(d * u, axis=1), np.sum(d * d, axis=1) - reach**2
@@ -185,50 +198,19 @@ def _entry(p1: Array, v1: Array, r1: Array, p2: Array, v2: Array, r2: Array) -> 
     return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
 
 
-def _sampled(
-    trace: Trace,
-    wait: Array,
-    p1: Array,
-    v1: Array,
-    p2: Array,
-    v2: Array,
-    m1: Array,
-    m2: Array,
-    reach: Array,
-    wall: NDArray[np.bool_],
-    expected: Array,
-) -> Array:
+def _sampled(dt_s: float, bodies: _Bodies, wait: Array, expected: Array) -> Array:
     """Velocities after that PIT would give from the same states, at step boundaries counted from them."""
     result = np.full_like(expected, math.nan)
-    if not trace.dt_s:
+    if not dt_s:
         return result
-    result[:, wall] = expected[:, wall]  # a wall's normal is the same wherever the disc is found
-    d, u = p2 - p1, v2 - v1
+    result[:, bodies.wall] = expected[:, bodies.wall]  # a wall's normal is the same wherever the disc is found
+    d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
         # A contact at a step boundary to rounding is found at that boundary.
-        steps = np.maximum(np.ceil(wait / trace.dt_s * (1.0 - 2.0**-40)), 0.0)
-    at = np.flatnonzero(np.isfinite(steps) & ~wall)
-    line = d[at] + u[at] * (steps[at] * trace.dt_s)[:, None]
-    found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach[at] * (1.0 + 2.0**-40))
-    at, line = at[found], line[found]
-    if len(at):
-        result[:, at] = resolve_impact(v1[at], m1[at], v2[at], m2[at], line, trace.scene.restitution)
+        steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
+    at = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
+    line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
+    reach = np.sum(bodies.radius[:, at], axis=0)
+    found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
+    result[:, at[found]] = bodies.after(at[found], line[found])
     return result
-
-
-def _worse(difference: Array) -> Array:
-    """Length of the error of the worse of the two bodies; shape ``(2, m, 2)`` to ``(m,)``."""
-    lengths: Array = np.max(np.hypot(difference[..., 0], difference[..., 1]), axis=0)
-    return lengths
-
-
-def _restitution(v1: Array, v2: Array, after: Array, normal: Array) -> Array:
-    before = np.sum((v2 - v1) * normal, axis=1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(before < 0.0, -np.sum((after[1] - after[0]) * normal, axis=1) / before, math.nan)
-
-
-def _energy(velocity: Array, m1: Array, m2: Array, wall: NDArray[np.bool_]) -> Array:
-    mass = np.stack([np.where(np.isinf(m1), 0.0, m1), np.where(wall | np.isinf(m2), 0.0, m2)])
-    total: Array = np.sum(0.5 * mass * np.sum(velocity**2, axis=-1), axis=0)
-    return total

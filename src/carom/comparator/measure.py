@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Alignment, align
+from carom.comparator.align import Alignment, Reach, align
 from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import Scales, largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Need
-from carom.trace import Trace, kinetic_energy
+from carom.trace import Trace, kinetic_energy, velocities
 
-__all__ = ["Errors", "ImpactError", "Measured", "ends_together", "measure", "up_to", "velocity_errors"]
+__all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "worse"]
+
+Array = NDArray[np.float64]
 
 #: A body slower than this part of the scene's speed rests, as far as rounding can tell, and has no direction.
 AT_REST = 1e-12
@@ -117,46 +119,20 @@ class Measured:
     largest: Errors
 
 
-def up_to(alignment: Alignment, observed: Trace, believed: int, until_s: float) -> Alignment:
-    """Return what of an alignment lies within a horizon.
-
-    Args:
-        alignment: The alignment of the whole runs.
-        observed: The observed trace.
-        believed: How many of the reference's impacts are within the horizon.
-        until_s: Until when it reaches, seconds.
-    """
-    times = observed.impacts["time_s"]
-    return Alignment(
-        matched=tuple((r, o) for r, o in alignment.matched if r < believed),
-        missed=tuple(r for r in alignment.missed if r < believed),
-        spurious=tuple(o for o in alignment.spurious if times[o] <= until_s),
-        undecided=tuple(r for r in alignment.undecided if r < believed),
-    )
-
-
-def measure(reference: Trace, observed: Trace, scales: Scales, horizon: tuple[int, float] | None = None) -> Measured:
-    """Align a trace with the reference and measure every error.
-
-    Args:
-        reference: The reference.
-        observed: The observed trace.
-        scales: What errors are divided by.
-        horizon: How many of the reference's impacts may be believed, and until when; None for all.
-    """
-    alignment = align(reference, observed)
+def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> Measured:
+    """Align a trace with the reference and measure every error within a horizon."""
+    alignment = align(reference, observed).within(reach, observed.impacts["time_s"])
+    # Final states can be compared where both runs end at one time, to its rounding.
+    apart_s = abs(observed.end_time_s - reference.end_time_s)
+    together = reach.whole and not apart_s > THRESHOLDS.rounding * scales.time_s
     momentum = position = velocity = math.nan
-    whole = horizon is None or not math.isfinite(horizon[1])
-    if horizon is not None and not whole:
-        alignment = up_to(alignment, observed, *horizon)
-    together = whole and ends_together(reference, observed)
     if together:
         momentum = _momentum_error(reference, observed, scales)
         position = _largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m
         velocity = _largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s) / scales.speed_m_s
     # Where the reference's end is no answer, it is an answer still that elastic impacts alone conserve energy.
     conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY}
-    errors = _impact_errors(reference, observed, alignment, scales)
+    errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
         alignment=alignment,
         errors=errors,
@@ -176,95 +152,82 @@ def measure(reference: Trace, observed: Trace, scales: Scales, horizon: tuple[in
     )
 
 
-def ends_together(reference: Trace, observed: Trace) -> bool:
-    """Whether two runs end at one time, to its rounding, so that their final states can be compared."""
-    apart = abs(observed.end_time_s - reference.end_time_s)
-    return not apart > THRESHOLDS.rounding * reference.scene.duration_s
+def worse(difference: Array) -> Array:
+    """Return the length of the error of the worse of two bodies; shape ``(2, m, 2)`` to ``(m,)``."""
+    lengths: Array = np.max(np.hypot(difference[..., 0], difference[..., 1]), axis=0)  # which keeps NaN
+    return lengths
 
 
-def _measured(error: float) -> float:
+def restitutions(before: Array, after: Array, normal: Array) -> Array:
+    """Return the relative velocity of two bodies along the normal after over that before; NaN where none approached.
+
+    Args:
+        before: Velocities of both bodies before, shape ``(2, m, 2)``.
+        after: The same after.
+        normal: From first to second, shape ``(m, 2)``.
+    """
+    approach = np.sum((before[1] - before[0]) * normal, axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(approach < 0.0, -np.sum((after[1] - after[0]) * normal, axis=1) / approach, math.nan)
+
+
+def _number(error: float) -> float:
     """Return the error, infinite where it is NaN: what is no number has no smaller error than any number."""
     return math.inf if math.isnan(error) else error
 
 
-def _largest_row(difference: NDArray[np.float64]) -> float:
-    return _measured(float(np.max(np.hypot(*difference.T))))
+def _largest_row(difference: Array) -> float:
+    return _number(float(np.max(np.hypot(*difference.T))))
 
 
 def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     if scales.energy_j == 0.0:
         return 0.0
-    scene = reference.scene
-    found = kinetic_energy(scene, observed.final_velocity_m_s)
-    return _measured((found - kinetic_energy(scene, reference.final_velocity_m_s)) / scales.energy_j)
-
-
-def velocity_errors(
-    reference: Trace, observed: Trace, matched: Sequence[tuple[int, int]], scales: Scales
-) -> NDArray[np.float64]:
-    """Return the length of the velocity error of each matched impact, the worse of the two bodies, over the speed."""
-    pairs = np.array(matched, dtype=np.intp).reshape(-1, 2)
-    expected, found = reference.impacts[pairs[:, 0]], observed.impacts[pairs[:, 1]]
-    worse = np.zeros(len(pairs))
-    for name in ("velocity_first_after", "velocity_second_after"):
-        worse = np.maximum(worse, np.hypot(*(found[name] - expected[name]).T))  # which keeps NaN
-    worse /= scales.speed_m_s
-    return np.where(finite_impacts(observed)[pairs[:, 1]], worse, math.inf)
-
-
-def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> tuple[ImpactError, ...]:
-    effective, sound = observed.effective_time_s, finite_impacts(observed)
-    velocities = velocity_errors(reference, observed, alignment.matched, scales).tolist()
-    errors = []
-    for (r, o), velocity in zip(alignment.matched, velocities, strict=True):
-        expected, found = reference.impacts[r], observed.impacts[o]
-        normal = expected["normal"]
-        difference = np.array(
-            [found[name] - expected[name] for name in ("velocity_first_after", "velocity_second_after")]
-        )
-        along = difference @ normal
-        across = difference @ np.array([-normal[1], normal[0]])
-        reference_time = float(expected["time_s"])
-        if not sound[o]:
-            errors.append(ImpactError(r, o, *[math.inf] * 9))
-            continue
-        errors.append(
-            ImpactError(
-                reference=r,
-                observed=o,
-                reported_time_s=float(found["time_s"]) - reference_time,
-                effective_time_s=math.nan if effective is None else float(effective[o]) - reference_time,
-                along_normal=_measured(float(np.max(np.abs(along))) / scales.speed_m_s),
-                across_normal=_measured(float(np.max(np.abs(across))) / scales.speed_m_s),
-                velocity=_measured(velocity),
-                direction_rad=largest(
-                    _angle(found[name], expected[name], AT_REST * scales.speed_m_s)
-                    for name in ("velocity_first_after", "velocity_second_after")
-                ),
-                normal_rad=_angle(found["normal"], normal, 0.0),
-                restitution=_restitution(found),
-                restitution_error=_restitution(found) - _restitution(expected),
-            )
-        )
-    return tuple(errors)
-
-
-def _angle(a: NDArray[np.float64], b: NDArray[np.float64], nothing: float) -> float:
-    """Angle between two vectors, radians; 0 where either is no longer than `nothing` and so has no direction."""
-    if min(math.hypot(*a), math.hypot(*b)) <= nothing:
-        return 0.0
-    return abs(math.atan2(float(a[0] * b[1] - a[1] * b[0]), float(a @ b)))
-
-
-def _restitution(impact: np.void) -> float:
-    before = float((impact["velocity_second_before"] - impact["velocity_first_before"]) @ impact["normal"])
-    after = float((impact["velocity_second_after"] - impact["velocity_first_after"]) @ impact["normal"])
-    return -after / before if before < 0 else math.nan
+    found, expected = (kinetic_energy(reference.scene, trace.final_velocity_m_s) for trace in (observed, reference))
+    return _number((found - expected) / scales.energy_j)
 
 
 def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
-    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in reference.scene.discs])
+    start = reference.scene.arrays
+    mass = np.where(start.movable, start.mass_kg, 0.0)
     if not mass.any():
         return 0.0
     difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
-    return _measured(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+    return _number(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+
+
+def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
+    r, o = np.array(alignment.matched, dtype=np.intp).reshape(-1, 2).T
+    expected, found = reference.impacts[r], observed.impacts[o]
+    effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
+    normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
+    difference = after - true_after
+    across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    restitution = restitutions(velocities(found, "before"), after, found["normal"])
+    parts = (_largest_part(difference, normal), _largest_part(difference, across), worse(difference))
+    columns = (
+        found["time_s"] - expected["time_s"],
+        effective - expected["time_s"],
+        *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
+        np.max(_angles(after, true_after, AT_REST * scales.speed_m_s), axis=0),
+        _angles(found["normal"], normal, 0.0),
+        restitution,
+        restitution - restitutions(velocities(expected, "before"), true_after, normal),
+    )
+    sound = finite_impacts(observed)[o]
+    errors = np.where(sound, columns, math.inf).T.tolist()
+    for k, (reference_index, observed_index) in enumerate(alignment.matched):
+        yield ImpactError(reference_index, observed_index, *errors[k])
+
+
+def _largest_part(difference: Array, direction: Array) -> Array:
+    """Largest part along a direction of the difference of either body's velocity, shape ``(2, m, 2)`` to ``(m,)``."""
+    parts: Array = np.max(np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])), axis=(1, 2))
+    return parts
+
+
+def _angles(a: Array, b: Array, nothing: float) -> Array:
+    """Angles between vectors, radians; 0 where either is no longer than `nothing` and so has no direction."""
+    turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], np.sum(a * b, axis=-1))
+    shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
+    return np.where(shorter <= nothing, 0.0, np.abs(turned))

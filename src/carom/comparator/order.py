@@ -7,15 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from carom.comparator.align import LATEST_STAMP_STEPS, Alignment
+from carom.comparator.align import LATEST_STAMP_STEPS, Alignment, Pair
 from carom.trace import Trace
 
 __all__ = ["MOST_EDITS", "Order", "edit_distance", "order_of"]
 
 #: An edit distance is searched for up to here: beyond it two sequences have nothing to do with each other any more.
 MOST_EDITS = 64
-
-Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -38,27 +36,18 @@ class Order:
         return frozenset(index for pair in self.inverted for index in pair)
 
 
-def order_of(reference: Trace, observed: Trace, alignment: Alignment, believed: int, until_s: float) -> Order:
-    """Compare the order of impacts, up to a horizon.
+def order_of(reference: Trace, observed: Trace, alignment: Alignment) -> Order:
+    """Compare the order of the impacts of an alignment, which may end at a horizon.
 
     A method that looks once a step tells no order within it, and stamps up to two steps late. So two impacts that have
     no body in common and lie within that of each other are not out of order; nor are two of one time stamp.
-
-    Args:
-        reference: The reference.
-        observed: The observed trace.
-        alignment: Which impact is which.
-        believed: How many of the reference's impacts are within the horizon.
-        until_s: The horizon.
     """
-    to_reference = {o: r for r, o in alignment.matched if r < believed}
-    spurious = {o for o in alignment.spurious if observed.impacts["time_s"][o] <= until_s}
-    sequence = [o for o in range(len(observed.impacts)) if o in to_reference or o in spurious]
+    to_reference = {o: r for r, o in alignment.matched}
+    sequence = sorted([*to_reference, *alignment.spurious])
+    expected = sorted([*to_reference.values(), *alignment.missed])
     inverted = _settle(sequence, to_reference, reference, observed)
-    expected = _pairs(reference, range(believed))
-    undecided = set(alignment.undecided)
-    expected = [pair for r, pair in enumerate(expected) if r not in undecided]
-    return Order(edit_distance(expected, _pairs(observed, sequence)), tuple(sorted(inverted)))
+    edits = edit_distance(_pairs(reference, expected), _pairs(observed, sequence))
+    return Order(edits, tuple(sorted(inverted)))
 
 
 def _settle(

@@ -7,15 +7,16 @@ PIT is held against PIT at `THRESHOLDS.phases` phases of the same step, the scen
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.align import Reach
 from carom.comparator.finite import not_finite
-from carom.comparator.measure import Errors, Measured, measure
+from carom.comparator.measure import Measured, measure, worse
 from carom.comparator.scales import Scales, scales_of
 from carom.comparator.shift import even_phases, shifted
 from carom.comparator.thresholds import THRESHOLDS
@@ -23,7 +24,7 @@ from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace
+from carom.trace import Trace, velocities
 
 __all__ = ["Price", "changes", "paid_by", "paid_of", "price_of_sampling"]
 
@@ -35,13 +36,14 @@ KEPT = 256
 
 @dataclass(frozen=True)
 class Price:
-    """What PIT pays at a step, at worst over the phases of the step.
+    """What PIT pays at a step: at one phase of it, or at worst over its phases.
 
     Attributes:
         dt_s: The step, seconds.
-        velocity: Largest velocity error up to each believed impact of the reference, over the scene's speed: errors
-            hand themselves on from impact to impact. An impact that is missed is off by all that it changes.
-        energy: Largest error of the final kinetic energy, over that at the start.
+        velocity: Velocity error at each believed impact of the reference, over the scene's speed; an impact that is
+            missed is off by all that it changes. At worst over the phases it is the largest up to each impact: errors
+            hand themselves on from impact to impact.
+        energy: Error of the final kinetic energy, over that at the start.
         final_position: Largest distance of a disc from its final place, over the scene's length; 0 where not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
     """
@@ -52,34 +54,30 @@ class Price:
     final_position: float
     final_velocity: float
 
+    @classmethod
+    def of(cls, dt_s: float, velocity: Array, measured: Measured) -> Price:
+        """Return the price of one phase, from what was measured of PIT at it."""
+        found = measured.largest
+        ends = (0.0 if math.isnan(error) else error for error in (found.final_position, found.final_velocity))
+        return cls(dt_s, velocity, abs(found.energy), *ends)
+
     @property
     def worst(self) -> float:
         """The largest velocity error at any impact; NaN where there is none."""
         return float(self.velocity[-1]) if len(self.velocity) else math.nan
 
 
-def price_of_sampling(
-    reference: Trace, sampling: Trace, measured: Measured, scales: Scales, horizon: tuple[int, float]
-) -> Price:
-    """Return the price of sampling at the step of a run of PIT.
-
-    Args:
-        reference: The scene's PIC trace.
-        sampling: PIT at the step; one of the phases.
-        measured: What was measured of it.
-        scales: What errors are divided by.
-        horizon: How many of the reference's impacts may be believed, and until when.
-    """
-    believed, until_s = horizon
-    found = [_Paid.of(paid_of(reference, measured, scales, believed), measured.largest)]
-    if sampling.dt_s and believed:
-        found += _at_other_phases(reference.scene, sampling.dt_s, believed, math.isfinite(until_s))
+def price_of_sampling(reference: Trace, sampling: Trace, measured: Measured, scales: Scales, reach: Reach) -> Price:
+    """Return the price of sampling at the step of a run of PIT, given what was measured of that run: one phase."""
+    found = [Price.of(sampling.dt_s, paid_of(reference, measured, scales, reach.impacts), measured)]
+    if sampling.dt_s and reach.impacts:
+        found += _at_other_phases(reference.scene, sampling.dt_s, reach.impacts, not reach.whole)
     return Price(
         dt_s=sampling.dt_s,
-        velocity=np.maximum.accumulate(np.max([paid.velocity for paid in found], axis=0)),
-        energy=max(paid.energy for paid in found),
-        final_position=max(paid.final_position for paid in found),
-        final_velocity=max(paid.final_velocity for paid in found),
+        velocity=np.maximum.accumulate(np.max([price.velocity for price in found], axis=0)),
+        energy=max(price.energy for price in found),
+        final_position=max(price.final_position for price in found),
+        final_velocity=max(price.final_velocity for price in found),
     )
 
 
@@ -111,32 +109,12 @@ def paid_by(paid: Array, price: Price, rounding: float) -> float:
 
 def changes(reference: Trace, scales: Scales) -> Array:
     """Return what each impact of a reference changes of a velocity, the more changed one, over the scene's speed."""
-    impacts = reference.impacts
-    sizes = [
-        np.hypot(*(impacts[f"velocity_{b}_after"] - impacts[f"velocity_{b}_before"]).T) for b in ("first", "second")
-    ]
-    changed: Array = np.maximum(*sizes) / scales.speed_m_s
-    return changed
-
-
-@dataclass(frozen=True)
-class _Paid:
-    """What PIT pays at one phase, as in `Price`, but impact by impact."""
-
-    velocity: Array
-    energy: float
-    final_position: float
-    final_velocity: float
-
-    @classmethod
-    def of(cls, velocity: Array, largest: Errors) -> _Paid:
-        ends = (0.0 if math.isnan(error) else error for error in (largest.final_position, largest.final_velocity))
-        return cls(velocity, abs(largest.energy), *ends)
+    return worse(velocities(reference.impacts, "after") - velocities(reference.impacts, "before")) / scales.speed_m_s
 
 
 @lru_cache(maxsize=KEPT)
-def _at_other_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tuple[_Paid, ...]:
-    """Return what PIT pays at each phase but that of the scene itself, as far as the same impacts happen there.
+def _at_other_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tuple[Price, ...]:
+    """Return the price at each phase but that of the scene itself, as far as the same impacts happen there.
 
     Args:
         scene: The scene.
@@ -145,12 +123,12 @@ def _at_other_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tup
         cut: Whether there are more, beyond a horizon; then nothing is known of the end.
     """
     reference = solve_pic(scene, max_impacts=believed if cut else None)
-    return tuple(_paid_at(reference, dt_s, even_phases(THRESHOLDS.phases)[1:], believed, cut))
+    return tuple(_prices(reference, dt_s, believed, cut))
 
 
-def _paid_at(reference: Trace, dt_s: float, phases: Sequence[float], believed: int, cut: bool) -> Iterator[_Paid]:
+def _prices(reference: Trace, dt_s: float, believed: int, cut: bool) -> Iterator[Price]:
     scales, bodies = scales_of(reference.scene, reference), reference.impacts[["first", "second"]][:believed]
-    for phase in phases:
+    for phase in even_phases(THRESHOLDS.phases)[1:]:
         moved = shifted(reference, dt_s, phase)
         if moved is None:
             continue
@@ -165,7 +143,8 @@ def _paid_at(reference: Trace, dt_s: float, phases: Sequence[float], believed: i
         if not agreed or not_finite(truth) or not_finite(pit):
             continue
         whole = not cut and agreed == believed == len(truth.impacts)
-        found = measure(truth, pit, scales, (agreed, math.inf if whole else float(truth.impacts["time_s"][agreed - 1])))
+        until_s = math.inf if whole else float(truth.impacts["time_s"][agreed - 1])
+        found = measure(truth, pit, scales, Reach(agreed, until_s))
         paid = np.zeros(believed)
         paid[:agreed] = paid_of(truth, found, scales, agreed)
-        yield _Paid.of(paid, found.largest)
+        yield Price.of(dt_s, paid, found)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.scene import Scene
-from carom.trace import Trace, kinetic_energy
+from carom.trace import Trace, kinetic_energy, velocities
 
 __all__ = ["Scales", "largest", "scales_of"]
 
@@ -20,7 +20,7 @@ class Scales:
 
     Attributes:
         length_m: Radius of the largest disc.
-        speed_m_s: Greatest speed of any disc in the reference.
+        speed_m_s: Greatest speed of any disc in the reference; 1 m/s in a scene in which nothing moves.
         time_s: The scene's duration.
         energy_j: Kinetic energy of the movable discs at the start.
         reach_m: Farthest that a coordinate can come to lie from the origin, which rounding is in proportion to.
@@ -34,17 +34,16 @@ class Scales:
 
 
 def scales_of(scene: Scene, reference: Trace) -> Scales:
-    """Return the scene's own length, speed and time. A scene in which nothing moves has speed 1 m/s."""
-    start = np.array([disc.velocity_m_s for disc in scene.discs])
-    after = (reference.impacts["velocity_first_after"], reference.impacts["velocity_second_after"])
-    speed = float(np.max(np.hypot(*np.concatenate([start, *after]).T)))
-    places = np.abs(np.concatenate([[disc.position_m for disc in scene.discs], reference.final_position_m]))
+    """Return the scene's own length, speed and time."""
+    start = scene.arrays
+    speed = float(np.max(np.hypot(*np.concatenate([start.velocity_m_s, *velocities(reference.impacts, "after")]).T)))
+    farthest = float(np.max(np.abs(np.concatenate([start.position_m, reference.final_position_m]))))
     return Scales(
-        length_m=max(disc.radius_m for disc in scene.discs),
+        length_m=float(np.max(start.radius_m)),
         speed_m_s=speed or 1.0,
         time_s=scene.duration_s,
-        energy_j=kinetic_energy(scene, start),
-        reach_m=float(np.max(places)) + speed * scene.duration_s,
+        energy_j=kinetic_energy(scene, start.velocity_m_s),
+        reach_m=farthest + speed * scene.duration_s,
     )
 
 

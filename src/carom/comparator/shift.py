@@ -6,8 +6,7 @@ One phase makes a step look lucky or unlucky: where in a step an impact falls is
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -17,16 +16,7 @@ from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector
 
-__all__ = ["Shifted", "begun_earlier", "even_phases", "shifted", "shifted_scenes"]
-
-
-@dataclass(frozen=True)
-class Shifted:
-    """A scene shifted along its own motion, and its reference."""
-
-    phase: float
-    scene: Scene
-    reference: Trace
+__all__ = ["begun_earlier", "even_phases", "shifted", "shifted_references"]
 
 
 def even_phases(count: int) -> tuple[float, ...]:
@@ -60,8 +50,8 @@ def shifted(reference: Trace, dt_s: float, phase: float) -> Scene | None:
         return None
 
 
-def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Shifted, ...]:
-    """Shift a scene along its own motion to each phase; what can't be shifted so is left out.
+def shifted_references(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Trace, ...]:
+    """Return the references of a scene shifted along its own motion to each phase; what can't be shifted is left out.
 
     A shift that changes which impacts happen (because the way back leads through another body, or the last impact falls
     past the end) is none.
@@ -79,7 +69,7 @@ def shifted_scenes(reference: Trace, dt_s: float, phases: Sequence[float]) -> tu
         trace = solve_pic(moved, max_impacts=len(reference.impacts) + 1)
         same = np.array_equal(trace.impacts[["first", "second"]], reference.impacts[["first", "second"]])
         if same and not not_finite(trace):
-            found.append(Shifted(phase, moved, trace))
+            found.append(trace)
     return tuple(found)
 
 
@@ -124,14 +114,14 @@ def _shifted(scene: Scene, shift_s: float) -> Scene:
     for disc in scene.discs:
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
         place = (x + u * shift_s + 0.5 * gx * shift_s * shift_s, y + v * shift_s + 0.5 * gy * shift_s * shift_s)
-        velocity = (u + gx * shift_s, v + gy * shift_s)
-        states.append((disc.position_m, disc.velocity_m_s) if disc.immovable else (place, velocity))
+        states.append((place, (u + gx * shift_s, v + gy * shift_s)))
     return _with_states(scene, states, duration_s=scene.duration_s - shift_s)
 
 
-def _with_states(scene: Scene, states: Sequence[tuple[Vector, Vector]], **fields: float) -> Scene:
+def _with_states(scene: Scene, states: Iterable[tuple[Vector, Vector]], **fields: float) -> Scene:
+    """Return the scene with other places and velocities of its movable discs, and other fields."""
     discs = [
-        {**disc.model_dump(), "position_m": place, "velocity_m_s": velocity}
+        disc if disc.immovable else {**dict(disc), "position_m": place, "velocity_m_s": velocity}
         for disc, (place, velocity) in zip(scene.discs, states, strict=True)
     ]
-    return Scene(**{**scene.model_dump(), "discs": discs, **fields})
+    return Scene(**{**dict(scene), "discs": discs, **fields})

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 
 from carom.adapter.checks import MANTISSA_BITS
-from carom.comparator.scales import Scales
-from carom.trace import Trace
 
-__all__ = ["THRESHOLDS", "Thresholds", "place_rounding"]
+__all__ = ["THRESHOLDS", "Thresholds"]
 
 
 @dataclass(frozen=True)
@@ -48,9 +46,3 @@ class Thresholds:
 
 
 THRESHOLDS = Thresholds()
-
-
-def place_rounding(scales: Scales, trace: Trace, float_bits: int) -> float:
-    """Return what rounding makes of a position in all steps of a run, over the scene's length."""
-    steps = scales.time_s / trace.dt_s if trace.dt_s else 0.0
-    return THRESHOLDS.place_rounding_of(float_bits, steps) * scales.reach_m / scales.length_m

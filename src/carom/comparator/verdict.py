@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, Slip
 from carom.comparator.convention import ConventionMatch
 from carom.comparator.local import LocalErrors
@@ -14,10 +18,10 @@ from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.sampling import Price
 from carom.comparator.scales import Scales, largest
-from carom.comparator.thresholds import THRESHOLDS, place_rounding
+from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Outcome, Trace, pair_name
 
-__all__ = ["Evidence", "Finding", "Verdict", "findings"]
+__all__ = ["Evidence", "Finding", "Verdict", "contradictions", "findings"]
 
 
 class Verdict(Enum):
@@ -64,12 +68,12 @@ class Evidence:
     Attributes:
         reference: The reference.
         observed: The trace that is judged.
-        measured: What was measured of it.
-        sampling: What was measured of PIT at the same step; None where that was not run.
-        price: What PIT pays at worst over the phases of that step; None as well.
         scales: The scene's own scales.
-        believed: How many of the reference's impacts are within the horizon.
-        until_s: The horizon, seconds; infinite where the whole run is compared.
+        reach: What of the reference is believed.
+        measured: What was measured of the trace against it.
+        sampling: What was measured of PIT at the same step; None where that was not run.
+        against_pit: What was measured of the trace against that PIT; None as well.
+        price: What PIT pays at worst over the phases of that step; None as well.
         order: The order of the impacts.
         local: Each impact against the analytic answer from the run's own state before it.
         convention: Which admissible outcome it took, where the scene has no unique answer.
@@ -80,12 +84,12 @@ class Evidence:
 
     reference: Trace
     observed: Trace
+    scales: Scales
+    reach: Reach
     measured: Measured
     sampling: Measured | None
+    against_pit: Measured | None
     price: Price | None
-    scales: Scales
-    believed: int
-    until_s: float
     order: Order
     local: LocalErrors
     convention: ConventionMatch | None
@@ -95,19 +99,13 @@ class Evidence:
     @property
     def nothing_compared(self) -> bool:
         """Whether there is a horizon, and no impact of the reference before it."""
-        return math.isfinite(self.until_s) and not self.believed
-
-    @property
-    def ends_compared(self) -> bool:
-        """Whether the final state is one that the reference's decides on: one answer, and no impact left open."""
-        return self.convention is None and not self.measured.alignment.undecided
+        return not self.reach.whole and not self.reach.impacts
 
     @property
     def cut_short(self) -> bool:
         """Whether the run ended before the scene did, whatever it calls that."""
-        duration_s = self.scales.time_s
         completed = self.observed.outcome is Outcome.COMPLETED
-        return not completed or self.observed.end_time_s < duration_s * (1.0 - THRESHOLDS.rounding)
+        return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
     @property
     def rounding(self) -> float:
@@ -123,24 +121,25 @@ class Evidence:
     @property
     def place_rounding(self) -> float:
         """What rounding makes of a position in all steps of the run, over the scene's length."""
-        return place_rounding(self.scales, self.observed, self.observed.float_bits)
+        steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
+        rounding = THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
+        return rounding * self.scales.reach_m / self.scales.length_m
 
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    rules = (_soundness, _convention, _hits, _order, _timing, _motion, _end, _own_path, _reports)
+    rules = (_soundness, _convention, _hits, _order, _timing, _motion, _end, _own_path)
     found = [finding for rule in rules for finding in rule(evidence)]
     if errors and found and evidence.sampling is None:
-        reason = "whether sampling explains the errors is not known"
-        found.append(Finding(Verdict.UNCOMPARED, reason))
+        found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared:
         times = evidence.reference.impacts["time_s"]
         first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
-        found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.until_s:.6g} s; {first}"))
+        found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.reach.until_s:.6g} s; {first}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
-        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.believed} impacts found{floats}"))
+        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.reach.impacts} impacts found{floats}"))
     return tuple(found)
 
 
@@ -157,39 +156,37 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
         f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another at the very same "
         f"instant, the first at {match.group.time_s:.6g} s"
     )
+    count = len(match.outcomes)
     if match.nearest is None:
-        yield Finding(Verdict.CONVENTION, f"{reason}; there are too many admissible outcomes to list")
-        return
-    outcome, count = match.outcomes[match.nearest], len(match.outcomes)
-    which = f"admissible outcome {match.nearest + 1} of {count} ({outcome.how})"
-    if match.matches:
-        yield Finding(Verdict.CONVENTION, f"{reason}; matches {which}, to {match.distance:.2g} of the speed")
+        reason += "; there are too many admissible outcomes to list"
     else:
-        text = f"{reason}; matches none of {count} admissible outcomes: {match.distance:.3g} of the speed from {which}"
-        yield Finding(Verdict.CONVENTION, text)
+        which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
+        if match.matches:
+            reason += f"; matches {which}, to {match.distance:.2g} of the speed"
+        else:
+            reason += f"; matches none of {count} admissible outcomes: {match.distance:.3g} of the speed from {which}"
+    yield Finding(Verdict.CONVENTION, reason)
 
 
 def _hits(evidence: Evidence) -> Iterator[Finding]:
-    reference, observed, alignment = evidence.reference, evidence.observed, evidence.measured.alignment
+    observed, alignment, believed = evidence.observed, evidence.measured.alignment, evidence.reach.impacts
+    expected, found = evidence.reference.impacts, observed.impacts
     if evidence.cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
         yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
-    if alignment.missed:
-        kind = Verdict.MISSED if len(alignment.missed) == 1 else Verdict.MULTIPLE_MISSED
-        first = reference.impacts[alignment.missed[0]]
-        reason = (
-            f"{len(alignment.missed)} of {evidence.believed}, the first at {first['time_s']:.6g} s "
-            f"between {pair_name(first)}"
-        )
-        yield Finding(kind, reason)
+    if missed := alignment.missed:
+        kind = Verdict.MISSED if len(missed) == 1 else Verdict.MULTIPLE_MISSED
+        yield Finding(kind, f"{len(missed)} of {believed}, {_first(missed, expected)}")
     if alignment.spurious:
-        first = observed.impacts[alignment.spurious[0]]
-        reason = f"{len(alignment.spurious)}, the first at {first['time_s']:.6g} s between {pair_name(first)}"
-        yield Finding(Verdict.SPURIOUS, reason)
-    if alignment.undecided:
-        first = reference.impacts[alignment.undecided[0]]
-        reason = f"{len(alignment.undecided)} of {evidence.believed} impacts, the first at {first['time_s']:.6g} s"
-        yield Finding(Verdict.UNDECIDED, reason)
+        yield Finding(Verdict.SPURIOUS, f"{len(alignment.spurious)}, {_first(alignment.spurious, found)}")
+    if undecided := alignment.undecided:
+        first_s = expected["time_s"][undecided[0]]
+        yield Finding(Verdict.UNDECIDED, f"{len(undecided)} of {believed} impacts, the first at {first_s:.6g} s")
+
+
+def _first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
+    first = impacts[indices[0]]
+    return f"the first at {first['time_s']:.6g} s between {pair_name(first)}"
 
 
 def _order(evidence: Evidence) -> Iterator[Finding]:
@@ -207,10 +204,9 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
 
 def _timing(evidence: Evidence) -> Iterator[Finding]:
     # Two impacts that have changed places are each at the other's time: that is said already.
-    errors = [e for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
-    late = largest((error.time_s for error in errors if error.time_s > 0.0), default=0.0)
-    early = largest((-error.time_s for error in errors if error.time_s < 0.0), default=0.0)
-    for verdict, worst in ((Verdict.LATE, late), (Verdict.EARLY, early)):
+    errors = [e.time_s for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
+    for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
+        worst = largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
         if worst > evidence.rounding_s:
             yield Finding(verdict, f"by up to {_seconds(worst, evidence)}")
 
@@ -233,8 +229,8 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _end(evidence: Evidence) -> Iterator[Finding]:
-    """Where the run ended, against the reference; beyond a horizon it was not measured."""
-    if not evidence.ends_compared:
+    """Where the run ended, if the reference decides on that: one answer, no impact left open, and no horizon."""
+    if evidence.convention is not None or evidence.measured.alignment.undecided:
         return
     place, velocity = evidence.measured.largest.final_position, evidence.measured.largest.final_velocity
     if place > evidence.place_rounding:
@@ -246,33 +242,40 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
 def _own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
     own = evidence.consistency
-    if own is None:
-        return
-    if own.position.size > evidence.place_rounding:
+    if own is not None and own.position.size > evidence.place_rounding:
         reason = f"by up to {own.position.size:.3g} of the largest radius, {_since(own.position)}"
         if own.excess.size > evidence.place_rounding:
             reason += f"; {own.excess.size:.3g} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
-    if own.velocity.size > evidence.rounding:
-        reason = f"by up to {own.velocity.size:.3g} of the scene's speed, {_since(own.velocity)}"
-        yield Finding(Verdict.TURNS, reason)
-    if own.momentum > evidence.rounding:
-        reason = f"by up to {own.momentum:.3g} of the scene's speed, for the centre of mass of the two discs"
-        yield Finding(Verdict.MOMENTUM, reason)
+    yield from contradictions(evidence)
 
 
-def _reports(evidence: Evidence) -> Iterator[Finding]:
-    """What the run reports of its impacts and its own states contradict."""
+def contradictions(evidence: Evidence) -> Iterator[Finding]:
+    """Yield what the run's own states and velocities contradict, where it ends up aside."""
     own, rounding = evidence.consistency, evidence.rounding
     if own is None:
         return
-    if own.stamp_s > rounding * evidence.scales.time_s:
-        yield Finding(Verdict.WRONG_STAMP, f"by up to {_seconds(own.stamp_s, evidence)}")
-    if own.across > rounding:
-        off = f"by up to {math.degrees(own.normal_rad):.3g} degrees from what the velocities change by"
-        yield Finding(Verdict.WRONG_NORMAL, off)
-    if own.normal_length > rounding:
-        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {own.normal_length:.3g} off 1")
+    speed, degrees = "of the scene's speed", math.degrees(own.normal_rad)
+    turns, momentum = f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}", f"{own.momentum:.3g} {speed}"
+    for verdict, size, allowed, reason in (
+        (Verdict.TURNS, own.velocity.size, rounding, f"by up to {turns}"),
+        (Verdict.MOMENTUM, own.momentum, rounding, f"by up to {momentum}, for the centre of mass of the two discs"),
+        (
+            Verdict.WRONG_STAMP,
+            own.stamp_s,
+            rounding * evidence.scales.time_s,
+            f"by up to {_seconds(own.stamp_s, evidence)}",
+        ),
+        (
+            Verdict.WRONG_NORMAL,
+            own.across,
+            rounding,
+            f"by up to {degrees:.3g} degrees from what the velocities change by",
+        ),
+        (Verdict.WRONG_NORMAL, own.normal_length, rounding, f"their length is up to {own.normal_length:.3g} off 1"),
+    ):
+        if not size <= allowed:
+            yield Finding(verdict, reason)
 
 
 def _seconds(time_s: float, evidence: Evidence) -> str:

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from carom.adapter import Adapter, Capabilities, Observation
+from carom.adapter import Adapter, Capabilities, Observation, unsupported_reason
 from carom.comparator import Score, compare
 from carom.conformance.known_answer import trace_of
 from carom.conformance.probe import Cut, Make, Raised, Watch, Watched
@@ -17,7 +17,7 @@ from carom.conformance.violation import Setup, Violation
 from carom.registry import load_adapter
 from carom.runs.job import Job, Method, Status, Task
 from carom.runs.observe import Observe, observe_run, profile_settings
-from carom.runs.plan import capabilities_of, unsupported_reason
+from carom.runs.plan import capabilities_of
 from carom.runs.pool import Closing, Lane
 from carom.scene import Scene
 from carom.scenes import catalogue

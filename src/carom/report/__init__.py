@@ -1,5 +1,6 @@
 """The report: a document built from results, and its renderers; JSON lines and JUnit XML straight from the results."""
 
-from carom.report.write import ReportPaths, require_writable, write_report
+from carom.report.cross_check import write_report
+from carom.report.files import require_writable
 
-__all__ = ["ReportPaths", "require_writable", "write_report"]
+__all__ = ["require_writable", "write_report"]

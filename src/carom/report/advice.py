@@ -7,19 +7,35 @@ from collections.abc import Iterator
 
 from carom.bench.advise import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
 from carom.report import wording
-from carom.report.document import Document, Section, Table
+from carom.report.document import Column, Document, Section, Table
 from carom.trace import body_name
 
-__all__ = ["advice_document", "advice_sentences", "advice_table"]
+__all__ = ["advice_document"]
 
 
 def advice_document(advice: Advice) -> Document:
     """Return the answer, with what was tried for it."""
-    table = advice_table(advice)
-    return Document("Carom: advice", tuple(advice_sentences(advice)), (Section(table.title, (table,)),))
+    table = Table(
+        (
+            Column("engine", lambda answer: answer.method.engine),
+            Column("profile", lambda answer: answer.method.profile),
+            Column("passes at", lambda answer: _step(answer.passes)),
+            Column("there: lost, direction", lambda answer: _found(answer.passes)),
+            Column("fails at", lambda answer: _step(answer.fails)),
+            Column("there: lost, direction", lambda answer: _found(answer.fails)),
+            Column("remark", _remark),
+        ),
+        advice.answers,
+        title=f"{advice.scene.name}: the largest step that meets the demand",
+        note=f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that "
+        f"look just before the hardest impacts; the two steps are no more than {wording.percent(RESOLUTION - 1.0)} "
+        "apart. Lost: share of the even starts with an impact missed or invented (+: only at an aimed one). Found by "
+        "trying: between the steps tried there is no proof.",
+    )
+    return Document("Carom: advice", tuple(_sentences(advice)), (Section(table.title, (table,)),))
 
 
-def advice_sentences(advice: Advice) -> Iterator[str]:
+def _sentences(advice: Advice) -> Iterator[str]:
     """Return the answer, then which impact is the hardest and why."""
     degrees = wording.number(math.degrees(advice.demand.direction_error_rad), 3)
     lost = advice.demand.miss_probability
@@ -66,35 +82,12 @@ def _hardest(impact: HardImpact, impacts: int) -> str:
     )
 
 
-def advice_table(advice: Advice) -> Table:
-    """Return for every method the step that passes and the one that fails."""
-    return Table.of(
-        f"{advice.scene.name}: the largest step that meets the demand",
-        ("engine", "profile", "passes at", "there: lost, direction", "fails at", "there: lost, direction", "remark"),
-        tuple(_row(answer) for answer in advice.answers),
-        f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that look "
-        f"just before the hardest impacts; the two steps are no more than {wording.percent(RESOLUTION - 1.0)} apart. "
-        "Lost: share of the even starts with an impact missed or invented (+: only at an aimed one). Found by trying: "
-        "between the steps tried there is no proof.",
-        left=7,
-    )
-
-
-def _row(answer: Advised) -> tuple[str, ...]:
-    remark = answer.reason
-    if not remark and answer.closed_form_s is not None:
-        remark = f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
-    if not remark and answer.fails is None:
-        remark = "no step that was tried fails"
-    return (
-        answer.method.engine,
-        answer.method.profile,
-        _step(answer.passes),
-        _found(answer.passes),
-        _step(answer.fails),
-        _found(answer.fails),
-        remark,
-    )
+def _remark(answer: Advised) -> str:
+    if answer.reason:
+        return answer.reason
+    if answer.closed_form_s is not None:
+        return f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
+    return "no step that was tried fails" if answer.fails is None else ""
 
 
 def _step(trial: StepTrial | None) -> str:

@@ -9,11 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import TypeVar
+from typing import Any
 
 __all__ = [
     "DETAIL",
-    "EVERYWHERE",
     "IN_FULL",
     "ON_PAPER",
     "PAGE",
@@ -28,7 +27,6 @@ __all__ = [
     "Figures",
     "Legend",
     "Lines",
-    "Media",
     "Medium",
     "Pair",
     "Pairs",
@@ -38,9 +36,6 @@ __all__ = [
     "Table",
     "Text",
 ]
-
-
-Item = TypeVar("Item")
 
 
 class Medium(Enum):
@@ -109,9 +104,18 @@ class Cell:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its heading, a second line of it, and whether it holds numbers."""
+    """A column of a table.
+
+    Attributes:
+        head: Its heading.
+        say: What it says of the item of a row.
+        under: A second line of the heading.
+        number: Whether it holds numbers.
+        only: The media that show it.
+    """
 
     head: str
+    say: Callable[[Any], Cell | str]
     under: str = ""
     number: bool = False
     only: Media = EVERYWHERE
@@ -121,14 +125,19 @@ class Column:
         """The heading in one line."""
         return f"{self.head} {self.under}".rstrip()
 
+    def cell(self, item: object) -> Cell:
+        """Return its cell in the row of an item."""
+        said = self.say(item)
+        return said if isinstance(said, Cell) else Cell(said)
+
 
 @dataclass(frozen=True)
 class Table:
-    """A table; each row has a cell for each column, the first of which heads the row.
+    """A table; each item is a row, which its first column heads.
 
     Attributes:
         columns: What stands in them.
-        rows: Cells; plain text is a cell of nothing else.
+        items: What the rows are about.
         title: A heading of its own, where the section's is not enough.
         note: What its columns mean.
         folded: What a page shows of it until it is opened; empty where it is open.
@@ -136,67 +145,18 @@ class Table:
         only: The media that show it.
     """
 
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[Cell | str, ...], ...]
+    columns: Sequence[Column]
+    items: Sequence[Any]
     title: str = ""
     note: str = ""
     folded: str = ""
     css: str = ""
     only: Media = EVERYWHERE
 
-    @classmethod
-    def of(
-        cls,
-        title: str,
-        head: Sequence[str],
-        rows: Iterable[tuple[str, ...]],
-        note: str = "",
-        *,
-        left: int = 2,
-        page_only: frozenset[str] = frozenset(),
-    ) -> Table:
-        """Return a table of words and numbers.
-
-        Args:
-            title: As of `Table`; so is `note`.
-            head: The headings.
-            rows: What stands below them.
-            note: What the columns mean.
-            left: So many columns, the first, are words; the others are numbers.
-            page_only: Headings of columns for which a terminal has no room.
-        """
-        columns = tuple(
-            Column(name, number=k >= left, only=ON_PAPER if name in page_only else EVERYWHERE)
-            for k, name in enumerate(head)
-        )
-        return cls(columns, tuple(rows), title, note)
-
-    @classmethod
-    def made(
-        cls,
-        columns: Sequence[tuple[Column | str, Callable[[Item], Cell | str]]],
-        items: Iterable[Item],
-        *,
-        title: str = "",
-        note: str = "",
-        folded: str = "",
-        css: str = "",
-        only: Media = EVERYWHERE,
-    ) -> Table:
-        """Return a table with a row an item; each column is its heading and what it says of an item."""
-        heads = tuple(head if isinstance(head, Column) else Column(head) for head, _ in columns)
-        rows = tuple(tuple(say(item) for _, say in columns) for item in items)
-        return cls(heads, rows, title, note, folded, css, only)
-
-    def shown(self, medium: Medium) -> tuple[tuple[Column, ...], tuple[tuple[Cell, ...], ...]]:
+    def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""
-        kept = [k for k, column in enumerate(self.columns) if medium in column.only]
-        rows = tuple(tuple(_cell(row[k]) for k in kept) for row in self.rows)
-        return tuple(self.columns[k] for k in kept), rows
-
-
-def _cell(content: Cell | str) -> Cell:
-    return content if isinstance(content, Cell) else Cell(content)
+        columns = [column for column in self.columns if medium in column.only]
+        return columns, [[column.cell(item) for column in columns] for item in self.items]
 
 
 @dataclass(frozen=True)

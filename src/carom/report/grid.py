@@ -1,4 +1,4 @@
-"""The view that all formats share: scenes down, engines and profiles across, at each scene's coarsest step."""
+"""What came of each row, in words and marks; and the grid: scenes down, engines and profiles across."""
 
 from __future__ import annotations
 
@@ -6,30 +6,94 @@ import math
 from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from typing import NamedTuple
 
+from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.marks import Mark, mark_of
+from carom.runs.job import Method, Status
 from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.trace import Outcome
 
-__all__ = ["Column", "Grid", "GridCell", "GridRow", "Unrun", "build_grid", "is_own_method", "reasons_of"]
+__all__ = ["NOT_PLANNED", "Grid", "GridCell", "GridColumn", "Mark", "build_grid", "mark_of", "reasons_of"]
 
 #: Where a column has no row for a scene; `carom.runs` drops a profile whose settings another one has too.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to hold the run against"
 
 
-class Column(NamedTuple):
-    """An engine with a profile.
+class Mark(Enum):
+    """What came of a cell. Each has a symbol of its own, so that colour is never the only sign."""
 
-    Attributes:
-        engine: Name of the adapter.
-        profile: Name of the profile.
-        own: Whether it is one of Carom's own methods.
-    """
+    EXACT = ("exact", "✓", Grade.EXACT, "green")
+    EXACT_32 = ("exact, 32 bits", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
+    EXACT_16 = ("exact, 16 bits", "✓", "to the rounding of the 16-bit floats that the method declares", "green")
+    CLOSE = ("close", "≃", Grade.CLOSE, "green")
+    SAMPLED = ("sampled", "≈", Grade.SAMPLED, "cyan")
+    INACCURATE = ("inaccurate", "▲", Grade.INACCURATE, "yellow")
+    WRONG = ("wrong", "✗", Grade.WRONG, "bold red")
+    UNGRADED = ("not graded", "○", Grade.UNGRADED, "dim")
+    UNSCORED = ("not scored", "?", "ran, but PIC can't solve the scene, so there is nothing to hold it against", "dim")
+    UNSUPPORTED = ("unsupported", "∅", "the engine declares that it can't do what the scene needs", "dim")
+    UNAVAILABLE = ("unavailable", "∅", "the engine is not installed here", "dim")
+    CRASHED = ("crashed", "†", "the engine ended its process", "bold magenta")
+    TIMED_OUT = ("timed out", "⧖", "the engine gave no answer in time", "bold magenta")
+    FAILED = ("failed", "!", "the adapter raised an error", "bold magenta")
+    ABSENT = ("not planned", "·", "these settings were run under another profile's name", "dim")
+
+    def __init__(self, word: str, symbol: str, meaning: Grade | str, style: str) -> None:
+        self.word = word
+        self.symbol = symbol
+        # A grade's sentence begins with its own word, which stands beside it already.
+        self.meaning = meaning.value.partition(": ")[2] if isinstance(meaning, Grade) else meaning
+        self.style = style
+
+    @property
+    def css(self) -> str:
+        """Class of the mark in the HTML report."""
+        return self.word.partition(",")[0].replace(" ", "-")
+
+    @property
+    def ran(self) -> bool:
+        """Whether the engine gave an answer that was held against the reference."""
+        return self in _OF_GRADE.values() or self in _OF_WIDTH.values()
+
+
+_OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
+_OF_WIDTH = {32: Mark.EXACT_32, 16: Mark.EXACT_16}
+_OF_STATUS = {status: Mark[status.name] for status in Status if status is not Status.RAN}
+
+
+def mark_of(row: Row | None) -> Mark:
+    """Return the mark of a row; None is a cell that no row was planned for."""
+    if row is None:
+        return Mark.ABSENT
+    if row.status is not Status.RAN:
+        return _OF_STATUS[row.status]
+    if row.score is None:
+        return Mark.UNSCORED
+    mark = _OF_GRADE[row.score.grade]
+    return _OF_WIDTH.get(row.score.float_bits, mark) if mark is Mark.EXACT else mark
+
+
+def reasons_of(row: Row | None) -> tuple[str, ...]:
+    """Return every verdict with its numbers, or why there is none, as sentences without a full stop."""
+    if row is None:
+        return (NOT_PLANNED,)
+    if row.reason:
+        return (row.reason,)
+    if row.score is None:
+        return (NO_REFERENCE,)
+    # An engine that was cut short on its own warning, a reset say, is told in its own words first.
+    warned = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
+    untimed = (f"not timed: {row.untimed}",) if row.untimed else ()
+    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings), *untimed)
+
+
+class GridColumn(NamedTuple):
+    """A method, and whether it is one of Carom's own."""
 
     engine: str
     profile: str
@@ -59,7 +123,7 @@ class GridCell:
         row: The row behind it; None where none was planned.
     """
 
-    column: Column
+    column: GridColumn
     mark: Mark
     figure: str
     compact: str
@@ -77,16 +141,11 @@ class GridRow:
     """One scene and its cells, in the order of the columns."""
 
     scene: Scene
-    group: str
     cells: tuple[GridCell, ...]
 
-    @property
-    def short_name(self) -> str:
-        """The scene's name without its group."""
-        return self.scene.name.removeprefix(f"{self.group}/") if self.group else self.scene.name
 
-
-class Unrun(NamedTuple):
+@dataclass(frozen=True)
+class Unrun:
     """Cells, at any step, that were not run or not scored for one and the same reason."""
 
     mark: Mark
@@ -101,13 +160,13 @@ class Grid:
     """All cells at each scene's coarsest step, and what was not run at any step.
 
     Attributes:
-        columns: Engines with profiles, in the order of the rows.
-        rows: Scenes, those of a group together.
+        columns: By method, in the order of the rows.
+        rows: Scenes.
         own_frame_rate: Whether each scene's coarsest step is its own frame.
         unrun: What was not run, and why.
     """
 
-    columns: tuple[Column, ...]
+    columns: Mapping[Method, GridColumn]
     rows: tuple[GridRow, ...]
     own_frame_rate: bool
     unrun: tuple[Unrun, ...]
@@ -117,18 +176,11 @@ class Grid:
         """At which steps the cells are, for a sentence."""
         return "each scene's own frame rate" if self.own_frame_rate else "the coarsest step"
 
-    @property
-    def groups(self) -> tuple[tuple[str, tuple[GridRow, ...]], ...]:
-        """The rows by group, groups in the order in which they first come."""
-        names = dict.fromkeys(row.group for row in self.rows)
-        return tuple((name, tuple(row for row in self.rows if row.group == name)) for name in names)
-
-    def cells(self, column: Column) -> tuple[GridCell, ...]:
+    def cells(self, column: GridColumn) -> tuple[GridCell, ...]:
         """Return the cells of a column."""
-        index = self.columns.index(column)
-        return tuple(row.cells[index] for row in self.rows)
+        return tuple(cell for row in self.rows for cell in row.cells if cell.column == column)
 
-    def tally(self, column: Column) -> tuple[tuple[Mark, int], ...]:
+    def tally(self, column: GridColumn) -> tuple[tuple[Mark, int], ...]:
         """Return how many cells of a column have each mark, in the order of the marks."""
         found = Counter(cell.mark for cell in self.cells(column))
         return tuple((mark, found[mark]) for mark in Mark if found[mark])
@@ -137,63 +189,34 @@ class Grid:
     def marks(self) -> tuple[Mark, ...]:
         """The marks that a reader of this grid needs explained: the grades, and whatever else occurs."""
         present = {cell.mark for row in self.rows for cell in row.cells}
-        grades = {Mark.EXACT, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG}
+        grades = set(_OF_GRADE.values()) - {Mark.UNGRADED}
         return tuple(mark for mark in Mark if mark in present | grades)
-
-
-def is_own_method(results: Results) -> Mapping[str, bool]:
-    """Return, by adapter name, whether an engine asked for is one of Carom's own methods."""
-    return {info.name: info.engine == "Carom" for info in results.engines}
 
 
 def build_grid(results: Results) -> Grid:
     """Derive the grid."""
-    own = is_own_method(results)
-    columns = tuple(
-        Column(engine, profile, own.get(engine, False))
-        for engine, profile in dict.fromkeys((row.job.engine, row.job.profile) for row in results.rows)
-    )
+    own = {info.name for info in results.engines if info.engine == "Carom"}
+    methods = list(dict.fromkeys(row.job.method for row in results.rows))
     # A profile can come in at a later step only; among an engine's columns its own order decides.
-    engines = list(dict.fromkeys(column.engine for column in columns))
-    columns = tuple(sorted(columns, key=lambda column: engines.index(column.engine)))
-    coarsest = {
-        (row.job.scene.name, row.job.engine, row.job.profile): row for row in results.rows if row.job.refinement == 0
-    }
+    engines = list(dict.fromkeys(method.engine for method in methods))
+    methods.sort(key=lambda method: engines.index(method.engine))
+    columns = {method: GridColumn(method.engine, method.profile, method.engine in own) for method in methods}
+    coarsest = {(row.job.scene.name, row.job.method): row for row in results.rows if row.job.refinement == 0}
     scenes = {row.job.scene.name: row.job.scene for row in results.rows}
-    rows = tuple(
-        GridRow(
-            scene=scene,
-            group=name.partition("/")[0] if "/" in name else "",
-            cells=tuple(_cell(column, coarsest.get((name, column.engine, column.profile))) for column in columns),
-        )
+    rows = (
+        GridRow(scene, tuple(_cell(column, coarsest.get((name, method))) for method, column in columns.items()))
         for name, scene in scenes.items()
     )
+    frames = (row.job.dt_s * row.job.scene.frame_rate_hz for row in coarsest.values())
     return Grid(
-        columns=columns,
-        rows=rows,
-        own_frame_rate=all(
-            math.isclose(row.job.dt_s * row.job.scene.frame_rate_hz, 1.0, rel_tol=wording.WHOLE)
-            for row in coarsest.values()
-        ),
-        unrun=_unrun(results, own, len(scenes)),
+        columns,
+        tuple(rows),
+        own_frame_rate=all(math.isclose(frame, 1.0, rel_tol=wording.WHOLE) for frame in frames),
+        unrun=_unrun(results, columns, len(scenes)),
     )
 
 
-def reasons_of(row: Row | None) -> tuple[str, ...]:
-    """Return every verdict with its numbers, or why there is none, as sentences without a full stop."""
-    if row is None:
-        return (NOT_PLANNED,)
-    if row.reason:
-        return (row.reason,)
-    if row.score is None:
-        return (NO_REFERENCE,)
-    # An engine that was cut short on its own warning, a reset say, is told in its own words first.
-    warned = row.trace.notes if row.trace is not None and row.trace.outcome is Outcome.WARNED else ()
-    untimed = (f"not timed: {row.untimed}",) if row.untimed else ()
-    return (*warned, *(f"{finding.verdict.value} ({finding.reason})" for finding in row.score.findings), *untimed)
-
-
-def _cell(column: Column, row: Row | None) -> GridCell:
+def _cell(column: GridColumn, row: Row | None) -> GridCell:
     figure, compact = _figure(row)
     return GridCell(column, mark_of(row), figure, compact, reasons_of(row), row)
 
@@ -221,17 +244,15 @@ def _figure(row: Row | None) -> tuple[str, str]:
     return f"Δv {shown}{paid}", shown
 
 
-def _unrun(results: Results, own: Mapping[str, bool], scene_count: int) -> tuple[Unrun, ...]:
+def _unrun(results: Results, columns: Mapping[Method, GridColumn], scene_count: int) -> tuple[Unrun, ...]:
     found: dict[tuple[Mark, str, str], tuple[dict[str, None], dict[str, None]]] = {}
     for row in results.rows:
         mark = mark_of(row)
-        if mark.ran:
-            continue
-        engine, reason = row.job.engine, "; ".join(reasons_of(row))
-        columns, scenes = found.setdefault((mark, engine, reason), ({}, {}))
-        columns[Column(engine, row.job.profile, own.get(engine, False)).name] = None
-        scenes[row.job.scene.name] = None
+        if not mark.ran:
+            names, scenes = found.setdefault((mark, row.job.engine, "; ".join(reasons_of(row))), ({}, {}))
+            names[columns[row.job.method].name] = None
+            scenes[row.job.scene.name] = None
     return tuple(
-        Unrun(mark, reason, tuple(columns), tuple(scenes), len(scenes) == scene_count)
-        for (mark, _, reason), (columns, scenes) in found.items()
+        Unrun(mark, reason, tuple(names), tuple(scenes), len(scenes) == scene_count)
+        for (mark, _, reason), (names, scenes) in found.items()
     )

@@ -5,38 +5,79 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator
-from urllib.parse import quote
+from functools import partial
+from typing import NamedTuple
 
 from carom.report import wording
-from carom.report.document import Cell, Column, Share, Table
-from carom.report.grid import Column as Method
-from carom.report.grid import Grid, GridCell, GridRow
-from carom.report.marks import Mark
-from carom.report.replay import impact_rows
+from carom.report.document import (
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Figure,
+    Figures,
+    Section,
+    Share,
+    Table,
+    Text,
+)
+from carom.report.grid import Grid, GridCell, GridColumn, Mark
+from carom.report.price import PRICE_CAPTION, EnginePrice, price_chart
+from carom.report.replay import impact_rows, replay_link
+from carom.report.tables import legend
 from carom.runs.results import Results
 
-__all__ = ["group_table", "impacts_side_by_side", "method_table", "replay_link"]
+__all__ = ["overview"]
 
-#: From best to worst: the order in which bars are drawn and cells are compared.
-_ORDER = tuple(Mark)
+#: From best to worst.
 _GRADED = (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG)
 #: With more impacts, a terminal's screen is no place to read them one by one.
 MOST_IMPACTS = 40
 
+HEAT_NOTE = (
+    "Each cell tells the worst grade of a method in a group, of how many of its scenes, and leads to the worst of "
+    "them, played beside the reference; the bar below shows all grades."
+)
+METHOD_NOTE = (
+    "Missed and invented impacts are counted over all scenes. The error is the largest velocity error over PIT's at "
+    "worst over the phases of the same step, median over scenes: 1 pays the price of looking once a step, 0 none of it."
+)
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, median, by PIT's at worst"
 
-def replay_link(cell: GridCell) -> str:
-    """Return where a page plays a cell; empty where there is nothing to play."""
-    row = cell.row
-    return f"#{quote(f'{row.job.scene.name}/{row.job.engine}/{row.job.profile}')}" if row and cell.plays else ""
+
+def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
+    """Yield what stands first: every method, scene groups by method, and of one scene its impacts."""
+    methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
+    if not methods:
+        return
+    what = f"Every method against PIC, at {grid.step_phrase}"
+    title = f"{grid.rows[0].scene.name}: {what.lower()}" if len(grid.rows) == 1 else what
+    signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
+    chart = Figure(partial(price_chart, found, "What sampling costs each engine, and what is its own"), PRICE_CAPTION)
+    blocks: tuple[Block, ...] = (
+        _group_table(grid, methods),
+        legend(grid, PAGE),
+        Text(HEAT_NOTE, PAGE),
+        *((Figures((chart,)),) if any(price.own for price in found) else ()),
+        _method_table(grid, methods),
+        Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),
+        Text(METHOD_SHORT, TERMINAL),
+        Text(METHOD_NOTE, ON_PAPER),
+    )
+    yield Section(title, blocks)
+    if len(grid.rows) == 1:
+        yield Section("Its impacts, every method beside the others", (_impact_table(results, grid),), level=3)
 
 
 def _shares(cells: tuple[GridCell, ...]) -> tuple[Share, ...]:
     found = [cell.mark for cell in cells]
-    return tuple(Share(m.css, found.count(m), m.symbol, m.style) for m in _ORDER if m in found)
+    return tuple(Share(m.css, found.count(m), m.symbol, m.style) for m in Mark if m in found)
 
 
 def _worst(cells: tuple[GridCell, ...]) -> GridCell | None:
-    """Return the graded cell with the worst grade, and of those the one that pays most."""
+    """Return the cell with the worst grade, and of those the one that pays most; None where none is graded."""
 
     def badness(cell: GridCell) -> tuple[int, int, float]:
         score = cell.row.score if cell.row else None
@@ -45,71 +86,75 @@ def _worst(cells: tuple[GridCell, ...]) -> GridCell | None:
         paid = 0.0 if math.isnan(score.price_paid) else score.price_paid
         return (_GRADED.index(cell.mark), len(score.missed) + len(score.spurious), paid)
 
-    graded = [cell for cell in cells if cell.mark in _GRADED]
-    return max(graded, key=badness, default=None)
+    return max((cell for cell in cells if cell.mark in _GRADED), key=badness, default=None)
 
 
 def _scene_of(cell: GridCell) -> str:
     return cell.row.job.scene.name if cell.row else ""
 
 
-def _counted(grid: Grid, method: Method) -> Cell:
+def _method_table(grid: Grid, methods: list[GridColumn]) -> Table:
+    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst."""
+    columns = (
+        Column("method", lambda method: method.name),
+        Column("scenes by grade", partial(_bar, grid)),
+        Column("impacts", partial(_counted, grid), "- +", number=True),
+        Column("error", partial(_paid, grid), "by PIT's", number=True),
+        Column("worst scene", partial(_worst_scene, grid)),
+    )
+    return Table(columns, methods, css="methods")
+
+
+def _bar(grid: Grid, method: GridColumn) -> Cell:
+    tally = " ".join(f"{count}{mark.symbol}" for mark, count in grid.tally(method))
+    return Cell(tally, shares=_shares(grid.cells(method)))
+
+
+def _counted(grid: Grid, method: GridColumn) -> str:
     """Say how many impacts a method missed and invented; nothing where it did neither."""
     scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
-    missed, invented = (sum(map(len, found)) for found in zip(*((s.missed, s.spurious) for s in scores), strict=True))
-    return Cell(" ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented)))
+    missed, invented = sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores)
+    return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
 
-def _paid(grid: Grid, method: Method) -> str:
+def _paid(grid: Grid, method: GridColumn) -> str:
     scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
     known = [score.price_paid for score in scores if not math.isnan(score.price_paid)]
     return wording.number(statistics.median(known)) if known else wording.ABSENT
 
 
-def _worst_scene(cells: tuple[GridCell, ...]) -> Cell:
-    cell = _worst(cells)
-    if cell is None or cell.mark in (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16):
+def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
+    cell = _worst(grid.cells(method))
+    if cell is None or _GRADED.index(cell.mark) < _GRADED.index(Mark.CLOSE):
         return Cell("")
     return Cell(_scene_of(cell), title="; ".join(cell.reasons), link=replay_link(cell))
 
 
-def method_table(grid: Grid) -> Table:
-    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst."""
-    methods = [method for method in grid.columns if any(cell.plays for cell in grid.cells(method))]
-    return Table.made(
-        (
-            ("method", lambda method: method.name),
-            ("scenes by grade", lambda method: Cell(_tally(grid, method), shares=_shares(grid.cells(method)))),
-            (Column("impacts", "- +", number=True), lambda method: _counted(grid, method)),
-            (Column("error", "by PIT's", number=True), lambda method: _paid(grid, method)),
-            ("worst scene", lambda method: _worst_scene(grid.cells(method))),
-        ),
-        methods,
-        css="methods",
-    )
+class _Group(NamedTuple):
+    """Scenes of one group, with the cells of each method there."""
+
+    name: str
+    scenes: int
+    cells: dict[GridColumn, tuple[GridCell, ...]]
 
 
-def _tally(grid: Grid, method: Method) -> str:
-    return " ".join(f"{count}{mark.symbol}" for mark, count in grid.tally(method))
-
-
-def group_table(grid: Grid) -> Table:
+def _group_table(grid: Grid, methods: list[GridColumn]) -> Table:
     """Return scene groups down and methods across: how many scenes have the worst grade, and a way to the worst one."""
-    methods = [method for method in grid.columns if any(cell.plays for cell in grid.cells(method))]
-    places = [grid.columns.index(method) for method in methods]
 
-    def row(name: str, rows: tuple[GridRow, ...]) -> tuple[Cell, ...]:
-        return (
-            Cell(name or "scenes", wording.count(len(rows), "scene")),
-            *(_group_cell(tuple(row.cells[k] for row in rows)) for k in places),
-        )
+    def group(name: str) -> _Group:
+        rows = [row for row in grid.rows if row.scene.name.startswith(name)]
+        cells = {method: tuple(c for row in rows for c in row.cells if c.column == method) for method in methods}
+        return _Group(name.rstrip("/") or "all", len(rows), cells)
 
-    heads = (Column("group"), *(Column(method.label, method.profile) for method in methods))
-    rows = tuple(row(name, rows) for name, rows in grid.groups)
-    return Table(heads, rows if len(rows) < 2 else (*rows, row("all", grid.rows)), css="heat")
+    names = dict.fromkeys("".join(row.scene.name.partition("/")[:2]) for row in grid.rows)
+    groups = [group(name) for name in names]
+    columns = [Column("group", lambda of: Cell(of.name, wording.count(of.scenes, "scene")))]
+    columns += [Column(method.label, partial(_group_cell, method), method.profile) for method in methods]
+    return Table(columns, groups if len(groups) < 2 else (*groups, group("")), css="heat", only=PAGE)
 
 
-def _group_cell(cells: tuple[GridCell, ...]) -> Cell:
+def _group_cell(method: GridColumn, group: _Group) -> Cell:
+    cells = group.cells[method]
     worst = _worst(cells)
     if worst is None:
         return Cell("", shares=_shares(cells))
@@ -125,29 +170,34 @@ def _group_cell(cells: tuple[GridCell, ...]) -> Cell:
     )
 
 
-def impacts_side_by_side(results: Results, grid: Grid) -> Iterator[Table]:
-    """Yield the impacts of the one scene that was run, a column a method; nothing where there are several scenes."""
-    if len(grid.rows) != 1 or grid.rows[0].scene.name not in results.references:
-        return
+class _Impact(NamedTuple):
+    """Two bodies that meet, or that a method lets meet, with what became of it by method."""
+
+    bodies: str
+    time_s: float | None
+    became: dict[GridColumn, str]
+
+
+def _impact_table(results: Results, grid: Grid) -> Table:
+    """Return the impacts of the one scene that was run, a column a method."""
     row = grid.rows[0]
-    reference = results.references[row.scene.name]
     cells = [cell for cell in row.cells if cell.plays and cell.column.engine != "pic"]
-    found: dict[tuple[str, float | None], dict[str, str]] = {}
+    found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
     for cell in cells:
         if cell.row is not None and cell.row.trace is not None and cell.row.score is not None:
-            for impact in impact_rows(reference, cell.row.trace, cell.row.score):
+            for impact in impact_rows(results.references[row.scene.name], cell.row.trace, cell.row.score):
                 when = impact.get("true", impact.get("reported"))
-                found.setdefault((impact["pair"], when), {})[cell.column.name] = impact["became"]
-    rows = tuple(
-        (pair, "" if when is None else f"{when:.6g}", *(became.get(cell.column.name, "") for cell in cells))
-        for (pair, when), became in sorted(found.items(), key=lambda item: item[0][1] or 0.0)
-    )
-    heads = (
-        Column("bodies"),
-        Column("time, s", number=True),
-        *(Column(c.column.label, c.column.profile) for c in cells),
-    )
-    left_out = len(rows) - MOST_IMPACTS
+                found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
+    impacts = sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
+    columns = [
+        Column("bodies", lambda impact: impact.bodies),
+        Column("time, s", lambda impact: "" if impact.time_s is None else f"{impact.time_s:.6g}", number=True),
+    ]
+    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in cells]
+    left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
-    if rows:
-        yield Table(heads, rows[:MOST_IMPACTS], note=note)
+    return Table(columns, impacts[:MOST_IMPACTS], note=note)
+
+
+def _became(method: GridColumn, impact: _Impact) -> str:
+    return impact.became.get(method, "")

@@ -1,25 +1,43 @@
-"""A run as a picture: the paths of the discs, with the discs at the start, at their impacts and at the end."""
+"""Runs as pictures, each beside its reference: which are shown, and the paths of the discs with their impacts."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.report import wording
-from carom.report.divergences import Divergence
+from carom.report.document import ON_PAPER, Pair, Pairs, Section, Text
+from carom.report.grid import Grid, GridCell, Mark
 from carom.report.paths import Paths, Stand, exact_paths, observed_paths
 from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
+from carom.report.tables import mark_cell
+from carom.runs.execute import MOST_DISCS_DRAWN
+from carom.runs.results import Results
+from carom.trace import Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from carom.scene import Scene
 
-__all__ = ["draw_pair"]
+__all__ = ["Divergence", "caption", "divergences", "draw_pair", "pictures"]
+
+#: The source paper's four cases are always shown, under the method that the paper shows them of.
+PAPER_GROUP = "paper"
+WORST_SHOWN = 6
+_RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.WRONG: 3}
+
+PICTURE_NOTE = (
+    "The reference beside the run, drawn to one scale. Outline with a number: a disc at the start; tinted: at an "
+    "impact; filled: at the end. Dots are the frames that a run looks at; dashed: those just before and just after "
+    "what is missed. Where everything moves along one line, position is drawn against time."
+)
 
 _WIDTH_IN = 3.3
 #: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
@@ -34,6 +52,94 @@ _MOST_FRAMES = 40
 _MOST_MISSES = 4
 #: What nothing moves: walls and immovable discs.
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
+
+
+@dataclass(frozen=True)
+class Divergence:
+    """One run beside its reference."""
+
+    cell: GridCell
+    reference: Trace
+    observed: Trace
+
+    @property
+    def scene_name(self) -> str:
+        """Name of the scene."""
+        return self.reference.scene.name
+
+
+def pictures(results: Results, grid: Grid) -> Iterator[Section]:
+    """Yield the runs that are shown as pictures."""
+    paper, worst = divergences(results, grid)
+    if paper or worst:
+        yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
+    for heading, shown in (("The source paper's cases, by PIT", paper), ("The worst of the other scenes", worst)):
+        if shown:
+            yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)
+
+
+def caption(entry: Divergence) -> str:
+    """Return what a picture shows: who ran it, at which step, and every verdict with its numbers."""
+    row = entry.cell.row
+    dt = wording.step(row.job.dt_s) if row else ""
+    return f"{entry.cell.column.name} at {dt}: {'; '.join(entry.cell.reasons)}."
+
+
+def _pair(entry: Divergence) -> Pair:
+    said = caption(entry)
+    labels = (f"What must happen in {entry.scene_name}, by PIC", f"{entry.scene_name}: {said}")
+    return Pair(
+        entry.scene_name,
+        mark_cell(entry.cell.mark),
+        (
+            f"PIC: {wording.count(len(entry.reference.impacts), 'impact')}",
+            f"{entry.cell.column.name}: {wording.count(len(entry.observed.impacts), 'impact')}",
+        ),
+        partial(draw_pair, entry, labels),
+        tuple(filter(None, (entry.reference.scene.description, said))),
+    )
+
+
+def divergences(
+    results: Results, grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
+) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
+    """Return the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
+
+    Args:
+        results: The cross-check.
+        grid: Its grid.
+        most_discs: Scenes of more discs are left out.
+    """
+    drawn = [row for row in grid.rows if len(row.scene.discs) <= most_discs]
+    cells = [cell for row in drawn for cell in row.cells]
+    of_paper = [cell for row in drawn if row.scene.name.startswith(f"{PAPER_GROUP}/") for cell in row.cells]
+    paper = [cell for cell in of_paper if cell.column.engine == "pit"]
+    taken = {cell.row.job.scene.name for cell in paper if cell.row is not None}
+    worst: dict[str, GridCell] = {}
+    for cell in sorted(cells, key=_badness, reverse=True):
+        name = cell.row.job.scene.name if cell.row else ""
+        if _badness(cell)[0] and name not in taken:
+            worst.setdefault(name, cell)
+    return (_with_traces(results, paper), _with_traces(results, list(worst.values())[:WORST_SHOWN]))
+
+
+def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
+    """Order of shame: grade, share of impacts missed or invented, engines before PIT, velocity, energy."""
+    score = cell.row.score if cell.row is not None else None
+    rank = _RANK.get(cell.mark, 0)
+    if score is None or not rank:
+        return (0, 0.0, False, 0.0, 0.0)
+    counted = (len(score.missed) + len(score.spurious)) / max(1, score.expected)
+    velocity = 0.0 if math.isnan(score.total.velocity) else score.total.velocity
+    return (rank, counted, not cell.column.own, velocity, abs(score.total.energy))
+
+
+def _with_traces(results: Results, cells: list[GridCell]) -> tuple[Divergence, ...]:
+    return tuple(
+        Divergence(cell, results.references[cell.row.job.scene.name], cell.row.trace)
+        for cell in cells
+        if cell.row is not None and cell.row.trace is not None and cell.row.job.scene.name in results.references
+    )
 
 
 def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> tuple[str, str]:

@@ -4,20 +4,42 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from carom.comparator import Score
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import IN_FULL, Cell, Table
-from carom.report.document import Column as Head
-from carom.report.grid import Column, Grid
+from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column, Section, Table, Text
+from carom.report.grid import Grid, GridColumn
+from carom.report.svg import MUTED, SURFACE, drawing, finish, framed, line_style, render
 
-__all__ = ["Price", "price_table", "prices"]
+__all__ = ["PRICE_CAPTION", "EnginePrice", "price_chart", "price_section", "prices"]
+
+_WIDTH_IN = 9.0
+
+#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
+MOSTLY = 0.5
+
+PRICE_CAPTION = (
+    "A ring: the largest velocity error against PIC. A disc: what of it sampling does not explain. Medians over "
+    "scenes; the line between them is the price of sampling."
+)
+
+PRICE_NOTE = (
+    "A method that looks once a step is late by up to a step whatever else it does. What it pays is its largest "
+    "velocity error over PIT's at worst over the phases of the same step: 1 pays the price of sampling, 0 none of it, "
+    "and above 1 does worse than looking once a step; an impact that is missed is off by all that it changes. Of its "
+    "own is what sampling does not explain: the error against PIT, or against PIC where that is less; beyond a horizon "
+    "it is told impact by impact, from the engine's own state before. Medians over scenes, with least and greatest."
+)
+PRICE_SHORT = (
+    "Price paid: largest velocity error over PIT's at worst over the phases of the same step (1: all of it, 0: none)"
+)
 
 
 @dataclass(frozen=True)
-class Price:
+class EnginePrice:
     """An engine's profile at each scene's coarsest step, held against PIT there.
 
     Attributes:
@@ -25,7 +47,7 @@ class Price:
         scores: Its scores by name of the scene, where the scene has one answer and PIT was run.
     """
 
-    column: Column
+    column: GridColumn
     scores: dict[str, Score]
 
     @property
@@ -78,26 +100,75 @@ class Price:
         ]
 
 
-def prices(grid: Grid) -> tuple[Price, ...]:
+def prices(grid: Grid) -> tuple[EnginePrice, ...]:
     """Return what every engine pays that is not Carom's own; empty where PIT was not run."""
     found = []
-    for column in grid.columns:
+    for column in grid.columns.values():
         ran = {cell.row.job.scene.name: cell.row.score for cell in grid.cells(column) if cell.row is not None}
         scores = {n: s for n, s in ran.items() if s is not None and s.sampling is not None and s.convention is None}
         if scores and not column.own:
-            found.append(Price(column, scores))
+            found.append(EnginePrice(column, scores))
     return tuple(found)
 
 
-def price_table(found: Iterable[Price]) -> Table:
+def price_section(found: Sequence[EnginePrice]) -> Section:
     """Return a row an engine: what it pays of the price of sampling, and what is its own."""
-    return Table.made(_COLUMNS, found, only=IN_FULL)
+    said = tuple(Text(sentence, IN_FULL) for sentence in (_agreement(found),) if sentence)
+    table: tuple[Block, ...] = (Text(PRICE_NOTE, ON_PAPER), Table(_COLUMNS, found, only=IN_FULL))
+    return Section("The price of sampling", (*said, *table, Text(PRICE_SHORT, DETAIL)) if found else (), level=3)
 
 
-def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | str]:
+def price_chart(found: Sequence[EnginePrice], label: str) -> str:
+    """Return, for each engine, its velocity error against PIC and what of it is its own, as SVG."""
+    with drawing():
+        shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
+        figure, axes = framed(_WIDTH_IN, 1.9 + 0.24 * len(shown))
+        errors = [value for _, total, own in shown for value in (total, own) if THRESHOLDS.rounding < value < math.inf]
+        bottom = 10.0 ** math.floor(math.log10(min(errors, default=0.1)))
+        floor, top = bottom / 10.0**0.35, 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
+
+        def along(value: float) -> float:
+            at: float = min(max(value, floor), top) if value > THRESHOLDS.rounding else floor
+            return at
+
+        for k, (_, total, own) in enumerate(shown):
+            colour = line_style(k, pit=False, hollow=False)["color"]
+            axes.plot([along(own), along(total)], [-k, -k], color=colour, linewidth=2.0, alpha=0.6)
+            axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
+            axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
+        axes.set_xscale("log")
+        axes.set_xlim(bottom / 10.0**0.7, top)
+        axes.axvspan(bottom / 10.0**0.7, bottom, color=MUTED, alpha=0.1, linewidth=0)
+        ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
+        axes.set_xticks([floor, *ticks], [f"≤ {wording.number(THRESHOLDS.rounding)}", *map(wording.number, ticks)])
+        axes.minorticks_off()
+        axes.set_yticks([-k for k in range(len(shown))], [price.column.name for price, _, _ in shown])
+        axes.set_xlabel("velocity error, over the scene's greatest speed")
+        finish(axes)
+        return render(figure, label)
+
+
+def _agreement(found: Sequence[EnginePrice]) -> str:
+    """Say which engines are PIT in disguise; nothing where none is."""
+    close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
+    if not close:
+        return ""
+    shares = [
+        f"of {entry.column.name} in {len(entry.equal)} of {wording.count(len(entry.scores), 'scene')}"
+        for entry in close
+    ]
+    largest = wording.number(max(entry.beside_pit for entry in close))
+    does = "it does" if len(close) == 1 else "they do"
+    return (
+        f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "
+        f"to rounding (largest difference {largest})."
+    )
+
+
+def _over(numbers: Callable[[EnginePrice], list[float]]) -> Callable[[EnginePrice], Cell | str]:
     """Return what a column says of numbers, one a scene or an impact: the median, with the least and the greatest."""
 
-    def say(price: Price) -> Cell | str:
+    def say(price: EnginePrice) -> Cell | str:
         known = numbers(price)
         if not known:
             return wording.ABSENT
@@ -107,25 +178,24 @@ def _over(numbers: Callable[[Price], list[float]]) -> Callable[[Price], Cell | s
     return say
 
 
-def _of(count: int, price: Price) -> str:
+def _of(count: int, price: EnginePrice) -> str:
     return f"{count} of {len(price.scores)}"
 
 
-def _equal(price: Price) -> Cell:
+def _equal(price: EnginePrice) -> Cell:
     # The longer list is not the one to read.
     short = 0 < len(price.different) <= len(price.equal)
     return Cell(_of(len(price.equal), price), f"not {wording.listed(price.different)}" if short else "")
 
 
-#: The columns: heading, and what it says of an engine. Another one is another line.
-_COLUMNS: tuple[tuple[Head | str, Callable[[Price], Cell | str]], ...] = (
-    ("engine", lambda price: price.column.name),
-    ("price paid, median", _over(lambda price: price.paid)),
-    ("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
-    ("worse than PIT", lambda price: _of(len(price.worse), price)),
-    ("equals PIT", _equal),
-    ("of its own, median", _over(lambda price: price.own)),
-    ("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
-    ("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
-    ("of its own from its own states", _over(lambda price: price.local_own)),
+_COLUMNS = (
+    Column("engine", lambda price: price.column.name),
+    Column("price paid, median", _over(lambda price: price.paid)),
+    Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
+    Column("worse than PIT", lambda price: _of(len(price.worse), price)),
+    Column("equals PIT", _equal),
+    Column("of its own, median", _over(lambda price: price.own)),
+    Column("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
+    Column("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
+    Column("of its own from its own states", _over(lambda price: price.local_own)),
 )

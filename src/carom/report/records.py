@@ -1,33 +1,44 @@
-"""The rows as JSON lines: every number, for other programs. The first line says what all rows were made on and by."""
+"""The rows for other programs: every number as JSON lines, and JUnit XML, which continuous integration shows as tests.
+
+The first of the JSON lines says what all rows were made on and by.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree as ET
 
-from carom.comparator import Errors, Score, Verdict
+from carom.comparator import Score, Verdict
 from carom.errors import InputError
-from carom.report.grid import reasons_of
-from carom.report.marks import mark_of
+from carom.report import wording
+from carom.report.files import FORMAT, plain
+from carom.report.grid import Mark, mark_of, reasons_of
+from carom.runs.job import Method
 from carom.runs.results import Results, Row
 
-__all__ = ["FORMAT", "read_records", "records", "strict"]
+__all__ = ["junit", "read_records", "records"]
 
-#: Raised when a field changes its meaning or goes; a new field does not raise it.
-FORMAT = 2
+_FAILURES = {Mark.INACCURATE, Mark.WRONG}
+_ERRORS = {Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED}
+_SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
+
+#: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
+_FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
 def records(results: Results) -> str:
     """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
     scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     head = {
-        "format": FORMAT,
+        "format": FORMAT["results"],
         "rows": len(results.rows),
-        "environment": dataclasses.asdict(results.environment),
+        "environment": results.environment,
         "command": results.command,
         "elapsed_s": results.elapsed_s,
         "verdicts": {verdict.name.lower(): verdict.value for verdict in Verdict},
@@ -35,18 +46,19 @@ def records(results: Results) -> str:
         "sampling": list({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
     }
     write = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
-    return "".join(f"{write(strict(line))}\n" for line in (head, *map(_fields, results.rows)))
+    return "".join(f"{write(plain(line))}\n" for line in (head, *map(_fields, results.rows)))
 
 
 def _of_scene(score: Score) -> dict[str, object]:
     """What is the same for all rows of a scene."""
     names = ("expected", "horizon_s", "beyond_horizon")
-    return {**{name: getattr(score, name) for name in names}, "scales": dataclasses.asdict(score.scales)}
+    return {**{name: getattr(score, name) for name in names}, "scales": score.scales}
 
 
 def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, object]:
     """What PIT's errors are at a step of a scene, which every row there is held against."""
-    return {"scene": scene, "dt_s": dt_s, "missed": score.pit_missed, **(_errors(score.sampling) or {})}
+    errors = dataclasses.asdict(score.sampling) if score.sampling else {}
+    return {"scene": scene, "dt_s": dt_s, "missed": score.pit_missed, **errors}
 
 
 def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -57,11 +69,11 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """
     lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
-    found = head.get("format")
-    if found != FORMAT or head.get("rows") != len(rows):
-        what = f"has {len(rows)} of {head.get('rows')} rows" if found == FORMAT else f"is of format {found}"
+    found, wanted = head.get("format"), FORMAT["results"]
+    if found != wanted or head.get("rows") != len(rows):
+        what = f"has {len(rows)} of {head.get('rows')} rows" if found == wanted else f"is of format {found}"
         raise InputError(
-            f"{path} {what}; this Carom reads whole files of format {FORMAT}: run the cross-check again, or read it "
+            f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
             "with the version that wrote it"
         )
     return head, rows
@@ -75,30 +87,24 @@ def _fields(row: Row) -> dict[str, object]:
         "profile": job.profile,
         "dt_s": job.dt_s,
         "refinement": job.refinement,
-        "status": row.status.name.lower(),
+        "status": row.status,
         "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
-        "grade": row.grade.name.lower() if row.grade else None,
-        "verdicts": [
-            {"verdict": finding.verdict.name.lower(), "reason": finding.reason}
-            for finding in (score.findings if score else ())
-        ],
+        "grade": row.grade,
+        "verdicts": score.findings if score else (),
         "matched": len(score.errors) if score else None,
-        "missed": list(score.missed) if score else None,
-        "spurious": list(score.spurious) if score else None,
-        "undecided": list(score.undecided) if score else None,
-        **{name: _errors(getattr(score, name, None)) for name in ("total", "against_pit")},
+        **{name: getattr(score, name, None) for name in ("missed", "spurious", "undecided", "total", "against_pit")},
         "own_velocity": score.own_velocity if score else None,
         "price_paid": _paid(score.price_paid) if score else None,
         **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
         "local": _local(score) if score else None,
-        "consistency": dataclasses.asdict(score.consistency) if score and score.consistency else None,
+        "consistency": score.consistency if score else None,
         "outcome_taken": _outcome(score) if score else None,
-        "spread": dataclasses.asdict(row.spread) if row.spread else None,
-        "counts": dict(trace.counts) if trace else None,
-        "outcome": trace.outcome.name.lower() if trace else None,
-        "notes": list(trace.notes) if trace else [],
-        "settings": dict(trace.settings) if trace else None,
-        "timing": dataclasses.asdict(row.timing) if row.timing else None,
+        "spread": row.spread,
+        "counts": trace.counts if trace else None,
+        "outcome": trace.outcome if trace else None,
+        "notes": trace.notes if trace else (),
+        "settings": trace.settings if trace else None,
+        "timing": row.timing,
         "untimed": row.untimed,
         "time_ratio": row.time_ratio,
     }
@@ -107,10 +113,6 @@ def _fields(row: Row) -> dict[str, object]:
 def _paid(price: float) -> float | str:
     """A price that is infinite is one still, which JSON has no number for; a mass is written in the same way."""
     return "inf" if math.isinf(price) else price
-
-
-def _errors(errors: Errors | None) -> dict[str, float] | None:
-    return dataclasses.asdict(errors) if errors else None
 
 
 def _local(score: Score) -> dict[str, object]:
@@ -137,11 +139,53 @@ def _outcome(score: Score) -> dict[str, object] | None:
     }
 
 
-def strict(value: object) -> object:
-    """Return the value with null for what JSON has no number for, and plain numbers for NumPy's."""
-    if isinstance(value, Mapping):
-        return {str(key): strict(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [strict(item) for item in value]
-    plain = value.item() if hasattr(value, "item") else value
-    return None if isinstance(plain, float) and not math.isfinite(plain) else plain
+def junit(results: Results) -> str:
+    """Return one test case a cell, a suite for each engine and profile."""
+    suites: dict[Method, list[Row]] = {}
+    for row in results.rows:
+        suites.setdefault(row.job.method, []).append(row)
+    root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows)})
+    for method, rows in suites.items():
+        name = _clean(f"{method.engine} {method.profile}")
+        fields = {"name": name, "timestamp": results.environment.date, **_counts(rows)}
+        suite = ET.SubElement(root, "testsuite", fields)
+        for row in rows:
+            _case(suite, row)
+    ET.indent(root)
+    return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
+
+
+def _case(suite: ET.Element, row: Row) -> None:
+    mark, reasons = mark_of(row), reasons_of(row)
+    case = ET.SubElement(
+        suite,
+        "testcase",
+        classname=_clean(f"carom.{row.job.engine}.{row.job.profile}"),
+        name=_clean(f"{row.job.scene.name} at {wording.step(row.job.dt_s)}"),
+        time=f"{_seconds(row):.6f}",
+    )
+    kind = "failure" if mark in _FAILURES else "error" if mark in _ERRORS else "skipped" if mark in _SKIPPED else ""
+    if kind:
+        found = ET.SubElement(case, kind, message=_clean(f"{mark.word}: {reasons[0]}"))
+        if kind != "skipped":
+            found.set("type", mark.word)
+            found.text = _clean("\n".join(reasons))
+
+
+def _counts(rows: Sequence[Row]) -> dict[str, str]:
+    marks = [mark_of(row) for row in rows]
+    return {
+        "tests": str(len(rows)),
+        "failures": str(sum(mark in _FAILURES for mark in marks)),
+        "errors": str(sum(mark in _ERRORS for mark in marks)),
+        "skipped": str(sum(mark in _SKIPPED for mark in marks)),
+        "time": f"{sum(map(_seconds, rows)):.6f}",
+    }
+
+
+def _seconds(row: Row) -> float:
+    return row.timing.prepare_s + row.timing.advance_s if row.timing else 0.0
+
+
+def _clean(text: str) -> str:
+    return _FORBIDDEN.sub("\N{REPLACEMENT CHARACTER}", text)

@@ -13,6 +13,7 @@ import math
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import tomli_w
@@ -26,7 +27,7 @@ from carom.runs.results import Results
 from carom.scene import Scene
 from carom.trace import Trace, pair_name
 
-__all__ = ["impact_rows", "packed", "replay_data", "scene_replays"]
+__all__ = ["impact_rows", "packed", "replay_data", "replay_link", "scene_replays"]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -41,6 +42,12 @@ def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
         cells = [cell for cell in row.cells if cell.plays]
         if reference is not None and cells:
             yield row.scene.name, packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+
+
+def replay_link(cell: GridCell) -> str:
+    """Return where a page plays a cell; empty where there is nothing to play."""
+    row = cell.row
+    return f"#{quote(f'{row.job.scene.name}/{row.job.engine}/{row.job.profile}')}" if row and cell.plays else ""
 
 
 def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:

@@ -22,13 +22,13 @@ __all__ = ["certified_document", "engine_document", "scene_document", "scene_tex
 
 def engine_document(infos: Sequence[EngineInfo]) -> Document:
     """Return a table of engines: version, or why unavailable, profiles and capabilities."""
-    table = Table.made(
+    table = Table(
         (
-            ("name", lambda info: info.name),
-            ("engine", lambda info: info.engine),
-            ("version, or why it is unavailable", _version),
-            ("profiles", lambda info: ", ".join(info.profiles)),
-            ("capabilities", lambda info: _capabilities(info.capabilities) if info.capabilities else ""),
+            Column("name", lambda info: info.name),
+            Column("engine", lambda info: info.engine),
+            Column("version, or why it is unavailable", _version),
+            Column("profiles", lambda info: ", ".join(info.profiles)),
+            Column("capabilities", lambda info: _capabilities(info.capabilities) if info.capabilities else ""),
         ),
         infos,
     )
@@ -55,13 +55,13 @@ def _capabilities(able: Capabilities) -> str:
 
 def scene_document(entries: Sequence[CatalogueScene]) -> Document:
     """Return a table of scenes: name, size, and what each shows."""
-    table = Table.made(
+    table = Table(
         (
-            ("name", lambda entry: entry.name),
-            ("what it shows", lambda entry: entry.shows),
-            (Column("discs", number=True), lambda entry: str(len(entry.scene.discs))),
-            (Column("walls", number=True), lambda entry: str(len(entry.scene.walls))),
-            (Column("impacts", number=True), lambda entry: "" if entry.known.count is None else str(entry.known.count)),
+            Column("name", lambda entry: entry.name),
+            Column("what it shows", lambda entry: entry.shows),
+            Column("discs", lambda entry: str(len(entry.scene.discs)), number=True),
+            Column("walls", lambda entry: str(len(entry.scene.walls)), number=True),
+            Column("impacts", lambda entry: "" if entry.known.count is None else str(entry.known.count), number=True),
         ),
         entries,
     )
@@ -84,12 +84,12 @@ def scene_text(entry: CatalogueScene) -> str:
 def certified_document(certified: CertifiedTrace, most: int) -> Document:
     """Return the first impacts, every digit of them right to one unit in the last, and how far the run reached."""
     left_out = len(certified) - most
-    table = Table.made(
+    table = Table(
         (
-            (Column("#", number=True), str),
-            ("time, s", lambda k: _decimals(certified, k)[0]),
-            ("bodies", lambda k: pair_name(certified.trace.impacts[k])),
-            ("velocities after, m/s", lambda k: _velocities(certified, k)),
+            Column("#", str, number=True),
+            Column("time, s", lambda k: _decimals(certified, k)[0]),
+            Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
+            Column("velocities after, m/s", lambda k: _velocities(certified, k)),
         ),
         range(min(most, len(certified))),
         title=f"{certified.trace.scene.name}: every digit proven",

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from carom.report import wording
-from carom.report.extra import require_report_extra
+from carom.report.files import require_report_extra
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -1,21 +1,36 @@
-"""The tables of a cross-check: a column is a line here, and every medium shows it."""
+"""The tables of a cross-check, each in its section: a column is a line here, and every medium shows it."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
 import statistics
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import NamedTuple, TypeAlias, TypeVar
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import NamedTuple
 
-from carom.comparator import Errors, ImpactError, Score
+from carom.comparator import Errors, Horizon, ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import DETAIL, IN_FULL, ON_PAPER, PAGE, Cell, Share, Table
-from carom.report.document import Column as Head
-from carom.report.grid import NOT_PLANNED, Column, Grid, GridCell, reasons_of
-from carom.report.marks import Mark, mark_of
-from carom.report.overview import replay_link
+from carom.report.document import (
+    DETAIL,
+    IN_FULL,
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Legend,
+    Lines,
+    Media,
+    Replays,
+    Section,
+    Table,
+    Text,
+)
+from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, Unrun, mark_of, reasons_of
+from carom.report.replay import replay_link, scene_replays
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
@@ -23,199 +38,261 @@ from carom.scenes import KnownAnswer
 from carom.trace import Setting, Trace, pair_name
 
 __all__ = [
-    "cell_table",
-    "grid_table",
-    "impact_tables",
-    "known_table",
+    "cell_sections",
+    "grid_sections",
+    "known_section",
+    "legend",
     "mark_cell",
-    "profile_table",
-    "run_time_table",
-    "settings_table",
-    "spread_table",
+    "reference_section",
+    "run_time_section",
+    "settings_section",
+    "spread_section",
 ]
 
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
 
+#: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
+_TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
-Item = TypeVar("Item")
-Columns: TypeAlias = Sequence[tuple[Head | str, Callable[[Item], Cell | str]]]
-
-
-def mark_cell(mark: Mark, note: str = "") -> Cell:
-    """Return a cell that shows a mark with its word."""
-    return Cell(mark.word, note, css=mark.css, symbol=mark.symbol, style=mark.style)
-
-
-def grid_table(grid: Grid, certified: Mapping[str, str]) -> Table:
-    """Return every scene on every engine; `certified` says how far a scene's reference is, in a few words."""
-    return Table(
-        (Head("scene"), *(Head(column.label, column.profile) for column in grid.columns)),
-        (
-            ("all scenes", *(_tally(grid, column) for column in grid.columns)),
-            *(
-                (
-                    Cell(row.scene.name, certified.get(row.scene.name, ""), title=row.scene.description),
-                    *(_grid_cell(row.scene.name, cell) for cell in row.cells),
-                )
-                for row in grid.rows
-            ),
-        ),
-        css="grid",
-        only=IN_FULL,
-    )
-
-
-def _tally(grid: Grid, column: Column) -> Cell:
-    tally = grid.tally(column)
-    return Cell(
-        " ".join(f"{n}{mark.symbol}" for mark, n in tally),
-        shares=tuple(Share(mark.css, n, mark.symbol, mark.style) for mark, n in tally),
-    )
-
-
-def _grid_cell(scene: str, cell: GridCell) -> Cell:
-    return Cell(
-        cell.mark.word,
-        cell.figure,
-        link=replay_link(cell),
-        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
-        title=f"{cell.column.name} on {scene}: {'; '.join(cell.reasons)}",
-        css=cell.mark.css,
-        symbol=cell.mark.symbol,
-        style=cell.mark.style,
-    )
-
-
-def profile_table(results: Results, grid: Grid) -> Table:
-    """Return engines down, profiles and variants across: what came of each, or why there is nothing."""
-    columns = {(column.engine, column.profile): column for column in grid.columns}
-    profiles = tuple(dict.fromkeys(row.job.profile for row in results.rows))
-    rows = []
-    for info in results.engines:
-        cells = []
-        for profile in profiles:
-            column = columns.get((info.name, profile))
-            if column is not None:
-                cells.append(wording.listed([f"{n} {mark.word}" for mark, n in grid.tally(column)]))
-            elif info.unavailable:
-                cells.append(f"unavailable: {info.unavailable}")
-            elif profile in info.profiles or info.capabilities is None:
-                cells.append(NOT_PLANNED)
-            else:
-                cells.append(f"none: {missing_profile_reason(profile, info.capabilities)}")
-        rows.append((info.name.upper() if info.engine == "Carom" else info.name, *cells))
-    return Table((Head("engine"), *map(Head, profiles)), tuple(rows), css="profiles", only=ON_PAPER)
-
-
-class _Line(NamedTuple):
-    """A row of the cross-check with its column of the grid."""
-
-    row: Row
-    column: Column
-
-
-def _lines(results: Results, grid: Grid) -> Iterator[_Line]:
-    own = {(column.engine, column.profile): column for column in grid.columns}
-    for row in results.rows:
-        yield _Line(row, own[row.job.engine, row.job.profile])
-
-
-def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[_Line], str]:
-    """Return what a column says of a row's spread over phases, and its step."""
-    return lambda line: "" if line.row.spread is None else say(line.row.spread, line.row.job.dt_s)
-
-
-_SPREAD_COLUMNS: Columns[_Line] = (
-    ("scene", lambda line: line.row.job.scene.name),
-    ("engine", lambda line: line.column.name),
-    ("step", lambda line: wording.step(line.row.job.dt_s)),
-    ("phases", _spread(lambda spread, _: str(spread.phases))),
-    ("velocity error, median", _spread(lambda spread, _: wording.number(spread.velocity_median))),
-    ("velocity error, worst", _spread(lambda spread, _: wording.number(spread.velocity_worst))),
-    ("time error, median", _spread(lambda spread, dt_s: wording.steps(spread.time_median_s, dt_s))),
-    ("time error, worst", _spread(lambda spread, dt_s: wording.steps(spread.time_worst_s, dt_s))),
-    ("missed", _spread(lambda spread, _: wording.percent(spread.miss_probability))),
-    ("PIT must miss", _spread(lambda spread, _: wording.share(spread.pit_miss_probability))),
+FIGURE_NOTE = (
+    "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene. Where all "
+    "velocities are right to rounding, it is told how many steps late or early an impact was found; where impacts are "
+    "missed or invented, they are counted. PIC is held against itself here: what it is worth, the known answers say."
+)
+SHORT_NOTE = (
+    "0.075: largest velocity error, over the scene's greatest speed\n"
+    "-1 +2: impacts missed and invented\n"
+    "0.4 dt: velocities right to rounding, found so many steps late or early"
+)
+SPREAD_NOTE = (
+    "Where in a step an impact falls is luck. Each cell was run again with its scene shifted along its own motion by "
+    "parts of a step; where two discs meet, the share that PIT must miss has a closed form."
+)
+REFERENCE_NOTE = (
+    "Errors grow from impact to impact, also those of the reference. Beyond its horizon it is not believed, because "
+    "rounding alone has led it elsewhere: impacts there are scored locally only, each from the engine's own state "
+    "before it. A certified run, in which every digit is proven, says how far it may be believed; without one a "
+    "horizon is an estimate, from what a start moved by one unit in the last place leads to."
+)
+KNOWN_NOTE = (
+    "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
+    "the scene's duration, velocities by its greatest speed and lengths by its extent, so the deviation has no unit."
+)
+RUN_TIME_NOTE = (
+    "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "
+    "Carom's PIT does not look at frames at which nothing can touch; below 1 is faster than it. Median over scenes, at "
+    "each scene's coarsest step."
+)
+SETTINGS_NOTE = (
+    "Read back from the engine where it can be read, at the coarsest step of the first scene that the engine ran."
 )
 
 
-def spread_table(results: Results, grid: Grid) -> Table:
+def mark_cell(mark: Mark) -> Cell:
+    """Return a cell that shows a mark with its word."""
+    return Cell(mark.word, css=mark.css, symbol=mark.symbol, style=mark.style)
+
+
+def _with_note(note: str, table: Table) -> tuple[Block, ...]:
+    """Return a note and its table; nothing where the table has no row."""
+    return (Text(note, table.only), table) if table.items else ()
+
+
+def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
+    """Yield every scene on every engine, and what was not run."""
+    columns = [Column("scene", partial(_scene, results))]
+    for k, column in enumerate(grid.columns.values()):
+        columns.append(Column(column.label, partial(_grid_cell, k), column.profile))
+    yield Section(
+        f"Every scene on every engine, against PIC at {grid.step_phrase}",
+        (
+            legend(grid, IN_FULL - PAGE),
+            Table(columns, grid.rows, css="grid", only=IN_FULL),
+            Text(FIGURE_NOTE, ON_PAPER),
+            Text(SHORT_NOTE, DETAIL),
+            Replays(tuple(scene_replays(results, grid))),
+        ),
+    )
+    # What can be mended, and what leaves a method with nothing, is part of the answer.
+    telling = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _TO_MEND)
+    lines = (
+        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL),
+        Lines(tuple(map(_unrun, telling)), TERMINAL),
+        Lines(tuple(_missing_profiles(results, grid)), ON_PAPER),
+    )
+    yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
+
+
+def legend(grid: Grid, only: Media) -> Legend:
+    """Return what the marks of a grid stand for."""
+    return Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks), only)
+
+
+def _scene(results: Results, row: GridRow) -> Cell:
+    """Name a scene, with how far its reference is certified in a few words."""
+    found = results.certified.get(row.scene.name, "")
+    if isinstance(found, Horizon):
+        reach = f"certified to impact {found.certified}"
+    else:
+        reach = found.partition(";")[0].partition(":")[0]
+    return Cell(row.scene.name, reach, title=row.scene.description)
+
+
+def _grid_cell(k: int, row: GridRow) -> Cell:
+    """Return what came of a scene in the k-th column."""
+    cell: GridCell = row.cells[k]
+    return dataclasses.replace(
+        mark_cell(cell.mark),
+        note=cell.figure,
+        link=replay_link(cell),
+        short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
+        title=f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
+    )
+
+
+def _unrun(entry: Unrun) -> str:
+    where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
+    return f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+
+
+def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
+    """Say of each engine why it has none of a profile that others were run with."""
+    profiles = dict.fromkeys(method.profile for method in grid.columns)
+    for info in results.engines:
+        for profile in profiles:
+            if info.available and info.capabilities is not None and profile not in info.profiles:
+                yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"
+
+
+def reference_section(results: Results) -> Section:
+    """Say how far the reference of a scene may be believed, where that is not the whole of it or was asked for."""
+    lines = []
+    for name in dict.fromkeys((*results.certified, *results.horizons)):
+        said = [str(results.certified[name])] if name in results.certified else []
+        if (until_s := results.horizons.get(name)) is not None:
+            times = results.references[name].impacts["time_s"]
+            believed = f"{int((times <= until_s).sum())} of {len(times)} impacts, to {wording.seconds(until_s)}"
+            said.append(f"believed for {believed}")
+        lines.append(f"{name}: {'; '.join(said)}.")
+    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), IN_FULL)) if lines else ()
+    return Section("How far the reference is believed", blocks, level=3)
+
+
+def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[Row], str]:
+    """Return what a column says of a row's spread over phases, and its step."""
+    return lambda row: "" if row.spread is None else say(row.spread, row.job.dt_s)
+
+
+def spread_section(results: Results, grid: Grid) -> Section:
     """Return every cell that was run at more phases than one; PIC, which no phase can change, is left out."""
-    lines = [
-        line
-        for line in _lines(results, grid)
-        if line.row.spread is not None and line.row.spread.phases and line.row.job.engine != "pic"
-    ]
-    return Table.made(_SPREAD_COLUMNS, lines, folded=wording.count(len(lines), "cell"), css="cells", only=ON_PAPER)
+    rows = [row for row in results.rows if row.spread is not None and row.spread.phases and row.job.engine != "pic"]
+    columns = (
+        Column("scene", lambda row: row.job.scene.name),
+        Column("engine", lambda row: grid.columns[row.job.method].name),
+        Column("step", lambda row: wording.step(row.job.dt_s)),
+        Column("phases", _spread(lambda spread, _: str(spread.phases))),
+        Column("velocity error, median", _spread(lambda spread, _: wording.number(spread.velocity_median))),
+        Column("velocity error, worst", _spread(lambda spread, _: wording.number(spread.velocity_worst))),
+        Column("time error, median", _spread(lambda spread, dt_s: wording.steps(spread.time_median_s, dt_s))),
+        Column("time error, worst", _spread(lambda spread, dt_s: wording.steps(spread.time_worst_s, dt_s))),
+        Column("missed", _spread(lambda spread, _: wording.percent(spread.miss_probability))),
+        Column("PIT must miss", _spread(lambda spread, _: wording.share(spread.pit_miss_probability))),
+    )
+    folded = wording.count(len(rows), "cell")
+    table = Table(columns, rows, folded=folded, css="cells", only=ON_PAPER)
+    return Section("Spread over phases", _with_note(SPREAD_NOTE, table))
 
 
-def _known_deviation(item: tuple[str, tuple[KnownAnswer, float]]) -> str:
-    deviation = item[1][1]
-    sign = "✓" if deviation <= THRESHOLDS.rounding else "✗"
-    return f"{sign} {'an impact is missing or wrong' if math.isinf(deviation) else wording.number(deviation)}"
+class _Known(NamedTuple):
+    """A scene's known answer, and how far PIC is from it."""
+
+    scene: str
+    answer: KnownAnswer
+    deviation: float
 
 
-def _known_source(item: tuple[str, tuple[KnownAnswer, float]]) -> Cell:
-    answer = item[1][0]
-    convention = f". Convention: {answer.convention}" if answer.convention else ""
-    return Cell(f"{answer.source}{convention}", css="prose")
+def _known_deviation(known: _Known) -> str:
+    sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
+    far = math.isinf(known.deviation)
+    return f"{sign} {'an impact is missing or wrong' if far else wording.number(known.deviation)}"
 
 
-def known_table(results: Results) -> Table:
+def _known_source(known: _Known) -> Cell:
+    convention = f". Convention: {known.answer.convention}" if known.answer.convention else ""
+    return Cell(f"{known.answer.source}{convention}", css="prose")
+
+
+def known_section(results: Results) -> Section:
     """Return every known answer, in the order of the scenes, with PIC's deviation from it."""
-    columns: Columns[tuple[str, tuple[KnownAnswer, float]]] = (
-        ("scene", lambda item: item[0]),
-        ("source", _known_source),
-        (Head("impacts", number=True), lambda item: "not known" if item[1][0].count is None else str(item[1][0].count)),
-        (Head("deviation of PIC", number=True), _known_deviation),
+    columns = (
+        Column("scene", lambda known: known.scene),
+        Column("source", _known_source),
+        Column(
+            "impacts", lambda known: "not known" if known.answer.count is None else str(known.answer.count), number=True
+        ),
+        Column("deviation of PIC", _known_deviation, number=True),
     )
-    return Table.made(columns, results.known.items(), only=ON_PAPER)
+    found = [_Known(name, *answer) for name, answer in results.known.items()]
+    return Section("Known answers", _with_note(KNOWN_NOTE, Table(columns, found, only=ON_PAPER)))
 
 
-def run_time_table(grid: Grid) -> Table:
-    """Return the run times that were measured, at each scene's coarsest step, in units of what PIT takes."""
-    cells = {column: [cell.row for cell in grid.cells(column) if cell.row] for column in grid.columns}
-    ratios = {column: [row.time_ratio for row in rows if row.time_ratio is not None] for column, rows in cells.items()}
-    found = [(column, times) for column, times in ratios.items() if times]
-    slowest = max((statistics.median(times) for _, times in found), default=1.0)
-    columns: Columns[tuple[Column, list[float]]] = (
-        ("engine", lambda item: item[0].name),
-        (Head("median", number=True), lambda item: _meter(statistics.median(item[1]), slowest)),
-        ("least to greatest", lambda item: f"{wording.ratio(min(item[1]))} to {wording.ratio(max(item[1]))}"),
-        (Head("scenes", number=True), lambda item: str(len(item[1]))),
+class _RunTimes(NamedTuple):
+    """The run times of a column of the grid, in units of what PIT takes."""
+
+    column: GridColumn
+    ratios: list[float]
+
+    @property
+    def median(self) -> float:
+        """The median of them."""
+        return statistics.median(self.ratios)
+
+
+def run_time_section(grid: Grid) -> Section:
+    """Return the run times that were measured, at each scene's coarsest step."""
+    rows = {column: [cell.row for cell in grid.cells(column) if cell.row] for column in grid.columns.values()}
+    every = [_RunTimes(c, [row.time_ratio for row in own if row.time_ratio is not None]) for c, own in rows.items()]
+    found = [times for times in every if times.ratios]
+    slowest = max((times.median for times in found), default=1.0)
+    columns = (
+        Column("engine", lambda times: times.column.name),
+        Column("median", lambda times: Cell(wording.ratio(times.median), part=times.median / slowest), number=True),
+        Column(
+            "least to greatest",
+            lambda times: f"{wording.ratio(min(times.ratios))} to {wording.ratio(max(times.ratios))}",
+        ),
+        Column("scenes", lambda times: str(len(times.ratios)), number=True),
     )
-    return Table.made(columns, found, css="times", only=ON_PAPER)
+    return Section("Run time", _with_note(RUN_TIME_NOTE, Table(columns, found, css="times", only=ON_PAPER)))
 
 
-def _meter(ratio: float, of: float) -> Cell:
-    return Cell(wording.ratio(ratio), part=ratio / of)
-
-
-def settings_table(results: Results, grid: Grid) -> Table:
+def settings_section(results: Results, grid: Grid) -> Section:
     """Return the settings that the first scene's coarsest step used, and how they vary with the step and the scene."""
     profiles = {info.name: info.profiles for info in results.engines}
-    rows = []
-    for column in grid.columns:
-        runs = [
-            row
-            for row in results.rows
-            if (row.job.engine, row.job.profile) == (column.engine, column.profile) and row.trace is not None
-        ]
-        if not runs:
-            continue
-        first = min(runs, key=lambda row: row.job.refinement)
-        values = [
-            f"{name} = {wording.setting(value)}" + (f" ({varies})" if (varies := _variation(name, first, runs)) else "")
-            for name, value in _settings(first).items()
-        ]
-        stands_for = profiles.get(column.engine, {}).get(column.profile, "")
-        rows.append(
-            (column.name, Cell(stands_for, css="prose"), first.job.scene.name, Cell("; ".join(values), css="prose"))
-        )
-    heads = (Head("engine"), Head("what the profile stands for"), Head("used on"), Head("settings"))
-    return Table(heads, tuple(rows), css="settings", only=ON_PAPER)
+    runs: dict[GridColumn, list[Row]] = {
+        column: [row for row in results.rows if row.job.method == method and row.trace is not None]
+        for method, column in grid.columns.items()
+    }
+    found = [(column, min(own, key=lambda row: row.job.refinement), own) for column, own in runs.items() if own]
+    columns = (
+        Column("engine", lambda item: item[0].name),
+        Column(
+            "what the profile stands for",
+            lambda item: Cell(profiles.get(item[0].engine, {}).get(item[0].profile, ""), css="prose"),
+        ),
+        Column("used on", lambda item: item[1].job.scene.name),
+        Column("settings", lambda item: Cell("; ".join(_values(item[1], item[2])), css="prose")),
+    )
+    table = Table(columns, found, css="settings", only=ON_PAPER)
+    return Section("Settings really used", (table, Text(SETTINGS_NOTE, ON_PAPER)) if found else (), level=3)
+
+
+def _values(first: Row, runs: list[Row]) -> Iterator[str]:
+    for name, value in _settings(first).items():
+        varies = _variation(name, first, runs)
+        yield f"{name} = {wording.setting(value)}" + (f" ({varies})" if varies else "")
 
 
 def _settings(row: Row) -> Mapping[str, Setting]:
@@ -233,49 +310,42 @@ def _variation(name: str, first: Row, runs: list[Row]) -> str:
     return f"varies with the {wording.listed(on, 'and the')}" if on else ""
 
 
-def _scored(say: Callable[[Score], str]) -> Callable[[_Line], str]:
+def _scored(say: Callable[[Score], str]) -> Callable[[Row], str]:
     """Return what a column says of a row that was scored; others are absent."""
-    return lambda line: wording.ABSENT if line.row.score is None else say(line.row.score)
+    return lambda row: wording.ABSENT if row.score is None else say(row.score)
 
 
-def _metric(name: str) -> Callable[[_Line], str]:
-    """Return what a column says of one of the metrics, whose unit its name tells."""
-
-    def say(line: _Line) -> str:
-        if line.row.score is None:
-            return wording.ABSENT
-        error: float = getattr(line.row.score.total, name)
-        if name.endswith("_s") and not math.isnan(error):
-            return f"{wording.seconds(error)} ({wording.steps(error, line.row.job.dt_s)})"
-        if name.endswith("_rad") and not math.isnan(error):
-            return f"{wording.number(math.degrees(error), 3)}°"
-        return wording.number(error, 3)
-
-    return say
+def _metric(name: str, row: Row) -> str:
+    """Return what the column of a metric says of a row; the metric's name tells its unit."""
+    if row.score is None:
+        return wording.ABSENT
+    error: float = getattr(row.score.total, name)
+    if name.endswith("_s") and not math.isnan(error):
+        return f"{wording.seconds(error)} ({wording.steps(error, row.job.dt_s)})"
+    if name.endswith("_rad") and not math.isnan(error):
+        return f"{wording.number(math.degrees(error), 3)}°"
+    return wording.number(error, 3)
 
 
-#: The columns of the table of every cell: heading, and what it says of a row. Another one is another line; every metric
-#: of `Errors` has its own.
-_CELL_COLUMNS: Columns[_Line] = (
-    ("scene", lambda line: line.row.job.scene.name),
-    ("engine", lambda line: line.column.label),
-    ("profile", lambda line: line.column.profile),
-    ("step", lambda line: wording.step(line.row.job.dt_s)),
-    ("grade", lambda line: mark_cell(mark_of(line.row))),
-    (
-        "expected / missed / invented",
-        _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
-    ),
-    ("price paid", _scored(lambda score: wording.number(score.price_paid, 3))),
-    *((metric.metadata["name"], _metric(metric.name)) for metric in dataclasses.fields(Errors)),
-    ("verdicts", lambda line: Cell("; ".join(reasons_of(line.row)), css="prose")),
-)
-
-
-def cell_table(results: Results, grid: Grid) -> Table:
-    """Return every cell that was asked for, at every step."""
-    folded = wording.count(len(results.rows), "cell")
-    return Table.made(_CELL_COLUMNS, _lines(results, grid), folded=folded, css="cells", only=PAGE)
+def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
+    """Yield every cell that was asked for, at every step; and where there are few, each with its impacts."""
+    columns = (
+        Column("scene", lambda row: row.job.scene.name),
+        Column("engine", lambda row: grid.columns[row.job.method].label),
+        Column("profile", lambda row: row.job.profile),
+        Column("step", lambda row: wording.step(row.job.dt_s)),
+        Column("grade", lambda row: mark_cell(mark_of(row))),
+        Column(
+            "expected / missed / invented",
+            _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
+        ),
+        Column("price paid", _scored(lambda score: wording.number(score.price_paid, 3))),
+        *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
+        Column("verdicts", lambda row: Cell("; ".join(reasons_of(row)), css="prose")),
+    )
+    table = Table(columns, results.rows, folded=wording.count(len(results.rows), "cell"), css="cells", only=PAGE)
+    yield Section("Every cell, at every step", (table,))
+    yield Section("Impact by impact", tuple(_impact_tables(results)), only=DETAIL)
 
 
 class _Found(NamedTuple):
@@ -296,38 +366,35 @@ def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
     return lambda impact: "" if impact.error is None or impact.time_s is None else say(impact.time_s, impact.error)
 
 
-_IMPACT_COLUMNS: Columns[_Found] = (
-    ("bodies", lambda impact: impact.bodies),
-    (Head("PIC, s", number=True), lambda impact: impact.true_time),
-    (
-        Head("reported, s", number=True),
+_IMPACT_COLUMNS = (
+    Column("bodies", lambda impact: impact.bodies),
+    Column("PIC, s", lambda impact: impact.true_time, number=True),
+    Column(
+        "reported, s",
         lambda impact: impact.otherwise or _found(lambda time, e: f"{time + e.reported_time_s:.9g}")(impact),
+        number=True,
     ),
-    (Head("path turned, s", number=True), _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9))),
-    (Head("velocity error", number=True), _found(lambda _, e: f"{e.velocity:.3g}")),
-    (Head("direction, degrees", number=True), _found(lambda _, e: f"{math.degrees(e.direction_rad):.3g}")),
-    (Head("restitution", number=True), _found(lambda _, e: _unless_nan(e.restitution, 6))),
+    Column("path turned, s", _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9)), number=True),
+    Column("velocity error", _found(lambda _, e: f"{e.velocity:.3g}"), number=True),
+    Column("direction, degrees", _found(lambda _, e: f"{math.degrees(e.direction_rad):.3g}"), number=True),
+    Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
 
 
-def impact_tables(results: Results) -> Iterator[Table]:
+def _impact_tables(results: Results) -> Iterator[Table]:
     """Yield a table of impacts for each row that was run, where there are few enough rows to read one by one."""
-    rows = [row for row in results.rows if row.trace is not None and row.score is not None]
-    if len(rows) > MOST_TABLES:
-        return
-    for row in rows:
-        if row.trace is not None and row.score is not None:
-            job, reference = row.job, results.references[row.job.scene.name]
-            left_out = len(reference.impacts) - MOST_IMPACTS
-            more = f"\n{left_out} more impacts are not shown" if left_out > 0 else ""
-            yield Table.made(
-                _IMPACT_COLUMNS,
-                _impacts(row.score, row.trace, reference),
-                title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: "
-                f"{row.score.grade.value}",
-                note="\n".join(reasons_of(row)) + more,
-                only=DETAIL,
-            )
+    ran = [(row, row.trace, row.score) for row in results.rows if row.trace is not None and row.score is not None]
+    for row, trace, score in ran if len(ran) <= MOST_TABLES else ():
+        job, reference = row.job, results.references[row.job.scene.name]
+        left_out = len(reference.impacts) - MOST_IMPACTS
+        more = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
+        yield Table(
+            _IMPACT_COLUMNS,
+            tuple(_impacts(score, trace, reference)),
+            title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
+            note="\n".join((*reasons_of(row), *more)),
+            only=DETAIL,
+        )
 
 
 def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:

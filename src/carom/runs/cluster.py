@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.registry import engines
 from carom.runs.job import Answer, Task
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Closing, Lane
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Lane, Pool
 from carom.runs.scoring import versions_of
 
 __all__ = ["ClusterError", "ClusterPool"]
@@ -34,7 +34,7 @@ class ClusterError(CaromError, RuntimeError):
     """The cluster could not be reached, or lost work for good."""
 
 
-class ClusterPool(Closing):
+class ClusterPool(Pool):
     """A Dask cluster; used as a context manager, it lets go of the cluster, which goes on without us.
 
     Args:
@@ -70,11 +70,6 @@ class ClusterPool(Closing):
         """Let go of the cluster."""
         self._client.close()
 
-    def ask(self, task: Task[T]) -> Answer[T]:
-        """Have one task carried out by the cluster."""
-        (found,) = self.ask_each([task])
-        return found
-
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out by one of the cluster's workers."""
         return (one for found in self.each([("", tasks)], _ask_each) for one in found)
@@ -89,11 +84,8 @@ class ClusterPool(Closing):
         todo, lost = list(items), list[tuple[str, Item]]()
         for attempt in (1, 2):
             submitted = {
-                self._client.submit(_carry_out, work, item, self._time_limit_s, pure=False, retries=RETRIES): (
-                    name,
-                    item,
-                )
-                for name, item in todo
+                self._client.submit(_carry_out, work, entry[1], self._time_limit_s, pure=False, retries=RETRIES): entry
+                for entry in todo
             }
             try:
                 for future in distributed.as_completed(list(submitted), loop=self._client.loop):

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from carom.comparator import Score, compare
-from carom.comparator.shift import Shifted, shifted_scenes
+from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runs.environment import environment
@@ -210,18 +210,18 @@ def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Tr
     return replace(row, score=compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s))
 
 
-def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Shifted]]:
-    """Return for each job its scene at each phase, with what that is held against."""
+def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
+    """Return for each job the reference of its scene at each phase."""
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
-    at = {step: list(shifted_scenes(held[step[0]].trace, step[1], phases)) for step in steps}
+    at = {step: list(shifted_references(held[step[0]].trace, step[1], phases)) for step in steps}
     return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
 
 
 def _spread(
     rows: Mapping[Key, Row],
-    shifted: Mapping[Key, Sequence[Shifted]],
+    shifted: Mapping[Key, Sequence[Trace]],
     held: Mapping[str, Reference],
     observer: _Observer,
 ) -> dict[Key, Row]:
@@ -235,7 +235,7 @@ def _spread(
     for job, answer in observer.each((job for *_, job in jobs), shifted=True):
         key, one = home[id(job)]
         if answer.value is not None:
-            scores[key].append(compare(one.reference, answer.value, horizon=held[key[0]].horizon_s))
+            scores[key].append(compare(one, answer.value, horizon=held[key[0]].horizon_s))
     return {
         key: replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2])) for key, found in scores.items()
     }

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from carom.comparator.shift import shifted_scenes
+from carom.comparator.shift import shifted_references
 from carom.registry import EngineInfo
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job, Method
@@ -29,7 +29,8 @@ def explain(plan: Plan) -> Iterator[str]:
     """Return the plan of a cross-check, line by line: the very jobs that a cross-check would run."""
     options = plan.options
     for scene in plan.scenes:
-        steps = options.steps_of(scene)
+        jobs = [job for job in plan.jobs if job.scene is scene]
+        steps = sorted({job.dt_s for job in jobs}, reverse=True)
         yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
         reference = reference_trace(scene)
         if isinstance(reference, str):
@@ -41,14 +42,13 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  engines: {_engines(scene, reference, steps[0])}"
         yield f"  states: {_samples(scene, drawn=options.samples)}"
         if options.phases:
-            kept = len(shifted_scenes(reference, steps[0], phase_values(options.phases, options.seed)))
+            kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
             why = "a shift that changes which impacts happen is left out"
             yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
-        jobs = [job for job in plan.jobs if job.scene is scene]
         for info in plan.engines:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if job.method == Method(info.name, profile)]
-                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(steps))}"
+                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(options.steps_of(scene)))}"
 
 
 def _bodies(scene: Scene) -> str:
@@ -117,10 +117,12 @@ def _fate(planned: Sequence[Job], info: EngineInfo, profile: str, steps: int) ->
         same = profile in info.profiles
         return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
     refused = {job.dt_s: answer.reason for job in planned if (answer := refusal(job)) is not None}
-    if len(refused) == len(planned):
+    if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
-    left_out = "".join(f"; skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items())
+    left_out = [f"skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items()]
     runs = ", ".join(f"{job.dt_s:.6g}" for job in planned if job.dt_s not in refused)
-    if len(planned) < steps:
-        return f"run at {runs} s only, as its error hardly depends on the step; finer ones with --dt{left_out}"
-    return f"run at {runs} s{left_out}"
+    if runs and len(planned) < steps:
+        runs += " s only, as its error hardly depends on the step; finer ones with --dt"
+    elif runs:
+        runs += " s"
+    return "; ".join([f"run at {runs}", *left_out] if runs else left_out)

@@ -10,7 +10,7 @@ from typing import Generic, Protocol, TypeVar
 from carom.errors import CaromError
 from carom.scene import Scene
 
-__all__ = ["PIT_METHOD", "Answer", "Job", "Method", "Progress", "Status", "Task", "UnsupportedError"]
+__all__ = ["PIT_METHOD", "Answer", "Job", "JobTask", "Method", "Progress", "Status", "Task", "UnsupportedError"]
 
 #: Told (done, all, what) as work finishes.
 Progress = Callable[[int, int, str], None]
@@ -71,6 +71,18 @@ class Job:
 
     def __str__(self) -> str:
         return f"{self.engine} ({self.profile}, dt = {self.dt_s:g} s) on {self.scene.name!r}"
+
+
+@dataclass(frozen=True)
+class JobTask:
+    """What every task that is about one job is made of."""
+
+    job: Job
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.job.engine
 
 
 class Status(Enum):

@@ -104,12 +104,11 @@ class Journal(Closing, Generic[T]):
     def _read(self, stamp: Mapping[str, Any]) -> dict[Hashable, T]:
         """Return what the file holds; in an empty one, write down what it is to be of."""
         stamp = json.loads(json.dumps(stamp))
-        head, *lines = _cut_torn_line(self._file).splitlines() or [b""]
-        if not head:
-            self._append([json.dumps(stamp).encode()])
-            return {}
-        there = json.loads(head) if _is_json(head) else None
-        if there != stamp:
+        data = self.path.read_bytes()
+        whole = _whole_lines(data)
+        head, *lines = whole.splitlines() or [b""]
+        there = _parsed(head)
+        if head and there != stamp:
             what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
             raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
         found: dict[Hashable, T] = {}
@@ -119,11 +118,13 @@ class Journal(Closing, Generic[T]):
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
-                message = (
-                    f"{self.path}, line {number}: {where}: {first['msg']}; remove the line, or name another folder"
-                )
-                raise InputError(message) from None
+                what = f"{self.path}, line {number}: {where}: {first['msg']}"
+                raise InputError(f"{what}; remove the line, or name another folder") from None
             found[self._key(entry)] = entry
+        if len(whole) < len(data):  # a torn line goes only where all before it is sound
+            os.ftruncate(self._file, len(whole))
+        if not head:
+            self._append([json.dumps(stamp).encode()])
         return found
 
 
@@ -142,12 +143,12 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     return f"its {name} is {there.get(name)}, and this one's {here.get(name)}"
 
 
-def _is_json(line: bytes) -> bool:
+def _parsed(line: bytes) -> Any:
+    """Return what a line says; None where it is no JSON."""
     try:
-        json.loads(line)
+        return json.loads(line)
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def _lock(file: int, path: Path) -> None:
@@ -163,21 +164,10 @@ def _lock(file: int, path: Path) -> None:
         ) from None
 
 
-def _cut_torn_line(file: int) -> bytes:
-    data = b""
-    while chunk := os.read(file, 1 << 20):
-        data += chunk
-    whole = _whole_lines(data)
-    if len(whole) != len(data):
-        os.ftruncate(file, len(whole))
-        os.fsync(file)
-    return whole
-
-
 def _whole_lines(data: bytes) -> bytes:
     """Return the data up to the end of the last whole line; a last line that is no JSON is torn, too."""
     whole = data[: data.rfind(b"\n") + 1]
     last = whole.rstrip(b"\n").rpartition(b"\n")[2]
-    if last and not _is_json(last):  # after a loss of power a file can end in zeros
+    if last and _parsed(last) is None:  # after a loss of power a file can end in zeros
         return whole[: whole.rstrip(b"\n").rfind(b"\n") + 1]
     return whole

@@ -13,7 +13,7 @@ from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
 from carom.runs.early_end import FreeFlight
 from carom.runs.impacts import ImpactCollector, gravity_of
-from carom.runs.job import Job
+from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
@@ -26,16 +26,10 @@ MOST_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
-class Observe:
+class Observe(JobTask):
     """Run a job, in a worker process, and return its trace."""
 
-    job: Job
     samples: bool = False
-
-    @property
-    def engine(self) -> str:
-        """Name of the adapter."""
-        return self.job.engine
 
     def carry_out(self) -> Trace:
         """Return what happened."""

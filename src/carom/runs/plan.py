@@ -23,8 +23,6 @@ from carom.scenes import CatalogueScene, KnownAnswer
 from carom.trace import Trace
 
 __all__ = [
-    "ALL_PROFILES",
-    "DEFAULT_PROFILES",
     "Options",
     "Plan",
     "capabilities_of",
@@ -37,7 +35,6 @@ __all__ = [
     "require_positive",
     "sorted_out",
     "trace_of",
-    "unsupported_reason",
 ]
 
 DEFAULT_PROFILES = ("default", "tuned", "located")
@@ -144,14 +141,14 @@ def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -
     Raises:
         UnknownNameError: No engine asked for has such a profile.
     """
-    offered = {profile: None for info in infos for profile in info.profiles}
+    offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
     for profile in asked or ():
         if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
             raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
-    if asked is not None and ALL_PROFILES in asked:
-        asked = tuple(offered)
-    chosen = tuple(asked) if asked is not None else tuple(name for name in DEFAULT_PROFILES if name in offered)
-    return chosen or DEFAULT_PROFILES  # no adapter asked for can be loaded: its rows say why
+    if asked is None:
+        asked = [name for name in DEFAULT_PROFILES if name in offered]
+    # Where no adapter asked for can be loaded, its rows say why.
+    return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
 
 
 def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import os
 import queue
 import threading
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from types import TracebackType
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, Self, TypeVar
 
 from carom.runs.job import Answer, Task
 from carom.runs.process import ClosedError, Worker
@@ -27,34 +27,6 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 
-class Asker(Protocol):
-    """Answers one question at a time."""
-
-    def ask(self, task: Task[T]) -> Answer[T]:
-        """Have a task carried out."""
-
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks of one engine carried out, and yield the answer to each in turn."""
-
-
-class Pool(Asker, Protocol):
-    """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
-
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
-        """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
-
-        Args:
-            items: Names of the engines that are asked for, and what is to be worked on.
-            work: Yields what comes of an item; it asks whatever it is given beside the item.
-        """
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None: ...
-
-
 class Closing:
     """Something to be closed, as a context manager."""
 
@@ -64,18 +36,38 @@ class Closing:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_error: object) -> None:
         self.close()
 
 
-class InProcess(Closing):
-    """Carries everything out in this process, one after another: nothing to start, and nothing to be safe from."""
+class Asker(Closing, ABC):
+    """Answers one question at a time."""
 
     def ask(self, task: Task[T]) -> Answer[T]:
-        """Carry a task out."""
-        return answer(task)
+        """Have a task carried out, alone."""
+        (found,) = self.ask_each([task])
+        return found
+
+    @abstractmethod
+    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+        """Have tasks of one engine carried out, one after another and alone, and yield the answer to each in turn."""
+
+
+class Pool(Asker):
+    """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
+
+    @abstractmethod
+    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+        """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
+
+        Args:
+            items: Names of the engines that are asked for, and what is to be worked on.
+            work: Yields what comes of an item; it asks whatever it is given beside the item.
+        """
+
+
+class InProcess(Pool):
+    """Carries everything out in this process, one after another: nothing to start, and nothing to be safe from."""
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry tasks out."""
@@ -86,7 +78,7 @@ class InProcess(Closing):
         return ([result] for _, item in items for result in work(item, self))
 
 
-class Lane(Closing):
+class Lane(Asker):
     """Worker processes of one thread, one an engine, so that each has its engine warm and no other's.
 
     Args:
@@ -108,11 +100,6 @@ class Lane(Closing):
                 self._workers[engine] = Worker()
             return self._workers[engine]
 
-    def ask(self, task: Task[T]) -> Answer[T]:
-        """Have a task carried out in the worker of its engine."""
-        (found,) = self.ask_each([task])
-        return found
-
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out in its worker, by one message."""
         return self.of(tasks[0].engine).ask_each(tasks, self._time_limit_s) if tasks else iter(())
@@ -125,7 +112,7 @@ class Lane(Closing):
                 worker.close()
 
 
-class LocalPool(Closing):
+class LocalPool(Pool):
     """Lanes of this machine, each with its own worker processes.
 
     Args:
@@ -144,12 +131,8 @@ class LocalPool(Closing):
         for thread in self._threads:
             thread.join()
 
-    def ask(self, task: Task[T]) -> Answer[T]:
-        """Have a task carried out, alone."""
-        return self._lanes[0].ask(task)
-
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks of one engine carried out, one after another and alone."""
+        """Have tasks carried out in the first lane."""
         return self._lanes[0].ask_each(tasks)
 
     def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
@@ -173,10 +156,7 @@ class LocalPool(Closing):
         running = len(threads)
         while running:
             results: list[T] = []
-            several = [found.get()]
-            while not found.empty():
-                several.append(found.get())
-            for one in several:
+            for one in [found.get(), *(found.get() for _ in range(found.qsize()))]:
                 if isinstance(one, BaseException):
                     raise one
                 if one is None:

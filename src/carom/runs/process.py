@@ -11,9 +11,9 @@ import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from functools import cache
-from types import TracebackType
-from typing import Any, Self, TypeVar, get_type_hints
+from typing import Any, TypeVar, get_type_hints
 
 from carom.errors import AdapterError
 from carom.runs.job import Answer, Status, Task
@@ -99,14 +99,6 @@ class Worker:
         self._printed.close()
         self._folder.cleanup()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
     def _start(self) -> subprocess.Popen[bytes]:
         # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
         # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
@@ -135,8 +127,7 @@ class Worker:
         if process is None or self._closed:  # ended by the thread that closes this worker
             raise ClosedError
         how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
-        self._printed.seek(0)
-        printed = [line.strip() for line in self._printed.read().decode(errors="replace").splitlines() if line.strip()]
+        printed = [line.strip() for line in self.printed().splitlines() if line.strip()]
         return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
 
     def _kill(self) -> None:
@@ -170,19 +161,14 @@ def _signal_name(number: int) -> str:
 def _close_pipes(process: subprocess.Popen[bytes]) -> None:
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
-            try:
+            with suppress(BrokenPipeError):
                 pipe.close()
-            except BrokenPipeError:
-                continue
 
 
 def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[object]) -> None:
     """Pass on answers until the process ends; None says that it has."""
     assert process.stdout is not None  # noqa: S101 - it was opened with a pipe
-    while True:
-        try:
-            answer: object = pickle.load(process.stdout)  # noqa: S301 - written by our own child process
-        except Exception:  # noqa: BLE001 - whatever a dying process left half written, it is no answer
-            answers.put(None)
-            return
-        answers.put(answer)
+    with suppress(Exception):  # whatever a dying process left half written, it is no answer
+        while True:
+            answers.put(pickle.load(process.stdout))  # noqa: S301 - written by our own child process
+    answers.put(None)

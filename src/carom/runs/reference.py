@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
-from carom.comparator.believed import estimate_horizon
 from carom.comparator.finite import not_finite
+from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene
 from carom.solvers.certified import certify
@@ -17,7 +18,6 @@ __all__ = [
     "CERTIFY_SECONDS",
     "MOST_IMPACTS",
     "Reference",
-    "certified_reference",
     "reference_of",
     "reference_trace",
     "will_certify",
@@ -65,21 +65,13 @@ def reference_trace(scene: Scene) -> Trace | str:
     return trace
 
 
-def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Return a scene's reference, certified as `certified_reference` says, or else with an estimate of its horizon."""
-    reference = certified_reference(trace, asked, time_budget_s)
-    if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
-        return reference
-    return replace(reference, horizon_s=estimate_horizon(reference.trace))
-
-
 def will_certify(scene: Scene, asked: bool | None) -> bool:
-    """Whether a scene's reference is to be certified; see `certified_reference`."""
+    """Whether a scene's reference is to be certified; see `reference_of`."""
     return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
 
 
-def certified_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
-    """Certify a scene's reference as far as the time allows.
+def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+    """Return a scene's reference, certified as far as the time allows, or else with an estimate of its horizon.
 
     Args:
         trace: The PIC trace of the scene.
@@ -90,26 +82,24 @@ def certified_reference(trace: Trace, asked: bool | None, time_budget_s: float =
     Raises:
         MissingExtraError: It was asked for, and python-flint is not installed.
     """
-    scene = trace.scene
-    rest_s = trace.end_time_s if trace.outcome is Outcome.AT_REST else None
-    if not will_certify(scene, asked):
-        return Reference(trace, None, rest_s)
-    if asked is None and len(scene.discs) > MOST_DISCS:
-        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify", rest_s)
-    reference = _certified(scene, trace, asked, time_budget_s)
-    if rest_s is None or reference.trace is not trace:
+    reference = _certified(trace, asked, time_budget_s) if will_certify(trace.scene, asked) else Reference(trace)
+    if trace.outcome is Outcome.AT_REST and reference.trace is trace:
+        believed_s = math.inf if reference.horizon_s is None else reference.horizon_s
+        return replace(reference, horizon_s=min(trace.end_time_s, believed_s))
+    if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
         return reference
-    return replace(reference, horizon_s=rest_s if reference.horizon_s is None else min(rest_s, reference.horizon_s))
+    return replace(reference, horizon_s=estimate_horizon(reference.trace))
 
 
-def _certified(scene: Scene, trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
+def _certified(trace: Trace, asked: bool | None, time_budget_s: float) -> Reference:
+    scene = trace.scene
+    if asked is None and len(scene.discs) > MOST_DISCS:
+        return Reference(trace, f"not certified: more than {MOST_DISCS} discs; ask with --certify")
     try:
         certified = certify(scene, time_budget_s=time_budget_s)
-    except MissingExtraError as error:
-        if asked:
+    except (MissingExtraError, InputError) as error:
+        if asked and isinstance(error, MissingExtraError):
             raise
-        return Reference(trace, f"not certified: {error}")
-    except InputError as error:
         return Reference(trace, f"not certified: {error}")
     found = horizon_of(certified, trace)
     if certified.degeneracy is not None:  # beyond it there is a convention, which is PIC's

@@ -17,7 +17,7 @@ from carom.comparator import Errors, compare
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.registry import engines, load_adapter
-from carom.runs.job import Answer, Job, Method, Progress, UnsupportedError
+from carom.runs.job import Answer, Job, JobTask, Method, Progress, UnsupportedError
 from carom.runs.journal import Journal
 from carom.runs.observe import observe_run
 from carom.runs.plan import refusal
@@ -108,15 +108,8 @@ class Scored:
 
 
 @dataclass(frozen=True)
-class ScoreJob:
+class ScoreJob(JobTask):
     """Run a job and score it, in a worker process."""
-
-    job: Job
-
-    @property
-    def engine(self) -> str:
-        """Name of the adapter."""
-        return self.job.engine
 
     def carry_out(self) -> Measures:
         """Return the numbers of the job's score.
@@ -146,9 +139,7 @@ class ScoreJob:
         )
 
 
-@lru_cache(maxsize=REFERENCES_KEPT)
-def _reference(scene: Scene) -> Trace | str:
-    return reference_trace(scene)
+_reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
 
 
 @lru_cache(maxsize=64)
@@ -159,21 +150,17 @@ def scene_hash(scene: Scene) -> str:
 
 
 @cache
-def _versions() -> Mapping[str, tuple[tuple[str, str], ...]]:
-    common = {
-        "carom": metadata.version("carom"),
-        "numpy": metadata.version("numpy"),
-        platform.python_implementation(): platform.python_version(),
-    }
-    return {
-        info.name: tuple(sorted((common | ({} if info.engine == "Carom" else {info.engine: info.version})).items()))
-        for info in engines()
-    }
-
-
 def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
     """Return name and version of all that an engine's numbers depend on; an engine that is missing has an empty one."""
-    return _versions().get(engine, ())
+    found = [
+        ("carom", metadata.version("carom")),
+        ("numpy", metadata.version("numpy")),
+        (platform.python_implementation(), platform.python_version()),
+    ]
+    for info in engines():
+        if info.name == engine:
+            return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
+    return ()
 
 
 def job_key(job: Job) -> JobKey:
@@ -229,12 +216,7 @@ def batches(jobs: Sequence[Job]) -> list[list[Job]]:
 
 def _score_batch(batch: Sequence[Job], asker: Asker) -> Iterator[Scored]:
     """Run the jobs of one message; what needs no engine to be refused is refused here."""
-    todo: list[Job] = []
-    for job in batch:
-        refused = refusal(job)
-        if refused is None:
-            todo.append(job)
-        else:
-            yield Scored(job_key(job), job.scene.name, refused)
-    for job, answer in zip(todo, asker.ask_each([ScoreJob(job) for job in todo]), strict=True):
-        yield Scored(job_key(job), job.scene.name, answer)
+    refused = [refusal(job) for job in batch]
+    asked = asker.ask_each([ScoreJob(job) for job, why in zip(batch, refused, strict=True) if why is None])
+    for job, why in zip(batch, refused, strict=True):
+        yield Scored(job_key(job), job.scene.name, why or next(asked))

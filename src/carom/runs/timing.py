@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from carom.adapter import Adapter, World
 from carom.registry import load_adapter
-from carom.runs.job import Job
+from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
 from carom.runs.observe import profile_settings
 from carom.scene import Scene
@@ -45,15 +45,8 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Measure:
+class Measure(JobTask):
     """Time a job, in a worker process; the caller sees to it that nothing else is running."""
-
-    job: Job
-
-    @property
-    def engine(self) -> str:
-        """Name of the adapter."""
-        return self.job.engine
 
     def carry_out(self) -> Timing:
         """Return the two clocks."""

@@ -21,12 +21,11 @@ from carom.scenes import (
     two_discs,
     walled,
 )
-from carom.scenes.known_answer import Tag
+from carom.scenes.known_answer import CatalogueScene, Tag
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from carom.scenes.known_answer import CatalogueScene
+    from collections.abc import Iterator, Mapping
+    from types import ModuleType
 
 __all__ = ["all_scenes", "catalogue", "find_scenes"]
 
@@ -40,13 +39,19 @@ _ON_REQUEST = (issues_pairs, issues_walled, issues_falling)
 @cache
 def catalogue() -> Mapping[str, CatalogueScene]:
     """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
-    return MappingProxyType({entry.name: entry for module in _SUITE for entry in module.SCENES})
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in _entries(module)})
 
 
 @cache
 def all_scenes() -> Mapping[str, CatalogueScene]:
     """Return every scene that has a name: the suite, and the groups that run only when they are asked for by name."""
-    return MappingProxyType({**catalogue(), **{entry.name: entry for module in _ON_REQUEST for entry in module.SCENES}})
+    asked_for = {entry.name: entry for module in _ON_REQUEST for entry in _entries(module)}
+    return MappingProxyType({**catalogue(), **asked_for})
+
+
+def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
+    """Yield the scenes of a module, in the order in which they stand there and reports list them."""
+    return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
 
 
 def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:

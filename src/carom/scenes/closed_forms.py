@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import cmath
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carom.scene import Disc, Scene
-from carom.scenes.known_answer import UNNAMED, KnownAnswer, KnownImpact, Staged
+from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,11 +24,13 @@ __all__ = [
     "WedgeImpact",
     "after_impact",
     "after_wall",
-    "complete_answer",
+    "answered",
     "disc",
     "dot",
     "impact",
+    "meeting",
     "normal_of_offset",
+    "scene_of",
     "struck_row",
     "unit",
     "vector",
@@ -54,6 +56,11 @@ def unit(a: complex) -> complex:
 def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0) -> Disc:
     """Return a disc; metres, metres a second, kilograms."""
     return Disc(position_m=vector(position), velocity_m_s=vector(velocity), radius_m=radius_m, mass_kg=mass_kg)
+
+
+def scene_of(discs: list[Disc], **fields: Any) -> Scene:
+    """Return a scene, to which the catalogue will give its name."""
+    return Scene(name="unnamed", discs=discs, **fields)
 
 
 def impact(
@@ -100,6 +107,25 @@ def after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> 
     """Return the velocity after a wall: the part along the wall stays, that along the normal turns to -e times it."""
     along = 1j * normal
     return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
+
+
+def meeting(
+    velocity: tuple[complex, complex],
+    radius_m: tuple[float, float],
+    *,
+    mass_kg: tuple[float, float] = (1.0, 1.0),
+    offset: float = 0.0,
+    time_s: float,
+    source: str = "Written backwards from the impact; velocities from conservation of momentum and Newton's law of "
+    "restitution, in the frame of the centre of mass",
+    **fields: float,
+) -> Staged:
+    """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
+    (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
+    normal = normal_of_offset(v0 - v1, offset)
+    discs = [disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)]
+    after = after_impact(m0, v0, m1, v1, normal, fields.get("restitution", 1.0))
+    return answered(scene_of(discs, **fields), [impact(time_s, 0, 1, *after)], source)
 
 
 class WedgeImpact(NamedTuple):
@@ -159,13 +185,37 @@ def struck_row(
         time += gap / speed
         discs.append(disc(complex(position, 0), 0j, radius_m))
         impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
-    scene = Scene(name=UNNAMED, discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+    scene = scene_of(discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
     source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
-    return Staged(scene, complete_answer(scene, impacts, source, convention))
+    return answered(scene, impacts, source, convention)
 
 
-def complete_answer(scene: Scene, impacts: Sequence[KnownImpact], source: str, convention: str = "") -> KnownAnswer:
-    """Return the answer of a scene of which every impact is known: the rest of it is motion in straight lines."""
+def answered(
+    scene: Scene,
+    impacts: Sequence[KnownImpact],
+    source: str,
+    convention: str = "",
+    final: Sequence[tuple[complex, complex]] | None = None,
+) -> Staged:
+    """Return a scene with its answer where every impact is known.
+
+    Args:
+        scene: The scene.
+        impacts: All its impacts.
+        source: Where the answer comes from.
+        convention: Why it is not unique, if it is not.
+        final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
+            lines, and follows.
+    """
+    ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)
+    position, velocity = (tuple(map(vector, values)) for values in ends)
+    return Staged(
+        scene,
+        KnownAnswer(source, tuple(impacts), len(impacts), velocity, position, convention=convention),
+    )
+
+
+def _in_straight_lines(scene: Scene, impacts: Sequence[KnownImpact]) -> list[tuple[complex, complex]]:
     position = [complex(*body.position_m) for body in scene.discs]
     velocity = [complex(*body.velocity_m_s) for body in scene.discs]
     since = [0.0] * len(position)
@@ -174,13 +224,4 @@ def complete_answer(scene: Scene, impacts: Sequence[KnownImpact], source: str, c
             if body >= 0 and after is not None:
                 position[body] += velocity[body] * (known.time_s - since[body])
                 velocity[body], since[body] = complex(*after), known.time_s
-    return KnownAnswer(
-        source=source,
-        impacts=tuple(impacts),
-        count=len(impacts),
-        final_velocity_m_s=tuple(map(vector, velocity)),
-        final_position_m=tuple(
-            vector(p + v * (scene.duration_s - t)) for p, v, t in zip(position, velocity, since, strict=True)
-        ),
-        convention=convention,
-    )
+    return [(p + v * (scene.duration_s - t), v) for p, v, t in zip(position, velocity, since, strict=True)]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 
-from carom.scenes.known_answer import Builder, CatalogueScene, Tag, told
+from carom.scenes.known_answer import CatalogueScene, listed
 
 __all__ = ["Complaint", "Symptom", "complained"]
 
@@ -48,24 +48,5 @@ class Complaint(CatalogueScene):
     made: str = ""
 
 
-def complained(
-    scenes: list[Complaint],
-    tags: frozenset[Tag] = frozenset(),
-    *,
-    about: str,
-    thread: str,
-    reported: str,
-    made: str,
-    engine: str = "",
-    symptom: Symptom = Symptom.WRONG_VELOCITY,
-    at_least: float = Complaint.at_least,
-) -> Callable[[Builder], Builder]:
-    """Return a decorator that enters what a builder makes into a list of complaints, under the builder's name."""
-
-    def enter(build: Builder) -> Builder:
-        scenes.append(
-            Complaint(*told(build, "issues"), build, tags, about, engine, thread, reported, symptom, at_least, made)
-        )
-        return build
-
-    return enter
+#: Makes of a builder, as `listed` does, a complaint with the fields given by name.
+complained = partial(listed, "issues", kind=Complaint)

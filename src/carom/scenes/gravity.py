@@ -7,23 +7,14 @@ collision's. In the others the two come together; `docs/gravity.md` says how to 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-from carom.scene import Scene, Wall
-from carom.scenes.closed_forms import after_impact, disc, dot, impact, normal_of_offset, vector
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, listed
+from carom.scene import Wall
+from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
+from carom.scenes.known_answer import Staged, Tag, listed
 from carom.scenes.walled import box_walls
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-__all__ = ["SCENES"]
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
-
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
 
 _FALLS = frozenset({Tag.GRAVITY})
 _WALL = _FALLS | {Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN}
@@ -34,25 +25,13 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
 
-def _answer(
-    scene: Scene, impacts: Sequence[KnownImpact], final: Sequence[tuple[complex, complex]], source: str
-) -> Staged:
-    answer = KnownAnswer(
-        source=source,
-        impacts=tuple(impacts),
-        count=len(impacts),
-        final_position_m=tuple(vector(position) for position, _ in final),
-        final_velocity_m_s=tuple(vector(velocity) for _, velocity in final),
-    )
-    return Staged(scene, answer)
-
-
-@listed(SCENES, "gravity", _FALLS | {Tag.NO_IMPACT})
+@listed("gravity", _FALLS | {Tag.NO_IMPACT})
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
-    scene = Scene(name=UNNAMED, discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
-    return _answer(scene, [], [_fallen(start, velocity, duration)], "Galileo's parabola: x + v t + g t^2/2")
+    scene = scene_of(discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
+    final = [_fallen(start, velocity, duration)]
+    return answered(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
 
 
 def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: float) -> list[tuple[float, float]]:
@@ -76,8 +55,7 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     radius, drift = 0.2, 0.4
     pull = abs(FALL)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
@@ -88,30 +66,29 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     last, leaving = bounces[-1]
     final = _fallen(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
     source = "A body thrown up at u comes back after 2 u / g: first impact + 2 v (e + ... + e^n) / g"
-    return _answer(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], [final], source)
+    return answered(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 
 
-@listed(SCENES, "gravity", _WALL)
+@listed("gravity", _WALL)
 def _bouncing_ball() -> Staged:
     """An elastic ball falls on the floor and bounces to the same height, for ever."""
     return _bouncing(0.5, 1.0, 2.75)
 
 
-@listed(SCENES, "gravity", _WALL | {Tag.INELASTIC})
+@listed("gravity", _WALL | {Tag.INELASTIC})
 def _ladder() -> Staged:
     """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
     # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
     return _bouncing(0.35, 0.8, 1.93)
 
 
-@listed(SCENES, "gravity", _FALLS | {Tag.WALLS, Tag.CHAIN})
+@listed("gravity", _FALLS | {Tag.WALLS, Tag.CHAIN})
 def _box() -> Staged:
     """A ball is thrown in a box: floor and side walls, in an order that only right times give."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
     start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the box that is left to the centre
     pull = abs(FALL)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(start + complex(radius, radius), velocity, radius)],
         walls=box_walls(width, height),
         gravity_m_s2=vector(FALL),
@@ -140,10 +117,10 @@ def _box() -> Staged:
     end, speed = _fallen(complex(folded, 0), complex(across, landing), duration - last)
     final = (complex(folded, end.imag) + complex(radius, radius), speed)
     source = "Across, gravity is not felt and the box unfolds; up and down, each hop lasts 2 u / g"
-    return _answer(scene, impacts, [final], source)
+    return answered(scene, impacts, source, final=[final])
 
 
-@listed(SCENES, "gravity", _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC})
+@listed("gravity", _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC})
 def _falling_pair() -> Staged:
     """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
@@ -152,8 +129,7 @@ def _falling_pair() -> Staged:
     where = 0.4 + 2.2j
     p1, p2 = where - r1 * normal, where + r2 * normal
     after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)],
         restitution=e,
         gravity_m_s2=vector(FALL),
@@ -163,10 +139,10 @@ def _falling_pair() -> Staged:
     drop = FALL * (duration**2 / 2)
     final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
     source = "In the falling frame there is no gravity: the impact without it, plus g t and g t^2/2"
-    return _answer(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], final, source)
+    return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
-@listed(SCENES, "gravity", _WALL | {Tag.INELASTIC})
+@listed("gravity", _WALL | {Tag.INELASTIC})
 def _incline() -> Staged:
     """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3
@@ -174,8 +150,7 @@ def _incline() -> Staged:
     along = -1j * normal
     pull, slide = -dot(FALL, normal), dot(FALL, along)
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc((height + radius) * normal, 0j, radius)],
         walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
         wall_restitution=e,
@@ -189,4 +164,6 @@ def _incline() -> Staged:
     source = (
         "Across the slope a bouncing ball with g cos(slope); along it a slide with g sin(slope), which no bounce feels"
     )
-    return _answer(scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], [final], source)
+    return answered(
+        scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]
+    )

@@ -6,19 +6,14 @@ import cmath
 import math
 from itertools import combinations
 
-from carom.scene import Scene, Wall
-from carom.scenes.closed_forms import complete_answer, disc, impact, struck_row, wedge_impacts
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
-
-__all__ = ["SCENES"]
-
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
+from carom.scene import Wall
+from carom.scenes.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
+from carom.scenes.known_answer import Staged, Tag, listed
 
 _LINE = frozenset({Tag.IN_LINE, Tag.CHAIN})
 
 
-@listed(SCENES, "classics", _LINE)
+@listed("classics", _LINE)
 def _sorting() -> Staged:
     """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
     # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
@@ -27,8 +22,7 @@ def _sorting() -> Staged:
     ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
     velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
     n = len(ghost)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(complex(g + 2 * radius * k, 0), complex(v, 0), radius)
             for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))
@@ -50,18 +44,17 @@ def _sorting() -> Staged:
         "Equal masses on a line exchange velocities: one impact for each inversion of the velocities, at the crossings "
         "of straight lines (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE})
+@listed("classics", _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE})
 def _galperin_100() -> Staged:
     """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
     radius_light, radius_heavy = 0.1, 0.3
     # Gaps to the wall, with every radius and diameter between taken out.
     gap_light, gap_heavy = 0.5, 1.2
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(complex(gap_light + radius_light, 0), 0j, radius_light, light),
             disc(complex(gap_heavy + 2 * radius_light + radius_heavy, 0), complex(-speed, 0), radius_heavy, heavy),
@@ -87,10 +80,10 @@ def _galperin_100() -> Staged:
         "Unfolding of a wedge of angle atan(1/10): 31 impacts, the first two digits of pi (G. Galperin, Playing pool "
         "with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _LINE)
+@listed("classics", _LINE)
 def _three_in_line() -> Staged:
     """Three unequal masses on a line collide six times, the most that their masses allow."""
     m0, m1, m2 = 3.0, 0.5, 2.0
@@ -114,8 +107,7 @@ def _three_in_line() -> Staged:
 
     x0, x1, x2 = on_the_line(start)
     v0, v1, v2 = on_the_line(velocity)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)],
         duration_s=2.0,
     )
@@ -128,16 +120,15 @@ def _three_in_line() -> Staged:
         "Three masses on a line are a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))), which a "
         "straight line can cross ceil(pi / a) times: 6 here (unfolding; S. Tabachnikov, Geometry and Billiards, 2005)"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE})
+@listed("classics", _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE})
 def _between_fixed() -> Staged:
     """A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
     reach = half_distance - radius - fixed
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(complex(-half_distance, 0), 0j, fixed, math.inf),
             disc(0j, complex(speed, 0), radius),
@@ -154,16 +145,16 @@ def _between_fixed() -> Staged:
     source = (
         "On the axis every impact turns the velocity round: impacts at equal intervals (an unstable periodic orbit)"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _LINE)
+@listed("classics", _LINE)
 def _cradle_gaps() -> Staged:
     """Newton's cradle with gaps: the velocity runs from disc to disc."""
     return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
-@listed(SCENES, "classics", _LINE | {Tag.CONVENTION})
+@listed("classics", _LINE | {Tag.CONVENTION})
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
     # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.

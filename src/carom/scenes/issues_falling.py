@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.scene import Scene, Wall
-from carom.scenes.closed_forms import disc, impact
-from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import UNNAMED, KnownAnswer, Staged, Tag
-
-__all__ = ["SCENES"]
-
-#: In the order in which reports list them.
-SCENES: list[Complaint] = []
+from carom.scene import Wall
+from carom.scenes.closed_forms import answered, disc, impact, scene_of
+from carom.scenes.complaint import Symptom, complained
+from carom.scenes.known_answer import Staged, Tag
 
 _TAGS = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
 _OURS = "The thread gives no other sizes; the rest are ours."
@@ -28,8 +23,7 @@ def _dropped(
     rate_hz: float = 60.0,
 ) -> Staged:
     """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(0, radius_m + height_m), 0j, radius_m)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
@@ -48,18 +42,11 @@ def _dropped(
     source = (
         "Free fall: the floor is met at gt, left at e times that, and each flight takes 2v/g, e times the one before"
     )
-    answer = KnownAnswer(
-        source,
-        tuple(impacts),
-        len(impacts),
-        final_velocity_m_s=((0.0, speed - gravity_m_s2 * left),),
-        final_position_m=((0.0, radius_m + speed * left - gravity_m_s2 * left**2 / 2),),
-    )
-    return Staged(scene, answer)
+    height, rising = radius_m + speed * left - gravity_m_s2 * left**2 / 2, speed - gravity_m_s2 * left
+    return answered(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Bullet",
     engine="pybullet",
@@ -75,7 +62,6 @@ def _bullet3_1530() -> Staged:
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/97",
@@ -89,7 +75,6 @@ def _rapier_97() -> Staged:
 
 
 @complained(
-    SCENES,
     frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/974",
@@ -106,7 +91,6 @@ def _rapier_974() -> Staged:
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Box2D",
     engine="box2d",
@@ -121,7 +105,6 @@ def _box2d_76() -> Staged:
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Box2D",
     engine="box2d",
@@ -136,7 +119,6 @@ def _box2d_167() -> Staged:
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
@@ -150,7 +132,6 @@ def _jolt_1286() -> Staged:
 
 
 @complained(
-    SCENES,
     _TAGS,
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/594",

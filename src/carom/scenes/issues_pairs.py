@@ -4,19 +4,13 @@ from __future__ import annotations
 
 import math
 
-from carom.scene import Scene
-from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, struck_row
-from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import UNNAMED, KnownAnswer, Staged, Tag
-
-__all__ = ["SCENES"]
+from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of, struck_row
+from carom.scenes.complaint import Symptom, complained
+from carom.scenes.known_answer import KnownAnswer, Staged, Tag
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
 
 _CONVENTION = "Touching discs share one instant; impacts are taken one pair at a time, the limit of vanishing gaps"
-
-#: In the order in which reports list them.
-SCENES: list[Complaint] = []
 
 _PAIR = frozenset({Tag.TWO_BODIES, Tag.IN_LINE})
 _FAST = frozenset({Tag.TWO_BODIES, Tag.IN_LINE, Tag.FAST})
@@ -34,19 +28,17 @@ def _head_on(
 ) -> Staged:
     """Stage two discs that meet head-on; the first stands at the origin and moves to the right."""
     (v0, v1), (r0, r1), (m0, m1) = speeds, radius_m, mass_kg
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(0j, complex(v0, 0), r0, m0), disc(complex(r0 + r1 + gap_m, 0), complex(v1, 0), r1, m1)],
         restitution=restitution,
         duration_s=duration_s,
         frame_rate_hz=rate_hz,
     )
     after = after_impact(m0, complex(v0, 0), m1, complex(v1, 0), 1 + 0j, restitution)
-    return Staged(scene, complete_answer(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON))
+    return answered(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
 
 
 @complained(
-    SCENES,
     _FAST | {Tag.IMMOVABLE},
     about="MuJoCo",
     engine="mujoco",
@@ -64,7 +56,6 @@ def _mujoco_441() -> Staged:
 
 
 @complained(
-    SCENES,
     _PAIR | {Tag.INELASTIC},
     about="MuJoCo",
     engine="mujoco",
@@ -78,7 +69,6 @@ def _mujoco_2080() -> Staged:
 
 
 @complained(
-    SCENES,
     _FAST | {Tag.IMMOVABLE},
     about="Bullet",
     engine="pybullet",
@@ -97,7 +87,6 @@ def _bullet3_2228() -> Staged:
 
 
 @complained(
-    SCENES,
     _FAST,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/984",
@@ -111,7 +100,6 @@ def _rapier_984() -> Staged:
 
 
 @complained(
-    SCENES,
     _PAIR,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
@@ -126,7 +114,6 @@ def _jolt_1403() -> Staged:
 
 
 @complained(
-    SCENES,
     _PAIR,
     about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
@@ -143,7 +130,6 @@ def _reactphysics3d_96() -> Staged:
 
 
 @complained(
-    SCENES,
     _PAIR | {Tag.IMMOVABLE},
     about="HardSphereDynamics.jl",
     thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
@@ -159,7 +145,6 @@ def _hardspheredynamics_8() -> Staged:
 
 
 @complained(
-    SCENES,
     frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
     about="Newton (MuJoCo Warp)",
     engine="mujoco",
@@ -177,7 +162,6 @@ def _newton_3233() -> Staged:
 
 
 @complained(
-    SCENES,
     frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/257",
@@ -192,7 +176,6 @@ def _pooltool_257() -> Staged:
 
 
 @complained(
-    SCENES,
     frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="Box2D",
     engine="box2d",
@@ -206,7 +189,6 @@ def _box2d_1094() -> Staged:
 
 
 @complained(
-    SCENES,
     frozenset({Tag.NO_IMPACT}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/354",
@@ -218,8 +200,7 @@ def _box2d_1094() -> Staged:
 def _pooltool_354() -> Staged:
     """Two pairs of touching discs, one moving along together, one apart: no impact."""
     radius = 0.25
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(0j, 1 + 0.5j, radius),
             disc(0.5 + 0j, 1 + 0.5j, radius),
@@ -228,11 +209,10 @@ def _pooltool_354() -> Staged:
         ],
         duration_s=1.0,
     )
-    return Staged(scene, complete_answer(scene, [], "Bodies that touch but do not approach exchange no impulse"))
+    return answered(scene, [], "Bodies that touch but do not approach exchange no impulse")
 
 
 @complained(
-    SCENES,
     about="visualchemeng-js",
     thread="https://github.com/adm78/visualchemeng-js/issues/10",
     reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
@@ -243,17 +223,15 @@ def _pooltool_354() -> Staged:
 def _visualchemeng_10() -> Staged:
     """Two discs begin in contact, overlapping by one rounding, and approach."""
     # In floats .3 - .1 is a little less than .2: the two overlap by one rounding.
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(0.1 + 0j, 1 + 0j, 0.1), disc(0.3 + 0j, -1 + 0j, 0.1), disc(0.3 + 0.5j, 0 + 0j, 0.1)],
         duration_s=0.5,
     )
     impacts = [impact(0.0, 0, 1, -1 + 0j, 1 + 0j)]
-    return Staged(scene, complete_answer(scene, impacts, "Equal masses exchange velocities, at once"))
+    return answered(scene, impacts, "Equal masses exchange velocities, at once")
 
 
 @complained(
-    SCENES,
     frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.INELASTIC, Tag.CONVENTION}),
     about="DynamO",
     thread="https://github.com/dynamomd/DynamO/issues/57",
@@ -264,8 +242,7 @@ def _visualchemeng_10() -> Staged:
 def _dynamo_57() -> Staged:
     """Three discs in line with restitution 1/16: impacts without end in finite time."""
     radius = 0.25
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(-0.75 + 0j, 1 + 0j, radius), disc(0j, 0j, radius), disc(0.75 + 0j, -1 + 0j, radius)],
         restitution=0.0625,
         duration_s=2.0,

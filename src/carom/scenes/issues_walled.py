@@ -5,19 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.scene import Scene, Wall
-from carom.scenes.closed_forms import after_impact, complete_answer, disc, dot, impact, unit
-from carom.scenes.complaint import Complaint, Symptom, complained
-from carom.scenes.known_answer import UNNAMED, KnownAnswer, KnownImpact, Staged, Tag
-from carom.scenes.walled import box_walls
-from carom.trace import wall_body
-
-__all__ = ["SCENES"]
+from carom.scene import Wall
+from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
+from carom.scenes.complaint import Symptom, complained
+from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.walled import bounces_in_a_box, box_walls
 
 _MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"
-
-#: In the order in which reports list them.
-SCENES: list[Complaint] = []
 
 _WALL = frozenset({Tag.WALLS})
 
@@ -26,8 +20,7 @@ def _wall_on_the_right(
     *, radius_m: float, velocity: complex, gap_m: float, duration_s: float, rate_hz: float, restitution: float = 1.0
 ) -> Staged:
     """Stage a disc at the origin that meets one wall."""
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(0j, velocity, radius_m)],
         walls=[Wall(point_m=(radius_m + gap_m, 0.0), normal=(-1.0, 0.0))],
         wall_restitution=restitution,
@@ -35,11 +28,10 @@ def _wall_on_the_right(
         frame_rate_hz=rate_hz,
     )
     after = complex(-restitution * velocity.real, velocity.imag)
-    return Staged(scene, complete_answer(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR))
+    return answered(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE},
     about="Bullet",
     engine="pybullet",
@@ -55,7 +47,6 @@ def _bullet3_3094() -> Staged:
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Bullet",
     engine="pybullet",
@@ -70,7 +61,6 @@ def _bullet3_4341() -> Staged:
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.TWO_BODIES},
     about="Box2D",
     engine="box2d",
@@ -86,7 +76,6 @@ def _box2d_654() -> Staged:
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/919",
@@ -101,7 +90,6 @@ def _rapier_919() -> Staged:
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.CHAIN},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/615",
@@ -113,24 +101,13 @@ def _rapier_919() -> Staged:
 def _rapier_615() -> Staged:
     """An elastic ball in a box, without gravity."""
     radius, width, height, start, speed = 0.2, 3.0, 2.0, 0.7 + 0.6j, 4.1 + 2.3j
-    scene = Scene(name=UNNAMED, discs=[disc(start, speed, radius)], walls=box_walls(width, height), duration_s=5.0)
-    events: list[tuple[float, int, bool]] = []
-    for place, v, length, far, near, is_x in (
-        (start.real - radius, speed.real, width - 2 * radius, 1, 0, True),
-        (start.imag - radius, speed.imag, height - 2 * radius, 3, 2, False),
-    ):
-        count = math.floor((place + v * scene.duration_s) / length)
-        events += [((n * length - place) / v, (near, far)[n % 2], is_x) for n in range(1, count + 1)]
-    velocity = speed
-    impacts = []
-    for time, wall, is_x in sorted(events):
-        velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
-        impacts.append(impact(time, 0, wall_body(wall), velocity))
-    return Staged(scene, complete_answer(scene, impacts, "Unfolding: one straight line through a lattice of boxes"))
+    scene = scene_of(discs=[disc(start, speed, radius)], walls=box_walls(width, height), duration_s=5.0)
+    inner = start - complex(radius, radius)
+    impacts = bounces_in_a_box(inner, speed, width - 2 * radius, height - 2 * radius, scene.duration_s)
+    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.CHAIN},
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
@@ -141,16 +118,13 @@ def _rapier_615() -> Staged:
 def _pooltool_217() -> Staged:
     """A ball goes straight into a corner: two walls at one instant."""
     radius, side, part = 0.028575, 4.5, math.sqrt(2.0)
-    scene = Scene(
-        name=UNNAMED, discs=[disc(1 + 1j, complex(part, part), radius)], walls=box_walls(side, side), duration_s=3.5
-    )
+    scene = scene_of(discs=[disc(1 + 1j, complex(part, part), radius)], walls=box_walls(side, side), duration_s=3.5)
     time = (side - radius - 1) / part
     impacts = [impact(time, 0, -4, complex(part, -part)), impact(time, 0, -2, complex(-part, -part))]
-    return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; at a right angle neither changes the other"))
+    return answered(scene, impacts, f"{_MIRROR}; at a right angle neither changes the other")
 
 
 @complained(
-    SCENES,
     _WALL,
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
@@ -161,17 +135,15 @@ def _pooltool_217() -> Staged:
 def _pooltool_217_touching() -> Staged:
     """A ball that touches a cushion is shot towards it."""
     radius, side = 0.03125, 4.5
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(side - radius, 1), 1.5 + 0.5j, radius)],
         walls=box_walls(side, side),
         duration_s=1.0,
     )
-    return Staged(scene, complete_answer(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once"))
+    return answered(scene, [impact(0.0, 0, -2, -1.5 + 0.5j)], f"{_MIRROR}: at once")
 
 
 @complained(
-    SCENES,
     _WALL | {Tag.IN_LINE, Tag.CHAIN},
     about="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
@@ -183,8 +155,7 @@ def _nimble_143() -> Staged:
     """A ball bounces off a wall and meets the one that follows it."""
     # A ball goes to the wall, comes back and meets the one that follows it.
     radius, wall, first, second, v1, v2 = 0.1, 1.1, 0.5, 0.0, 1.0, 0.5
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(first, 0), complex(v1, 0), radius), disc(complex(second, 0), complex(v2, 0), radius)],
         walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
         duration_s=1.25,
@@ -198,11 +169,10 @@ def _nimble_143() -> Staged:
     again = met + (wall - radius - where) / v2
     impacts.append(impact(again, 0, -1, complex(-v2, 0)))
     impacts = [known for known in impacts if known.time_s < scene.duration_s]
-    return Staged(scene, complete_answer(scene, impacts, f"{_MIRROR}; equal masses exchange velocities"))
+    return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
 
 
 @complained(
-    SCENES,
     frozenset({Tag.CHAIN, Tag.CONSERVED}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/154",
@@ -220,7 +190,7 @@ def _pooltool_154() -> Staged:
     discs = [disc(0.5 + 0.5j, velocity, radius)]
     places = [complex(k - row / 2, row * math.sqrt(3) / 2) * pitch for row in range(5) for k in range(row + 1)]
     discs += [disc(apex + place, 0j, radius) for place in places]
-    scene = Scene(name=UNNAMED, discs=discs, duration_s=1.0, frame_rate_hz=240.0)
+    scene = scene_of(discs=discs, duration_s=1.0, frame_rate_hz=240.0)
     start = complex(*scene.discs[0].position_m)
     first: tuple[float, int] | None = None
     for k, struck in enumerate(scene.discs[1:], 1):
@@ -231,7 +201,7 @@ def _pooltool_154() -> Staged:
             time = (along - math.sqrt(4 * radius**2 - missed)) / speed
             first = min(first or (time, k), (time, k))
     if first is None:
-        return Staged(scene, complete_answer(scene, [], "The path of the cue ball passes every ball"))
+        return answered(scene, [], "The path of the cue ball passes every ball")
     time, struck_number = first
     normal = unit(complex(*scene.discs[struck_number].position_m) - start - velocity * time)
     after = after_impact(1.0, velocity, 1.0, 0j, normal)

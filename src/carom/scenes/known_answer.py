@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -21,18 +21,7 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Trace, Vector
 
-__all__ = [
-    "UNNAMED",
-    "Builder",
-    "CatalogueScene",
-    "KnownAnswer",
-    "KnownImpact",
-    "Staged",
-    "Tag",
-    "deviation",
-    "listed",
-    "told",
-]
+__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
 
 
 class Tag(StrEnum):
@@ -110,9 +99,6 @@ class Staged(NamedTuple):
 #: group; its docstring says in one sentence what the scene shows.
 Builder = Callable[[], Staged]
 
-#: What a scene is called until the catalogue gives it its name.
-UNNAMED = "unnamed"
-
 
 @dataclass(frozen=True)
 class CatalogueScene:
@@ -152,21 +138,22 @@ class CatalogueScene:
 
 
 def listed(
-    scenes: list[CatalogueScene], group: str, tags: frozenset[Tag] = frozenset()
-) -> Callable[[Builder], Builder]:
-    """Return a decorator that enters what a builder makes into a list of scenes, under the builder's own name."""
+    group: str, tags: frozenset[Tag] = frozenset(), kind: type[CatalogueScene] = CatalogueScene, **more: Any
+) -> Callable[[Builder], CatalogueScene]:
+    """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
 
-    def enter(build: Builder) -> Builder:
-        scenes.append(CatalogueScene(*told(build, group), build, tags))
-        return build
+    Args:
+        group: The group of the scene.
+        tags: Its tags.
+        kind: What kind of entry it is.
+        more: Fields of that kind.
+    """
+
+    def enter(build: Builder) -> CatalogueScene:
+        name = build.__name__.strip("_").replace("_", "-")
+        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, tags, **more)
 
     return enter
-
-
-def told(build: Builder, group: str) -> tuple[str, str]:
-    """Return a scene's full name and what it shows, as its builder has them."""
-    name: str = build.__name__.strip("_").replace("_", "-")
-    return f"{group}/{name}", " ".join((build.__doc__ or "").split())
 
 
 def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

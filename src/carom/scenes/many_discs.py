@@ -5,25 +5,18 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.scene import Scene
-from carom.scenes.closed_forms import complete_answer, disc, impact
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, KnownAnswer, Staged, Tag, listed
+from carom.scenes.closed_forms import answered, disc, impact, scene_of
+from carom.scenes.known_answer import KnownAnswer, Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
-__all__ = ["SCENES"]
 
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
-
-
-@listed(SCENES, "classics", frozenset({Tag.CHAIN, Tag.CONVENTION}))
+@listed("classics", frozenset({Tag.CHAIN, Tag.CONVENTION}))
 def _one_into_two() -> Staged:
     """A disc strikes two touching discs at one instant."""
     radius, speed, start_x = 0.25, 1.0, -1.1
     # The three centres are an equilateral triangle, so the normals are at 30 degrees to the path.
     cosine, sine = math.sqrt(3) / 2, 0.5
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(complex(start_x, 0), complex(speed, 0), radius),
             disc(complex(0, radius), 0j, radius),
@@ -44,10 +37,10 @@ def _one_into_two() -> Staged:
         "mirror image; impacts are taken one pair at a time, the lower numbers first"
     )
     source = "Equal masses exchange the normal parts of their velocities, first at +30, then at -30 degrees"
-    return Staged(scene, complete_answer(scene, impacts, source, convention))
+    return answered(scene, impacts, source, convention)
 
 
-@listed(SCENES, "classics", frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONSERVED}))
+@listed("classics", frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONSERVED}))
 def _gas() -> Staged:
     """Sixteen discs in a box: energy stays, and reversed velocities lead back to the start."""
     side, radius, pitch, speed = 4, 0.1, 0.5, 1.5
@@ -59,7 +52,7 @@ def _gas() -> Staged:
         direction = cmath.exp(1j * golden_angle * k)
         centre = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
         discs.append(disc(centre, speed * direction, radius))
-    scene = Scene(name=UNNAMED, discs=discs, walls=box_walls(side * pitch, side * pitch), duration_s=1.0)
+    scene = scene_of(discs=discs, walls=box_walls(side * pitch, side * pitch), duration_s=1.0)
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
     energy = len(discs) * 0.5 * speed**2
     return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=energy))

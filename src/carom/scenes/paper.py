@@ -7,11 +7,10 @@ frames: the phase says how much of a frame has gone by when the discs touch.
 
 from __future__ import annotations
 
-from carom.scene import Scene
-from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
+from functools import partial
 
-__all__ = ["SCENES"]
+from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
+from carom.scenes.known_answer import Staged, Tag, listed
 
 _FILM_HZ = 24.0
 
@@ -20,42 +19,24 @@ _BACKWARDS = (
     "velocities from conservation of momentum and energy along the normal"
 )
 
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
+_seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
 
 
-def _two_discs(
-    velocity: tuple[complex, complex], radius_m: tuple[float, float], offset: float, frames: float, duration_s: float
-) -> Staged:
-    """Stage two equal masses that meet at the origin after so many frames, the second centre `offset` to the left."""
-    (v0, v1), (r0, r1) = velocity, radius_m
-    time = frames / _FILM_HZ
-    normal = normal_of_offset(v0 - v1, offset)
-    scene = Scene(
-        name=UNNAMED,
-        discs=[disc(-r0 * normal - v0 * time, v0, r0), disc(r1 * normal - v1 * time, v1, r1)],
-        duration_s=duration_s,
-        frame_rate_hz=_FILM_HZ,
-    )
-    after = after_impact(1.0, v0, 1.0, v1, normal)
-    return Staged(scene, complete_answer(scene, [impact(time, 0, 1, *after)], _BACKWARDS))
-
-
-@listed(SCENES, "paper", frozenset({Tag.TWO_BODIES}))
+@listed("paper", frozenset({Tag.TWO_BODIES}))
 def _missed() -> Staged:
     """Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3)."""
     # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
-    return _two_discs((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, frames=10.2, duration_s=1.0)
+    return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
-@listed(SCENES, "paper", frozenset({Tag.TWO_BODIES}))
+@listed("paper", frozenset({Tag.TWO_BODIES}))
 def _late() -> Staged:
     """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
-    return _two_discs((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, frames=9.1, duration_s=1.0)
+    return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
-@listed(SCENES, "paper", frozenset({Tag.CHAIN}))
+@listed("paper", frozenset({Tag.CHAIN}))
 def _wrong_direction() -> Staged:
     """Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
@@ -67,8 +48,7 @@ def _wrong_direction() -> Staged:
     normal_2 = normal_of_offset(blue_between, 0.3)
     blue_after, red_after = after_impact(1.0, blue_between, heavy, 0j, normal_2)
     red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(-2 * radius * normal_1 - green * time_1, green, radius),
             disc(-blue * time_1, blue, radius),
@@ -78,10 +58,10 @@ def _wrong_direction() -> Staged:
         frame_rate_hz=_FILM_HZ,
     )
     impacts = [impact(time_1, 0, 1, green_after, blue_between), impact(time_2, 1, 2, blue_after, red_after)]
-    return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))
+    return answered(scene, impacts, _BACKWARDS)
 
 
-@listed(SCENES, "paper", frozenset({Tag.CHAIN}))
+@listed("paper", frozenset({Tag.CHAIN}))
 def _multiple() -> Staged:
     """A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12
@@ -96,5 +76,5 @@ def _multiple() -> Staged:
         # Four impacts at .10, .38, .66 and .94 of one frame.
         centre += velocity * (0.28 / _FILM_HZ)
         time += 0.28 / _FILM_HZ
-    scene = Scene(name=UNNAMED, discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
-    return Staged(scene, complete_answer(scene, impacts, _BACKWARDS))
+    scene = scene_of(discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    return answered(scene, impacts, _BACKWARDS)

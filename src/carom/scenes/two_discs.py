@@ -5,67 +5,25 @@ from __future__ import annotations
 import cmath
 import math
 
-from carom.scene import Scene
-from carom.scenes.closed_forms import after_impact, complete_answer, disc, impact, normal_of_offset
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, Staged, Tag, listed
-
-__all__ = ["SCENES"]
-
-_NEWTON = (
-    "Written backwards from the impact; velocities from conservation of momentum and Newton's law of restitution, in "
-    "the frame of the centre of mass"
-)
-
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
+from carom.scenes.closed_forms import answered, disc, impact, meeting, scene_of
+from carom.scenes.known_answer import Staged, Tag, listed
 
 _PAIR = frozenset({Tag.TWO_BODIES})
 
 
-def _meeting(
-    *,
-    velocity: tuple[complex, complex],
-    radius_m: tuple[float, float],
-    mass_kg: tuple[float, float] = (1.0, 1.0),
-    offset: float = 0.0,
-    restitution: float = 1.0,
-    time_s: float,
-    duration_s: float,
-    source: str = _NEWTON,
-) -> Staged:
-    """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
-    (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
-    normal = normal_of_offset(v0 - v1, offset)
-    scene = Scene(
-        name=UNNAMED,
-        discs=[disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)],
-        restitution=restitution,
-        duration_s=duration_s,
-    )
-    after = after_impact(m0, v0, m1, v1, normal, restitution)
-    return Staged(scene, complete_answer(scene, [impact(time_s, 0, 1, *after)], source))
-
-
-@listed(SCENES, "classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
+@listed("classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
 def _head_on() -> Staged:
     """Masses 1 and 3 meet head-on with restitution 1/2."""
-    return _meeting(
-        velocity=(4 + 0j, -2 + 0j),
-        radius_m=(0.2, 0.3),
-        mass_kg=(1.0, 3.0),
-        restitution=0.5,
-        time_s=0.71,
-        duration_s=1.5,
-    )
+    return meeting((4 + 0j, -2 + 0j), (0.2, 0.3), mass_kg=(1.0, 3.0), restitution=0.5, time_s=0.71, duration_s=1.5)
 
 
-@listed(SCENES, "classics", _PAIR)
+@listed("classics", _PAIR)
 def _oblique_3_4_5() -> Staged:
     """A disc at 5 m/s strikes an equal one at rest; they leave at 3 and 4 m/s, at a right angle."""
     # The normal (4, 3)/5 splits the 5 m/s into 4 along it, which the struck disc takes, and 3 across it, which stay.
-    return _meeting(
-        velocity=(5 + 0j, 0j),
-        radius_m=(0.25, 0.25),
+    return meeting(
+        (5 + 0j, 0j),
+        (0.25, 0.25),
         offset=3 / 5,
         time_s=0.42,
         duration_s=1.25,
@@ -73,35 +31,28 @@ def _oblique_3_4_5() -> Staged:
     )
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.INELASTIC})
+@listed("classics", _PAIR | {Tag.INELASTIC})
 def _inelastic_oblique() -> Staged:
     """Two unequal discs, both moving, meet off centre with restitution 1/2."""
-    return _meeting(
-        velocity=(3 + 1j, -2 + 0.5j),
-        radius_m=(0.3, 0.2),
-        mass_kg=(2.0, 1.0),
-        offset=-0.4,
-        restitution=0.5,
-        time_s=0.57,
-        duration_s=1.5,
+    return meeting(
+        (3 + 1j, -2 + 0.5j), (0.3, 0.2), mass_kg=(2.0, 1.0), offset=-0.4, restitution=0.5, time_s=0.57, duration_s=1.5
     )
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
+@listed("classics", _PAIR | {Tag.IN_LINE, Tag.INELASTIC})
 def _perfectly_inelastic() -> Staged:
     """A disc runs into an equal one at rest with restitution 0, and both go on together."""
     # Powers of two throughout: the common velocity is exact, so rounding cannot make the pair approach once more.
-    return _meeting(velocity=(4 + 0j, 0j), radius_m=(0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
+    return meeting((4 + 0j, 0j), (0.25, 0.25), restitution=0.0, time_s=0.71875, duration_s=1.5)
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.IMMOVABLE})
+@listed("classics", _PAIR | {Tag.IMMOVABLE})
 def _deflection() -> Staged:
     """A disc bounces off an immovable one and turns by 120 degrees."""
     radius, fixed, speed, start_x = 0.2, 0.3, 4.0, -2.1
     contact = radius + fixed
     miss_distance = contact / 2
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(start_x, -miss_distance), complex(speed, 0), radius), disc(0j, 0j, fixed, math.inf)],
         duration_s=1.25,
     )
@@ -110,52 +61,46 @@ def _deflection() -> Staged:
     # The fixed disc lies to the left of the path, so the moving one turns to the right.
     after = speed * cmath.exp(-1j * deflection)
     source = "Deflection pi - 2 asin(b/R) by a rigid sphere: Landau and Lifshitz, Mechanics, section 18, problem 1"
-    return Staged(scene, complete_answer(scene, [impact(time, 0, 1, after, 0j)], source))
+    return answered(scene, [impact(time, 0, 1, after, 0j)], source)
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.GRAZING})
+@listed("classics", _PAIR | {Tag.GRAZING})
 def _graze() -> Staged:
     """A disc grazes another at .999 of the contact distance: a short, shallow overlap."""
-    return _meeting(velocity=(3 + 0j, 0j), radius_m=(0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
+    return meeting((3 + 0j, 0j), (0.3, 0.2), offset=0.999, time_s=0.61, duration_s=1.25)
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.GRAZING, Tag.NO_IMPACT})
+@listed("classics", _PAIR | {Tag.GRAZING, Tag.NO_IMPACT})
 def _miss() -> Staged:
     """A disc passes another at 1.001 of the contact distance: no impact."""
     # Nearest after .6 s, at 1.001 contact distances.
     contact, speed, nearest = 0.5, 3.0, 0.6
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(-speed * nearest, 0), complex(speed, 0), 0.3), disc(1.001j * contact, 0j, 0.2)],
         duration_s=1.25,
     )
-    return Staged(scene, complete_answer(scene, [], "The least distance of the centres exceeds the sum of the radii"))
+    return answered(scene, [], "The least distance of the centres exceeds the sum of the radii")
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.NO_IMPACT})
+@listed("classics", _PAIR | {Tag.NO_IMPACT})
 def _touching_apart() -> Staged:
     """Two discs touch at the start and move apart: no impact."""
     radius = 0.25
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(-radius, 0), -1 + 0.5j, radius), disc(complex(radius, 0), 2 + 0.25j, radius)],
         duration_s=1.0,
     )
-    return Staged(scene, complete_answer(scene, [], "Bodies that do not approach exchange no impulse"))
+    return answered(scene, [], "Bodies that do not approach exchange no impulse")
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.MASS_RATIO})
+@listed("classics", _PAIR | {Tag.MASS_RATIO})
 def _mass_ratio_1000() -> Staged:
     """A disc of 500 kg sweeps one of half a kilogram away."""
-    return _meeting(
-        velocity=(2 + 0j, 0j), radius_m=(0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25
-    )
+    return meeting((2 + 0j, 0j), (0.5, 0.1), mass_kg=(500.0, 0.5), offset=0.3, time_s=0.43, duration_s=1.25)
 
 
-@listed(SCENES, "classics", _PAIR | {Tag.FAST})
+@listed("classics", _PAIR | {Tag.FAST})
 def _bullet() -> Staged:
     """A small disc at 100 m/s strikes another: it passes its target whole between two frames."""
     # 1.7 m between two frames, and a target .5 m across.
-    return _meeting(
-        velocity=(100 + 0j, 0j), radius_m=(0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5
-    )
+    return meeting((100 + 0j, 0j), (0.05, 0.25), mass_kg=(0.1, 2.0), offset=-0.3, time_s=0.171, duration_s=0.5)

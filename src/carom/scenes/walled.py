@@ -4,24 +4,20 @@ from __future__ import annotations
 
 import math
 
-from carom.scene import Scene, Wall
+from carom.scene import Wall
 from carom.scenes.closed_forms import (
     after_impact,
     after_wall,
-    complete_answer,
+    answered,
     disc,
     impact,
     normal_of_offset,
+    scene_of,
     unit,
     vector,
 )
-from carom.scenes.known_answer import UNNAMED, CatalogueScene, KnownImpact, Staged, Tag, listed
+from carom.scenes.known_answer import KnownImpact, Staged, Tag, listed
 from carom.trace import wall_body
-
-__all__ = ["SCENES"]
-
-#: In the order in which reports list them.
-SCENES: list[CatalogueScene] = []
 
 _WALL = frozenset({Tag.WALLS})
 
@@ -36,46 +32,57 @@ def box_walls(width_m: float, height_m: float) -> list[Wall]:
     ]
 
 
-@listed(SCENES, "classics", _WALL | {Tag.CHAIN})
-def _box() -> Staged:
-    """One disc in a box: its many bounces are one straight line, unfolded."""
-    radius, width, height = 0.2, 2.4, 1.6
-    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
-    scene = Scene(
-        name=UNNAMED,
-        discs=[disc(start + complex(radius, radius), velocity, radius)],
-        walls=box_walls(width, height),
-        duration_s=2.5,
-    )
+def bounces_in_a_box(
+    start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
+) -> list[KnownImpact]:
+    """Return the impacts of a disc with the walls of `box_walls`, by unfolding: its path is one straight line.
 
-    def crossings(start: float, speed: float, length: float) -> list[float]:
-        """Times at which a straight path crosses the mirror images of the far wall, the near one, the far one, ..."""
-        count = math.floor((start + speed * scene.duration_s) / length)
-        return [(n * length - start) / speed for n in range(1, count + 1)]
-
-    # Walls in the order in which each coordinate meets them: it moves up at first.
-    events = [(t, (1, 0)[n % 2], True) for n, t in enumerate(crossings(start.real, velocity.real, width - 2 * radius))]
-    events += [
-        (t, (3, 2)[n % 2], False) for n, t in enumerate(crossings(start.imag, velocity.imag, height - 2 * radius))
-    ]
+    Args:
+        start: Its centre in the box that is left to the centre, from the corner of that.
+        velocity: Its velocity, to the right and up.
+        width_m: Width of the box that is left to the centre.
+        height_m: Its height.
+        duration_s: Until when.
+    """
+    events: list[tuple[float, int, bool]] = []
+    for place, speed, length, near, is_x in (
+        (start.real, velocity.real, width_m, 0, True),
+        (start.imag, velocity.imag, height_m, 2, False),
+    ):
+        # A straight path crosses the mirror images of the far wall, the near one, the far one, ...
+        count = math.floor((place + speed * duration_s) / length)
+        events += [((n * length - place) / speed, near + n % 2, is_x) for n in range(1, count + 1)]
     impacts = []
     for time, wall, is_x in sorted(events):
         velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
         impacts.append(impact(time, 0, wall_body(wall), velocity))
+    return impacts
+
+
+@listed("classics", _WALL | {Tag.CHAIN})
+def _box() -> Staged:
+    """One disc in a box: its many bounces are one straight line, unfolded."""
+    radius, width, height = 0.2, 2.4, 1.6
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
+    scene = scene_of(
+        discs=[disc(start + complex(radius, radius), velocity, radius)],
+        walls=box_walls(width, height),
+        duration_s=2.5,
+    )
+    impacts = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
     source = (
         "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _WALL | {Tag.INELASTIC, Tag.CHAIN})
+@listed("classics", _WALL | {Tag.INELASTIC, Tag.CHAIN})
 def _restitution_ladder() -> Staged:
     """A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
     start_x, velocity = 0.6, 11 + 0.3j
     first, length = width - radius - start_x, width - 2 * radius
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(complex(start_x, 0), velocity, radius)],
         walls=box_walls(width, width)[:2],
         wall_restitution=e,
@@ -93,15 +100,14 @@ def _restitution_ladder() -> Staged:
     source = (
         "Each wall leaves e of the speed across, so the crossing times are a geometric series; the speed along stays"
     )
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)
 
 
-@listed(SCENES, "classics", _WALL | {Tag.TWO_BODIES, Tag.INELASTIC})
+@listed("classics", _WALL | {Tag.TWO_BODIES, Tag.INELASTIC})
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[disc(radius * normal - velocity * time, velocity, radius)],
         # Any point of the wall will do; this one lies 2 m off the place of impact.
         walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
@@ -111,10 +117,10 @@ def _slanted_wall() -> Staged:
     source = (
         "Written backwards from the impact: the velocity along the wall stays, that across it is turned round times e"
     )
-    return Staged(scene, complete_answer(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source))
+    return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
 
 
-@listed(SCENES, "classics", _WALL | {Tag.CHAIN})
+@listed("classics", _WALL | {Tag.CHAIN})
 def _bank_shot() -> Staged:
     """A disc bounces off a wall and then strikes another disc."""
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
@@ -122,8 +128,7 @@ def _bank_shot() -> Staged:
     struck = complex(0, radius) + outgoing * (time_2 - time_1)
     normal = normal_of_offset(outgoing, 0.4)
     after, target_after = after_impact(1.0, outgoing, 1.0, 0j, normal)
-    scene = Scene(
-        name=UNNAMED,
+    scene = scene_of(
         discs=[
             disc(complex(0, radius) - incoming * time_1, incoming, radius),
             disc(struck + 2 * radius * normal, 0j, radius),
@@ -133,4 +138,4 @@ def _bank_shot() -> Staged:
     )
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
     source = "Written backwards from both impacts: the path to the wall is the mirror image of the path from it"
-    return Staged(scene, complete_answer(scene, impacts, source))
+    return answered(scene, impacts, source)

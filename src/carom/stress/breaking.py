@@ -11,7 +11,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import save_scene
 from carom.stress.attack import Attack, Judgement, Trial
-from carom.stress.results import Ending, Spot
+from carom.stress.results import Spot, SpotEnding
 
 __all__ = ["breaking_point"]
 
@@ -54,16 +54,16 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, scenes: Path, *
             runs += tried.runs
             stood, fell = (tried, fell) if tried.stands else (stood, tried)
     except NotRunError as error:
-        return Spot("attack", attack.name, method.name, Ending.NOT_RUN, reason=str(error), runs=runs)
+        return Spot("attack", attack.name, method.name, SpotEnding.NOT_RUN, reason=str(error), runs=runs)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     file = _saved(shown.trial, attack.name, method, scenes, "gives way" if fell else "stands")
-    broke = Ending.GIVES_WAY if stood else Ending.NEVER_STOOD
+    broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
     return Spot(
         "attack",
         attack.name,
         method.name,
-        Ending.STANDS if fell is None else broke,
+        SpotEnding.STANDS if fell is None else broke,
         value=shown.value,
         stands_at=stood.value if stood else None,
         error=_number(stood.judgement.error) if stood else None,

@@ -23,7 +23,7 @@ from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
-from carom.stress.results import Ending, Line, Spot, StressResults
+from carom.stress.results import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["JOURNAL", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
 
@@ -140,7 +140,7 @@ def _cell_key(task: StressTask, method: Method) -> tuple[str, str, str]:
 def _spot(task: StressTask, method: Method, info: EngineInfo, asker: Asker) -> Spot:
     line, carry_out = task
     if info.unavailable:
-        return Spot(line.kind, line.name, method.name, Ending.NOT_RUN, reason=f"unavailable: {info.unavailable}")
+        return Spot(line.kind, line.name, method.name, SpotEnding.NOT_RUN, reason=f"unavailable: {info.unavailable}")
     return carry_out(method, asker)
 
 

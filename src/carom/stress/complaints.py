@@ -14,7 +14,7 @@ from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
 from carom.stress.attack import deepest_overlap
-from carom.stress.results import Ending, Spot
+from carom.stress.results import Spot, SpotEnding
 from carom.trace import Outcome, Trace, kinetic_energy
 
 __all__ = ["NOTICED", "complaint_spot", "shows"]
@@ -32,7 +32,7 @@ def complaint_spot(complaint: Complaint, method: Method, asker: Asker, scenes: P
     save_scene(scene, scenes / file)
     files = (f"{scenes.name}/{file}",)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return Spot("complaint", line, method.name, Ending.NOT_RUN, reason=answer.said, scenes=files)
+        return Spot("complaint", line, method.name, SpotEnding.NOT_RUN, reason=answer.said, scenes=files)
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
@@ -41,7 +41,7 @@ def complaint_spot(complaint: Complaint, method: Method, asker: Asker, scenes: P
         "complaint",
         line,
         method.name,
-        Ending.STILL_DOES if seen else Ending.DOES_NOT,
+        SpotEnding.STILL_DOES if seen else SpotEnding.DOES_NOT,
         value=figure if math.isfinite(figure) else None,
         reason=reason if seen or not reason else f"not as reported, but {reason}",
         scenes=files,

@@ -21,7 +21,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Disc, Scene, save_scene
 from carom.stress.breaking import NotRunError
-from carom.stress.results import Ending, Spot
+from carom.stress.results import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
 __all__ = ["HOLDS", "Relation", "base_scene", "deviation_of", "relation_spot", "relations"]
@@ -209,12 +209,12 @@ def relation_spot(name: str, method: Method, asker: Asker, scenes: Path) -> Spot
         value = deviation_of(name, base, run)
         reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
     except NotRunError as error:
-        return Spot("relation", name, method.name, Ending.NOT_RUN, reason=str(error))
+        return Spot("relation", name, method.name, SpotEnding.NOT_RUN, reason=str(error))
     except _StoppedError as error:
         reason = str(error)
     except InputError as error:
         reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
-    ending, files = Ending.FAILS if reason else Ending.HOLDS, _save(name, method, used, scenes)
+    ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(name, method, used, scenes)
     return Spot("relation", name, method.name, ending, value, reason=reason, scenes=files, runs=len(used))
 
 

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Method
 
-__all__ = ["Ending", "Line", "Spot", "StressResults"]
+__all__ = ["Line", "Spot", "SpotEnding", "StressResults"]
 
 
-class Ending(StrEnum):
+class SpotEnding(StrEnum):
     """How a cell ended; the value is the phrase shown."""
 
     GIVES_WAY = "gives way"
@@ -48,17 +47,13 @@ class Spot:
     kind: str
     line: str
     method: str
-    ending: Ending
+    ending: SpotEnding
     value: float | None = None
     stands_at: float | None = None
     error: float | None = None
     reason: str = ""
     scenes: tuple[str, ...] = ()
     runs: int = 0
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the cell as plain values."""
-        return {**asdict(self), "ending": self.ending.name.lower(), "scenes": list(self.scenes)}
 
 
 @dataclass(frozen=True)

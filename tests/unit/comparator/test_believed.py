@@ -10,7 +10,7 @@ from tests.planted.faults import replayed
 
 from carom import compare, solve_pic
 from carom.comparator import Verdict
-from carom.comparator.believed import estimate_horizon
+from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
 from carom.scenes import catalogue
 

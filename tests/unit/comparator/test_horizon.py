@@ -103,7 +103,8 @@ def dropped(trace: Trace, at: int) -> Trace:
 def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:
     """A horizon that covers the scene is no horizon."""
     whole, plain = compare(pic, pic, horizon=SCENE.duration_s), compare(pic, pic)
-    assert (whole.errors, whole.findings, whole.grade) == (plain.errors, plain.findings, plain.grade)
+    assert repr((whole.errors, whole.findings)) == repr((plain.errors, plain.findings))  # NaN equals nothing
+    assert whole.grade is plain.grade
     assert whole.horizon_s is None
 
 

@@ -20,7 +20,7 @@ import pytest
 from rich.console import Console
 
 from carom.errors import InputError, MissingExtraError
-from carom.report import ReportPaths, write_report
+from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.records import read_records
@@ -65,13 +65,17 @@ class _Page(HTMLParser):
 
 
 @pytest.fixture(scope="module")
-def paths(results: Results, tmp_path_factory: pytest.TempPathFactory) -> ReportPaths:
-    return write_report(results, tmp_path_factory.mktemp("report") / "new" / "folder")
+def folder(results: Results, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return write_report(results, tmp_path_factory.mktemp("report") / "new" / "folder").parent
 
 
 @pytest.fixture(scope="module")
-def source(paths: ReportPaths) -> str:
-    return paths.html.read_text(encoding="utf-8")
+def source(folder: Path) -> str:
+    return (folder / "index.html").read_text(encoding="utf-8")
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 @pytest.fixture(scope="module")
@@ -144,18 +148,18 @@ def one_scene(results: Results) -> Results:
     return replace(results, rows=tuple(row for row in results.rows if row.job.scene.name == "paper/late"))
 
 
-def test_report_is_the_same_when_written_again(results: Results, paths: ReportPaths, tmp_path: Path) -> None:
+def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only where its results do."""
-    again = write_report(results, tmp_path)
-    assert [path.read_bytes() for path in again] == [path.read_bytes() for path in paths]
+    write_report(results, tmp_path)
+    assert files_of(tmp_path) == files_of(folder)
 
 
 def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> None:
     """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
-    paths = write_report(one_scene, tmp_path)
-    assert paths.html.read_text(encoding="utf-8") != "old"
+    assert write_report(one_scene, tmp_path) == tmp_path / "index.html"
+    assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
     names = {"index.html", "report.md", "results.jsonl", "junit.xml", "notes.txt"}
     assert {path.name for path in tmp_path.iterdir()} == names
 
@@ -164,18 +168,18 @@ def test_an_interrupted_report_leaves_the_older_one(
     one_scene: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Whatever stops the writing, the files of the older report are whole, and no half file lies about."""
-    old = {path.name: path.read_bytes() for path in write_report(one_scene, tmp_path)}
-    write_text = Path.write_text
+    write_report(one_scene, tmp_path)
+    old, write_bytes = files_of(tmp_path), Path.write_bytes
 
-    def failing(self: Path, *args: str, **kwargs: str) -> int:
+    def failing(self: Path, content: bytes) -> int:
         if "results.jsonl" in self.name:
             raise KeyboardInterrupt
-        return write_text(self, *args, **kwargs)
+        return write_bytes(self, content)
 
-    monkeypatch.setattr(Path, "write_text", failing)
+    monkeypatch.setattr(Path, "write_bytes", failing)
     with pytest.raises(KeyboardInterrupt):
         write_report(one_scene, tmp_path)
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == old
+    assert files_of(tmp_path) == old
 
 
 @pytest.mark.parametrize("module", ["jinja2", "matplotlib"])
@@ -189,13 +193,13 @@ def test_a_missing_extra_is_named(
     assert not (tmp_path / "none").exists()
 
 
-def test_jsonl_is_strict_and_complete(results: Results, paths: ReportPaths) -> None:
+def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
     """A line for the whole run, then one a row in order, all JSON without NaN or infinity; the machine is told once."""
 
     def refuse(text: str) -> None:
         raise AssertionError(text)
 
-    lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
+    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
     head, *found = (json.loads(line, parse_constant=refuse) for line in lines)
     assert [(line["scene"], line["engine"], line["dt_s"]) for line in found] == [
         (row.job.scene.name, row.job.engine, row.job.dt_s) for row in results.rows
@@ -211,12 +215,12 @@ def test_jsonl_is_strict_and_complete(results: Results, paths: ReportPaths) -> N
     assert missed["missed"] == [0]
     assert missed["total"]["velocity"] is None
     assert missed["price_paid"] == pytest.approx(1.0)
-    assert read_records(paths.jsonl) == (head, found)
+    assert read_records(folder / "results.jsonl") == (head, found)
 
 
-def test_json_lines_of_another_format_are_refused_in_a_sentence(paths: ReportPaths, tmp_path: Path) -> None:
+def test_json_lines_of_another_format_are_refused_in_a_sentence(folder: Path, tmp_path: Path) -> None:
     """Lines of an earlier Carom, of a later one, or cut off, are refused with what they are and what to do."""
-    lines = paths.jsonl.read_text(encoding="utf-8").splitlines()
+    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
     earlier = json.dumps({"format": 1, "scene": "paper/late", "environment": {}})
     for text, what in (
         (earlier, "is of format 1"),
@@ -229,9 +233,9 @@ def test_json_lines_of_another_format_are_refused_in_a_sentence(paths: ReportPat
             read_records(path)
 
 
-def test_junit_counts_are_those_of_the_rows(results: Results, paths: ReportPaths) -> None:
+def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> None:
     """Wrong and inaccurate cells are failures, broken engines errors, and what was not run is skipped, with reasons."""
-    root = ET.parse(paths.junit).getroot()  # noqa: S314 - our own file
+    root = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - our own file
     cases = list(root.iter("testcase"))
     assert len(cases) == len(results.rows) == int(root.attrib["tests"])
     for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
@@ -248,9 +252,9 @@ def test_junit_counts_are_those_of_the_rows(results: Results, paths: ReportPaths
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
 
 
-def test_markdown_tables_are_well_formed(paths: ReportPaths) -> None:
+def test_markdown_tables_are_well_formed(folder: Path) -> None:
     """Every row of a table has as many cells as its head, whatever stands in a name; no name becomes markup."""
-    text = paths.markdown.read_text(encoding="utf-8")
+    text = (folder / "report.md").read_text(encoding="utf-8")
     blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
     assert len(blocks) >= 4
     for block in blocks:
@@ -260,15 +264,15 @@ def test_markdown_tables_are_well_formed(paths: ReportPaths) -> None:
     assert "carom run --report 'a & b'" in text
 
 
-def test_page_and_markdown_have_the_same_sections_in_order(results: Results, paths: ReportPaths) -> None:
+def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
     """The headings of the page and of the Markdown are one list but for what the document keeps for one of them."""
     shown = {
         medium: [section.heading for section in cross_check_document(results).shown(medium)]
         for medium in (Medium.PAGE, Medium.MARKDOWN)
     }
-    headings = re.findall(r"<h[23]>(.*?)</h[23]>", paths.html.read_text(encoding="utf-8"))
+    headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
     assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
-    text = paths.markdown.read_text(encoding="utf-8")
+    text = (folder / "report.md").read_text(encoding="utf-8")
     assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
     assert [heading for heading in shown[Medium.PAGE] if heading != "Every cell, at every step"] == shown[
         Medium.MARKDOWN
@@ -277,8 +281,8 @@ def test_page_and_markdown_have_the_same_sections_in_order(results: Results, pat
 
 def test_a_column_is_shown_wherever_its_table_is() -> None:
     """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
-    table = Table.of("Sizes", ("scene", "discs"), [("one", "2")])
-    wider = replace(table, columns=(*table.columns, Column("added")), rows=tuple((*row, "here") for row in table.rows))
+    table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
+    wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
     document = Document("A report", (), (Section("Sizes", (wider,)),))
     (printed,) = terminal(document, 160)
     buffer = io.StringIO()

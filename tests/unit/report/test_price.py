@@ -13,12 +13,12 @@ from rich.console import Console
 from carom.comparator import Errors, compare
 from carom.report import price
 from carom.report.cross_check import cross_check_document
-from carom.report.document import Medium
+from carom.report.document import Column, Medium, Section, Table
 from carom.report.grid import build_grid
-from carom.report.price import price_table, prices
+from carom.report.price import price_section, prices
 from carom.report.records import records
 from carom.report.render import html, markdown, terminal
-from carom.report.tables import cell_table, spread_table
+from carom.report.tables import cell_sections, spread_section
 from carom.runs.phases import PhaseSpread
 from carom.runs.results import Results, Row
 from carom.trace import Trace
@@ -49,9 +49,15 @@ def rescored(results: Results, row: Row, factor: float) -> Row:
     return replace(row, trace=trace, score=score)
 
 
+def table_of(section: Section) -> Table:
+    """The one table of a section."""
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table
+
+
 def in_table(results: Results, name: str, medium: Medium = Medium.PAGE) -> dict[str, str]:
     """What the table of prices says of an engine, by heading."""
-    columns, rows = price_table(prices(build_grid(results))).shown(medium)
+    columns, rows = table_of(price_section(prices(build_grid(results)))).shown(medium)
     (row,) = (row for row in rows if row[0].text == name)
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
 
@@ -111,7 +117,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
 
 def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
     """Each field of `Errors` is a column of the table of every cell, and a number of each row's JSON line."""
-    columns, _ = cell_table(results, build_grid(results)).shown(Medium.PAGE)
+    columns, _ = table_of(next(cell_sections(results, build_grid(results)))).shown(Medium.PAGE)
     head, *rows = (json.loads(line) for line in records(results).splitlines())
     assert head["rows"] == len(rows)
     for metric in fields(Errors):
@@ -123,7 +129,7 @@ def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) ->
 
 def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
     """A column added to those of the prices stands in the page, the Markdown and on the terminal."""
-    column = ("an added column", lambda entry: f"said of {entry.column.name}")
+    column = Column("an added column", lambda entry: f"said of {entry.column.name}")
     monkeypatch.setattr("carom.report.price._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
     document = cross_check_document(results)
     printed = io.StringIO()
@@ -141,7 +147,9 @@ def test_the_spread_over_phases_is_shown(results: Results) -> None:
     rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
     view = cross_check_document(wide)
-    assert {row[1].text for row in spread_table(wide, build_grid(wide)).shown(Medium.PAGE)[1]} == {"toy tuned"}
+    assert {row[1].text for row in table_of(spread_section(wide, build_grid(wide))).shown(Medium.PAGE)[1]} == {
+        "toy tuned"
+    }
     for text in (html(view), markdown(view)):
         assert "0.012" in text
         assert "0.046" in text

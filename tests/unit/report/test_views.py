@@ -14,15 +14,14 @@ from rich.console import Console
 from carom.comparator import Grade, compare
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
-from carom.report.divergences import divergences
-from carom.report.document import TERMINAL, Lines, Medium
-from carom.report.grid import build_grid, reasons_of
-from carom.report.junit import junit
-from carom.report.marks import Mark
+from carom.report.document import Cell, Lines, Medium, Section, Table
+from carom.report.grid import Mark, build_grid, reasons_of
 from carom.report.paths import exact_paths, observed_paths
+from carom.report.picture import divergences
 from carom.report.price import prices
+from carom.report.records import junit
 from carom.report.render import html, terminal
-from carom.report.tables import run_time_table, settings_table
+from carom.report.tables import run_time_section, settings_section
 from carom.report.trend import build_trend
 from carom.runs.job import Status
 from carom.runs.results import Results, Row
@@ -37,15 +36,21 @@ def said(results: Results) -> str:
     return buffer.getvalue()
 
 
+def rows_of(section: Section) -> list[list[Cell]]:
+    """The rows of a section's one table, as a page shows them."""
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table.shown(Medium.PAGE)[1]
+
+
 def test_grid_holds_every_scene_and_engine(
     results: Results, nasty: str, not_run: Mapping[str, tuple[Status, str]]
 ) -> None:
     """Each scene has a cell for each engine and profile, with its row at the scene's coarsest step."""
     grid = build_grid(results)
     assert [row.scene.name for row in grid.rows] == ["paper/late", "paper/missed", nasty]
-    assert [column.engine for column in grid.columns] == ["pic", "pit", "toy", *not_run]
+    assert [column.engine for column in grid.columns.values()] == ["pic", "pit", "toy", *not_run]
     for row in grid.rows:
-        for column, cell in zip(grid.columns, row.cells, strict=True):
+        for column, cell in zip(grid.columns.values(), row.cells, strict=True):
             assert cell.row is not None
             assert (cell.row.job.engine, cell.row.job.refinement) == (column.engine, 0)
             assert cell.reasons
@@ -61,11 +66,12 @@ def test_every_cell_that_was_not_run_has_its_reason(
     (block,) = section.shown(Medium.PAGE)
     (short,) = section.shown(Medium.TERMINAL)
     assert isinstance(block, Lines)
+    assert isinstance(short, Lines)
     lines = block.items
     assert len(lines) == len(not_run)
-    assert short == Lines(lines, TERMINAL)
+    assert short.items == lines
     for engine, (status, reason) in not_run.items():
-        cells = grid.cells(next(column for column in grid.columns if column.engine == engine))
+        cells = grid.cells(next(column for column in grid.columns.values() if column.engine == engine))
         assert {cell.reasons for cell in cells} == {(reason,)}
         assert {cell.mark for cell in cells} == {Mark[status.name]}
         assert sum(reason in line and "every scene" in line for line in lines) == 1
@@ -95,7 +101,7 @@ def test_a_run_without_a_reference_is_not_scored(results: Results) -> None:
     rows = tuple(replace(row, score=None) for row in results.rows)
     bare = replace(results, rows=rows, references={}, known={})
     grid = build_grid(bare)
-    assert {cell.mark for cell in grid.cells(grid.columns[2])} == {Mark.UNSCORED}
+    assert {cell.mark for cell in grid.cells(list(grid.columns.values())[2])} == {Mark.UNSCORED}
     assert "could be scored" in said(bare)
 
 
@@ -213,11 +219,11 @@ def test_observed_path_has_a_point_for_each_step(results: Results) -> None:
 def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> None:
     """Settings are read from the coarsest trace and marked where they vary with the step; ratios are medians."""
     grid = build_grid(results)
-    settings = {row[0]: row for row in settings_table(results, grid).shown(Medium.PAGE)[1]}
+    settings = {row[0]: row for row in rows_of(settings_section(results, grid))}
     by_engine = {cell.text.split()[0]: row[-1].text for cell, row in settings.items()}
     assert set(by_engine) == {"PIC", "PIT", "toy"}
     assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
-    medians = {row[0].text: row[1].text for row in run_time_table(grid).shown(Medium.PAGE)[1]}
+    medians = {row[0].text: row[1].text for row in rows_of(run_time_section(grid))}
     assert medians == {
         "PIC tuned": wording.ratio(1.0),
         "PIT tuned": wording.ratio(1.0),

@@ -106,7 +106,7 @@ def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     (info / "entry_points.txt").write_text(ENTRY_POINTS)
     monkeypatch.syspath_prepend(str(tmp_path))
     registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
-    scoring._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring.versions_of.cache_clear()
     yield
     registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found
-    scoring._versions.cache_clear()  # noqa: SLF001 - as above
+    scoring.versions_of.cache_clear()

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
 
 from carom.errors import UnknownNameError
+from carom.registry import chosen_engines
+from carom.runs import plan as plans
 from carom.runs import reference
-from carom.runs.execute import cross_check
+from carom.runs.execute import cross_check, execute
 from carom.runs.explain import explain
-from carom.runs.job import Status
+from carom.runs.job import Answer, Job, Status, Task
+from carom.runs.observe import Observe
 from carom.runs.plan import Options, plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import catalogue
@@ -61,18 +65,72 @@ def test_an_engine_that_is_not_known_is_refused() -> None:
         plan("paper/late", engines=["nonsense"])
 
 
-@pytest.mark.parametrize("profiles", [None, ["all"], ["tuned", "default"]])
-def test_what_is_explained_is_what_is_run(profiles: list[str] | None) -> None:
-    """The steps at which the plan says that a profile is run are those of the rows that ran, and no other row ran."""
-    scene, names = catalogue()["paper/late"], ["pic", "pit", "pymunk"]
-    results = cross_check([scene], names, profiles=profiles, timing=False, samples=False, pool=InProcess())
-    ran: dict[str, list[str]] = {}
-    for row in results.rows:
-        if row.status is Status.RAN:
-            ran.setdefault(f"{row.job.engine} {row.job.profile}", []).append(f"{row.job.dt_s:.6g}")
-    text = plan("paper/late", engines=names, profiles=profiles)
-    explained = dict(re.findall(r"^  (\S+ \S+): run at ([\d.e, -]+) s", text, re.MULTILINE))
-    assert {method: steps.split(", ") for method, steps in explained.items()} == ran
+class Noting(InProcess):
+    """Starts no engine: notes which jobs it is asked for."""
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+
+    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        for task in tasks:
+            assert isinstance(task, Observe)
+            self.jobs.append(task.job)
+            yield Answer(Status.FAILED, "noted")
+
+
+@pytest.mark.usefixtures("hostile")
+@pytest.mark.parametrize(
+    ("options", "most_impacts"),
+    [
+        ({}, reference.MOST_IMPACTS),
+        ({"profiles": ["all"]}, 3),
+        ({"profiles": ["located"]}, reference.MOST_IMPACTS),
+        ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS),
+    ],
+    ids=["default", "all", "located", "steps"],
+)
+def test_what_is_explained_is_what_is_run(
+    options: dict[str, Any], most_impacts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For every scene, what the plan says is run is what engines are asked for, and what it skips are rows that say so.
+
+    PIT runs at each step, asked for or not; of a scene without a reference nothing is run.
+    """
+    monkeypatch.setattr(reference, "MOST_IMPACTS", most_impacts)
+    engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
+    infos = chosen_engines(engines)
+    monkeypatch.setattr(plans, "chosen_engines", lambda _names: infos)  # asked for every scene, and always the same
+    chosen = Options(engines, timing=False, samples=False, certified=False, **options)
+    for entry in catalogue().values():
+        planned, pool = plan_of([entry], chosen), Noting()
+        rows = execute(planned, pool).rows
+        lines = dict(line.strip().split(": ", maxsplit=1) for line in explain(planned))
+        if "nothing is run" in lines:
+            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["nothing is run"])}
+            assert pool.jobs == []
+            continue
+        told = {f"pit tuned at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
+        for method in {row.job.method for row in rows}:
+            own = [row for row in rows if row.job.method == method]
+            fate = lines[f"{method.engine} {method.profile}"]
+            runs = re.match(r"run at ([\d.e, -]+) s", fate)
+            told |= {f"{method.engine} {method.profile} at {dt} s" for dt in (runs[1].split(", ") if runs else ())}
+            refused = [row for row in own if row.reason != "noted"]
+            assert all(
+                fate == f"skipped: {row.reason}" or f"skipped at {row.job.dt_s:.6g} s: {row.reason}" in fate
+                for row in refused
+            )
+            assert bool(refused) == ("skipped" in fate)
+        asked = [f"{job.engine} {job.profile} at {job.dt_s:.6g} s" for job in pool.jobs]
+        assert sorted(asked) == sorted(told)
+        there = {f"{row.job.engine} {row.job.profile}" for row in rows}
+        others = [
+            lines[f"{info.name} {profile}"]
+            for info in planned.engines
+            for profile in info.profiles
+            if profile in planned.profiles and f"{info.name} {profile}" not in there
+        ]
+        assert set(others) <= {"skipped: another profile has the very same settings"}
 
 
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,7 @@ from carom.runs.job import Answer, Method, Status
 from carom.runs.journal import canonical
 from carom.runs.scoring import JobKey, Measures, Scored, score_journal
 from carom.stress.campaign import stress_journal
-from carom.stress.results import Ending, Spot
+from carom.stress.results import Spot, SpotEnding
 
 KEY = JobKey("ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 
@@ -68,9 +68,9 @@ def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:
 
 
 SPOTS = (
-    Spot("attack", "grazing", "pit/tuned", Ending.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
-    Spot("relation", "boost", "pic/tuned", Ending.NOT_RUN, reason="unavailable"),
-    Spot("relation", "boost", "pit/tuned", Ending.FAILS, math.inf),
+    Spot("attack", "grazing", "pit/tuned", SpotEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
+    Spot("relation", "boost", "pic/tuned", SpotEnding.NOT_RUN, reason="unavailable"),
+    Spot("relation", "boost", "pit/tuned", SpotEnding.FAILS, math.inf),
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import carom
 from carom import Disc, Scene, Wall, solve_pic
-from carom.comparator.shift import begun_earlier, even_phases, shifted_scenes
+from carom.comparator.shift import begun_earlier, even_phases, shifted_references
 from carom.errors import InputError
 from carom.runs.phases import phase_values, pit_miss_probability
 from carom.runs.pool import InProcess
@@ -28,11 +28,12 @@ def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
     """Each impact comes just as much earlier as the start was moved ahead, and is the same impact."""
     reference = solve_pic(catalogue()["paper/wrong-direction"].scene)
     dt = 1 / 24
-    for one in shifted_scenes(reference, dt, phase_values(7)):
-        shift = reference.impacts["time_s"] - one.reference.impacts["time_s"]
+    phases = phase_values(7)
+    for phase, one in zip(phases, shifted_references(reference, dt, phases), strict=True):
+        shift = reference.impacts["time_s"] - one.impacts["time_s"]
         # Positions of order 1 to half an ulp, over speeds of order 1, and through one more impact.
-        np.testing.assert_allclose(shift, one.phase * dt, rtol=0, atol=1e-13)
-        assert one.scene.duration_s == pytest.approx(reference.scene.duration_s - one.phase * dt, abs=1e-15)
+        np.testing.assert_allclose(shift, phase * dt, rtol=0, atol=1e-13)
+        assert one.scene.duration_s == pytest.approx(reference.scene.duration_s - phase * dt, abs=1e-15)
 
 
 def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
@@ -45,8 +46,8 @@ def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
         ],
         duration_s=2.0,
     )
-    (one,) = shifted_scenes(solve_pic(scene), 0.5, [0.75])
-    assert one.reference.impacts["time_s"].tolist() == [0.25 + 0.125]
+    (one,) = shifted_references(solve_pic(scene), 0.5, [0.75])
+    assert one.impacts["time_s"].tolist() == [0.25 + 0.125]
 
 
 def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
@@ -107,13 +108,13 @@ def dropped() -> Scene:
 @pytest.mark.parametrize(("phase", "ahead_s"), [(0.5, 0.125), (0.75, 0.1875)])
 def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
     """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
-    (one,) = shifted_scenes(solve_pic(dropped()), 0.25, [phase])
+    (one,) = shifted_references(solve_pic(dropped()), 0.25, [phase])
     thrown, fixed = one.scene.discs
     assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
     assert thrown.velocity_m_s == (2.0, -4.0 * ahead_s)
     assert fixed == dropped().discs[1]
     # The floor is reached after sqrt(2 h / g) = 1/2 s.
-    assert one.reference.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
+    assert one.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
 
 
 def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:

@@ -13,7 +13,7 @@ from carom.runs.pool import InProcess
 from carom.stress.attack import Attack
 from carom.stress.breaking import RESOLUTION, breaking_point
 from carom.stress.campaign import attacks
-from carom.stress.results import Ending
+from carom.stress.results import SpotEnding
 
 METHOD = Method("pic", "tuned")
 
@@ -40,7 +40,7 @@ class Answering(InProcess):
 def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path: Path) -> None:
     """Whatever the threshold of a method, it lies between the largest size that stood and the one that did not."""
     spot = breaking_point(attack, METHOD, Answering(threshold), tmp_path / "scenes", quick=False)
-    assert spot.ending is Ending.GIVES_WAY
+    assert spot.ending is SpotEnding.GIVES_WAY
     assert spot.stands_at is not None
     assert spot.value is not None
     assert spot.stands_at <= threshold < spot.value
@@ -59,7 +59,7 @@ def test_the_scene_that_shows_the_number_is_saved(attack: Attack, tmp_path: Path
 def test_a_method_that_stands_is_shown_at_the_absurd_end(attack: Attack, tmp_path: Path) -> None:
     """Where nothing gives way, the number is the end of the axis, and the error there is shown."""
     spot = breaking_point(attack, METHOD, Answering(math.inf), tmp_path / "scenes", quick=True)
-    assert (spot.ending, spot.value, spot.reason) == (Ending.STANDS, attack.absurd, "")
+    assert (spot.ending, spot.value, spot.reason) == (SpotEnding.STANDS, attack.absurd, "")
     assert spot.error is not None
     assert spot.error < 1e-12
 
@@ -67,12 +67,12 @@ def test_a_method_that_stands_is_shown_at_the_absurd_end(attack: Attack, tmp_pat
 def test_a_method_that_never_stood_says_so(attack: Attack, tmp_path: Path) -> None:
     """Giving way at the harmless end is told apart from giving way later."""
     spot = breaking_point(attack, METHOD, Answering(0.5), tmp_path / "scenes", quick=True)
-    assert (spot.ending, spot.value, spot.stands_at) == (Ending.NEVER_STOOD, attack.harmless, None)
+    assert (spot.ending, spot.value, spot.stands_at) == (SpotEnding.NEVER_STOOD, attack.harmless, None)
 
 
 @pytest.mark.usefixtures("hostile")
 def test_an_unavailable_engine_is_a_reason_and_no_number(attack: Attack, tmp_path: Path) -> None:
     """An engine that is not installed has no breaking point, and its cell says why."""
     spot = breaking_point(attack, Method("missing", "tuned"), InProcess(), tmp_path / "scenes", quick=True)
-    assert (spot.ending, spot.value) == (Ending.NOT_RUN, None)
+    assert (spot.ending, spot.value) == (SpotEnding.NOT_RUN, None)
     assert "unavailable: surely_not_installed is not installed" in spot.reason

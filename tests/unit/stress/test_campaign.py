@@ -11,7 +11,7 @@ from carom.report.render import terminal
 from carom.report.stress import stress_document, write_stress
 from carom.stress import campaign
 from carom.stress.campaign import JOURNAL, listing, stress
-from carom.stress.results import Ending, StressResults
+from carom.stress.results import SpotEnding, StressResults
 
 
 @pytest.fixture(scope="module")
@@ -37,15 +37,15 @@ def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
 def test_the_methods_are_told_apart(results: StressResults) -> None:
     """PIC stands any speed, PIT gives way between one and a few radii a step, and gravity is a reason."""
     cells = results.spots
-    assert cells["tunnelling", "pic/tuned"].ending is Ending.STANDS
+    assert cells["tunnelling", "pic/tuned"].ending is SpotEnding.STANDS
     fell = cells["tunnelling", "pit/tuned"]
-    assert fell.ending is Ending.GIVES_WAY
+    assert fell.ending is SpotEnding.GIVES_WAY
     assert fell.value is not None
     # Head-on, the approaching half of the chord is two radii: no frame need lie there beyond that.
     assert 1.0 < fell.value <= 10.0
-    assert cells["reversal", "pic/tuned"].ending is Ending.HOLDS
-    assert cells["mujoco-441", "pic/tuned"].ending is Ending.DOES_NOT
-    assert cells["mujoco-441", "pit/tuned"].ending is Ending.STILL_DOES
+    assert cells["reversal", "pic/tuned"].ending is SpotEnding.HOLDS
+    assert cells["mujoco-441", "pic/tuned"].ending is SpotEnding.DOES_NOT
+    assert cells["mujoco-441", "pit/tuned"].ending is SpotEnding.STILL_DOES
     assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
 
 
@@ -105,11 +105,11 @@ def test_no_two_lines_share_a_name() -> None:
 
 def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -> None:
     """HTML, Markdown and JSON are written whole; the JSON is strict and has every cell."""
-    paths = write_stress(results, tmp_path)
-    content = json.loads(paths.json.read_text(), parse_constant=pytest.fail)
+    page = write_stress(results, tmp_path)
+    content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
     assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
     assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])
-    markdown, html = paths.markdown.read_text(), paths.html.read_text()
+    markdown, html = (tmp_path / "stress.md").read_text(), page.read_text()
     for line in results.lines:
         assert line.name in markdown
         assert line.name in html

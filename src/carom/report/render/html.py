@@ -1,4 +1,4 @@
-"""A document as one HTML file: nothing fetched, every name escaped, and no script but the replay's, by its hash."""
+"""A document as one HTML file: nothing fetched, every name escaped, and no script but the report's, by its hash."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import re
 from importlib import resources
 
 from carom.report.document import Block, Document, Medium, Replays, Section
-from carom.report.extra import rendered
+from carom.report.files import require_report_extra
 
 __all__ = ["html"]
 
@@ -19,11 +19,20 @@ def html(document: Document) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
+    require_report_extra()
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
     sections = list(document.shown(Medium.PAGE))
     plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
     script = page_script("replay.js", "table.js") if plays else ""
-    return rendered(
-        "page.html.j2",
+    return environment.get_template("page.html.j2").render(
         document=document,
         sections=sections,
         page=Medium.PAGE,
