@@ -12,11 +12,12 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column, Section, Table, Text
 from carom.report.grid import Grid, GridColumn
-from carom.report.svg import MUTED, SURFACE, drawing, finish, framed, line_style, render
+from carom.report.svg import MUTED, SURFACE, drawing, finish, line_style, new_figure, render
 
 __all__ = ["PRICE_CAPTION", "EnginePrice", "price_chart", "price_section", "prices"]
 
-_WIDTH_IN = 9.0
+#: Of the chart, of a line in it, and of the room for names and for what stands below.
+_WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 9.0, 0.24, 1.3, 0.5
 
 #: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
 MOSTLY = 0.5
@@ -122,7 +123,11 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
     """Return, for each engine, its velocity error against PIC and what of it is its own, as SVG."""
     with drawing():
         shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
-        figure, axes = framed(_WIDTH_IN, 1.9 + 0.24 * len(shown))
+        height = _FOOT_IN + _LINE_IN * max(2, len(shown))
+        figure = new_figure(_WIDTH_IN, height)
+        axes = figure.add_axes(
+            (_NAMES_IN / _WIDTH_IN, _FOOT_IN / height, 0.97 - _NAMES_IN / _WIDTH_IN, 0.96 - _FOOT_IN / height)
+        )
         errors = [value for _, total, own in shown for value in (total, own) if THRESHOLDS.rounding < value < math.inf]
         bottom = 10.0 ** math.floor(math.log10(min(errors, default=0.1)))
         floor, top = bottom / 10.0**0.35, 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
