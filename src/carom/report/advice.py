@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from carom.bench.advise import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
+from carom.bench.adviser import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
 from carom.report import wording
 from carom.report.document import Column, Document, Section, Table
 from carom.trace import body_name

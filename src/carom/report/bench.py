@@ -9,13 +9,14 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
+from carom.bench.axes import Diagram
 from carom.bench.convergence import ConvergenceOrder
 from carom.bench.noise import Noise, Spread
-from carom.bench.results import Bench, Curve, Point, SceneBench
+from carom.bench.points import Bench, Curve, Point, SceneBench
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.bench_figure import Diagram, diagram_png, diagram_svg, is_floor
+from carom.report.bench_figure import diagram_png, diagram_svg, is_floor
 from carom.report.document import ON_PAPER, Column, Document, Figure, Figures, Lines, Section, Table, Text
 from carom.report.files import as_json, require_report_extra, write_files
 from carom.report.made import making, stamp_lines

@@ -13,7 +13,7 @@ from carom.report.files import as_json, write_files
 from carom.report.made import making
 from carom.report.render import html, markdown
 from carom.runs.job import Method, Status
-from carom.stress.results import Line, Spot, SpotEnding, StressResults
+from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["stress_document", "write_stress"]
 

@@ -23,7 +23,7 @@ from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
-from carom.stress.results import Line, Spot, SpotEnding, StressResults
+from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["JOURNAL", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
 

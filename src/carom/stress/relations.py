@@ -21,7 +21,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Disc, Scene
 from carom.stress.breaking import NotRunError, save_as
-from carom.stress.results import Spot, SpotEnding
+from carom.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
 __all__ = ["HOLDS", "Relation", "base_scene", "deviation_of", "relation_spot", "relations"]

@@ -11,7 +11,7 @@ from carom.report.render import terminal
 from carom.report.stress import stress_document, write_stress
 from carom.stress import campaign
 from carom.stress.campaign import JOURNAL, listing, stress
-from carom.stress.results import SpotEnding, StressResults
+from carom.stress.spots import SpotEnding, StressResults
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import math
 import pytest
 
 from carom import Scene, Trace, solve_pic
-from carom.bench.error_kind import ErrorKind, error_of
-from carom.bench.results import Point
+from carom.bench.axes import ErrorKind, error_of
+from carom.bench.points import Point
 from carom.comparator import Errors
 from carom.runs.scoring import Measures
 from carom.scenes import catalogue

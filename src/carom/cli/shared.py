@@ -1,4 +1,4 @@
-"""What every command of `carom` shares: exit codes, errors as sentences, and the reading of steps and scene names."""
+"""What the commands of `carom` share: exit codes, options, errors as sentences, and what is read and printed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from carom.report.document import Document
+    from carom.runs.job import Progress
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
 
@@ -28,12 +29,18 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "EXIT_UNAVAILABLE",
     "EXIT_VIOLATION",
+    "SCENE_NAMES",
+    "EngineNames",
+    "Jobs",
+    "ProfileNames",
+    "TimeLimit",
     "command_line",
     "console",
     "guarded",
     "plain_scenes_named",
     "plain_where_needed",
     "print_document",
+    "progress_bar",
     "resumable",
     "scenes_named",
     "seconds",
@@ -46,6 +53,23 @@ EXIT_CRASHED = 4
 EXIT_INTERRUPTED = 130  # what a shell reports for a command that Ctrl-C ended
 
 Parameters = ParamSpec("Parameters")
+
+SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
+
+EngineNames = Annotated[list[str] | None, typer.Option("--engine", "-e", help="Engine, repeatable. All by default.")]
+
+ProfileNames = Annotated[
+    list[str] | None,
+    typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+]
+
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
+]
+
+TimeLimit = Annotated[
+    float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+]
 
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
@@ -81,6 +105,23 @@ def resumable(journal: Path) -> Iterator[None]:
             raise
         typer.echo(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", err=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=what)
+
+        yield show
 
 
 def console() -> Console:
