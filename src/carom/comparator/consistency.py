@@ -7,10 +7,7 @@ a disc that drifts, turns or slows down between impacts shows, and so does a sta
 what happened: in every run, beyond any horizon, without any reference. Two discs that strike each other keep their
 momentum, so a velocity after their impact that is wrong on one side alone shows as well.
 
-What sampling explains is no fault. A contact that is noticed within a step may move bodies by as much as they close in
-on each other in a step: pushed apart where they overlap, or held back where they would. `Consistency.excess` is what
-lies beyond that. Under gravity an engine's velocities are those of its step boundaries and its path may be a polygon;
-across the pull both are uniform all the same, and along it a velocity changes by no more than gravity gives it.
+What sampling explains is no fault, and what gravity may add is none either: `docs/scoring.md`, section 4.
 """
 
 from __future__ import annotations

@@ -63,22 +63,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that a verdict is derived from.
+    """All that a verdict is derived from: what a `Score` shows, and what that was found from.
 
     Attributes:
-        reference: The reference.
-        observed: The trace that is judged.
-        scales: The scene's own scales.
         reach: What of the reference is believed.
-        measured: What was measured of the trace against it.
+        measured: What was measured of the observed trace against it.
         sampling: What was measured of PIT at the same step; None where that was not run.
-        against_pit: What was measured of the trace against that PIT; None as well.
+        against_pit: What was measured of the observed trace against that PIT; None as well.
         price: What PIT pays at worst over the phases of that step; None as well.
-        order: The order of the impacts.
-        local: Each impact against the analytic answer from the run's own state before it.
-        convention: Which admissible outcome it took, where the scene has no unique answer.
-        consistency: How far it is from what its own impacts and states lead to; None where it has a number that is
-            NaN or infinite.
+        consistency: None where the observed trace has a number that is NaN or infinite.
         broken: Which number that is, empty where there is none.
     """
 
@@ -129,8 +122,9 @@ class Evidence:
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    rules = (_soundness, _convention, _hits, _order, _timing, _motion, _end, _own_path)
-    found = [finding for rule in rules for finding in rule(evidence)]
+    rules = (_convention, _hits, _order, _timing, _motion, _end, _own_path)
+    found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
+    found += [finding for rule in rules for finding in rule(evidence)]
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared:
@@ -141,11 +135,6 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.reach.impacts} impacts found{floats}"))
     return tuple(found)
-
-
-def _soundness(evidence: Evidence) -> Iterator[Finding]:
-    if evidence.broken:
-        yield Finding(Verdict.NOT_FINITE, evidence.broken)
 
 
 def _convention(evidence: Evidence) -> Iterator[Finding]:
