@@ -193,7 +193,8 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
 
 def _timing(evidence: Evidence) -> Iterator[Finding]:
     # Two impacts that have changed places are each at the other's time: that is said already.
-    errors = [e.time_s for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
+    swapped = {index for pair in evidence.order.inverted for index in pair}
+    errors = [error.time_s for error in evidence.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
         worst = largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
         if worst > evidence.rounding_s:
@@ -201,20 +202,18 @@ def _timing(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _motion(evidence: Evidence) -> Iterator[Finding]:
-    errors = evidence.measured.errors
-    turned = largest((error.direction_rad for error in errors), default=0.0)
-    worst = max(errors, key=lambda error: error.velocity, default=None)
+    worst = max(evidence.measured.errors, key=lambda error: error.velocity, default=None)
     if worst is not None and worst.velocity > evidence.rounding:
         reason = f"by up to {worst.velocity:.3g} of the scene's speed"
         if worst.normal_rad > evidence.rounding:
             reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
+    turned, energy = evidence.measured.largest.direction_rad, evidence.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
-    energy_error = evidence.measured.largest.energy
-    if abs(energy_error) > THRESHOLDS.energy:
-        verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
-        yield Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start")
+    if abs(energy) > THRESHOLDS.energy:
+        verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
+        yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
 
 
 def _end(evidence: Evidence) -> Iterator[Finding]:
@@ -244,27 +243,18 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
     own, rounding = evidence.consistency, evidence.rounding
     if own is None:
         return
-    speed, degrees = "of the scene's speed", math.degrees(own.normal_rad)
-    turns, momentum = f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}", f"{own.momentum:.3g} {speed}"
+    speed, two_discs = "of the scene's speed", "for the centre of mass of the two discs"
+    degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
     for verdict, size, allowed, reason in (
-        (Verdict.TURNS, own.velocity.size, rounding, f"by up to {turns}"),
-        (Verdict.MOMENTUM, own.momentum, rounding, f"by up to {momentum}, for the centre of mass of the two discs"),
-        (
-            Verdict.WRONG_STAMP,
-            own.stamp_s,
-            rounding * evidence.scales.time_s,
-            f"by up to {_seconds(own.stamp_s, evidence)}",
-        ),
-        (
-            Verdict.WRONG_NORMAL,
-            own.across,
-            rounding,
-            f"by up to {degrees:.3g} degrees from what the velocities change by",
-        ),
-        (Verdict.WRONG_NORMAL, own.normal_length, rounding, f"their length is up to {own.normal_length:.3g} off 1"),
+        (Verdict.TURNS, own.velocity.size, rounding, f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}"),
+        (Verdict.MOMENTUM, own.momentum, rounding, f"{own.momentum:.3g} {speed}, {two_discs}"),
+        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, _seconds(own.stamp_s, evidence)),
+        (Verdict.WRONG_NORMAL, own.across, rounding, f"{degrees:.3g} degrees from what the velocities change by"),
     ):
         if not size <= allowed:
-            yield Finding(verdict, reason)
+            yield Finding(verdict, f"by up to {reason}")
+    if not own.normal_length <= rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {own.normal_length:.3g} off 1")
 
 
 def _seconds(time_s: float, evidence: Evidence) -> str:
