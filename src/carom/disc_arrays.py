@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.limits import ORDINARY, require_within
+from carom.limits import LARGEST, ORDINARY, require_within
 from carom.overlap import Overlap, overlaps
 
 if TYPE_CHECKING:
@@ -34,6 +34,13 @@ class DiscArrays:
         walls: ``(x, y, nx, ny)`` of each wall: a point, and the unit normal into the free side.
         restitution: Of every pair of discs, 0 to 1.
         wall_restitution: Of every disc and wall, 0 to 1.
+        spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
+        inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 to 1; infinity does
+            not turn. None for 1/2 everywhere.
+        friction: Coulomb's coefficient of every pair of discs, 0 or more.
+        wall_friction: Of every disc and wall, 0 or more.
+        tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
+        wall_tangential_restitution: Of every disc and wall, -1 to 1.
     """
 
     position_m: NDArray[np.float64]
@@ -43,13 +50,20 @@ class DiscArrays:
     walls: tuple[tuple[float, float, float, float], ...] = ()
     restitution: float = 1.0
     wall_restitution: float = 1.0
+    spin_rad_s: NDArray[np.float64] | None = None
+    inertia_factor: NDArray[np.float64] | None = None
+    friction: float = 0.0
+    wall_friction: float = 0.0
+    tangential_restitution: float = 0.0
+    wall_tangential_restitution: float = 0.0
 
     def __post_init__(self) -> None:
         """Check shapes and values.
 
         Raises:
             InputError: A shape does not fit, a value is not finite or not of an ordinary size (`carom.limits`), a
-                radius or mass not positive, an immovable disc moves, or a restitution is outside 0 to 1.
+                radius or mass not positive, an immovable disc moves, a disc spins that can't turn, or a coefficient is
+                outside its range.
         """
         n = len(self.position_m)
         if n == 0:
@@ -60,11 +74,29 @@ class DiscArrays:
                 raise InputError(f"{name} must have the shape {shape}, got {array.shape}")
         if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
+        self._require_sound_turning()
         self.require_ordinary()
         if np.any(self.velocity_m_s[np.isinf(self.mass_kg)]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
             raise InputError("restitution and wall_restitution must lie in 0 to 1")
+
+    def _require_sound_turning(self) -> None:
+        for name in ("friction", "wall_friction"):
+            if not 0 <= getattr(self, name) <= LARGEST:
+                raise InputError(f"{name} must be a number from 0 to {LARGEST:.3g}, got {getattr(self, name)}")
+        for name in ("tangential_restitution", "wall_tangential_restitution"):
+            if not -1 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} must lie in -1 to 1, got {getattr(self, name)}")
+        for name in ("spin_rad_s", "inertia_factor"):
+            array = getattr(self, name)
+            if array is not None and array.shape != (len(self),):
+                raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
+        spin, inertia = self.spins, self.inertia
+        if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
+            raise InputError(f"inertia_factor must lie in {1 / ORDINARY:.3g} to 1, or be infinite, everywhere")
+        if np.any(spin[~self.movable | (inertia == math.inf)]):
+            raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
         """Refuse sizes beyond those that are computed with as they are; speeds, and coordinates, may be smaller.
@@ -77,6 +109,7 @@ class DiscArrays:
             ("velocity_m_s", self.velocity_m_s, 0.0),
             ("radius_m", self.radius_m, 1.0 / ORDINARY),
             ("mass_kg", self.mass_kg[~np.isinf(self.mass_kg)], 1.0 / ORDINARY),
+            ("radius_m times spin_rad_s", self.surface_speed_m_s, 0.0),
             ("walls", np.array([wall[:2] for wall in self.walls]), 0.0),
         ):
             require_within(name, array, least, ORDINARY)
@@ -86,8 +119,9 @@ class DiscArrays:
         """Return the start of a scene, whose fields have been checked one by one, as read-only arrays."""
         start = object.__new__(cls)
         start.__dict__.update(fields)
-        for name in ("position_m", "velocity_m_s", "radius_m", "mass_kg"):
-            fields[name].flags.writeable = False
+        for array in fields.values():
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
         return start
 
     def __len__(self) -> int:
@@ -98,11 +132,47 @@ class DiscArrays:
         """Whether an impact moves each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)
 
+    @property
+    def spins(self) -> NDArray[np.float64]:
+        """Rate of turning of each disc at the start, shape ``(n,)``, radians a second."""
+        return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Moment of inertia of each disc over mass times radius squared, shape ``(n,)``."""
+        return np.full(len(self), 0.5) if self.inertia_factor is None else self.inertia_factor
+
+    @property
+    def surface_speed_m_s(self) -> NDArray[np.float64]:
+        """Speed of each disc's rim as seen from its centre, counterclockwise, shape ``(n,)``, metres a second."""
+        return self.radius_m * self.spins
+
+    @property
+    def rubs_discs(self) -> bool:
+        """Whether friction can act between two discs."""
+        return self.friction > 0.0 and len(self) > 1
+
+    @property
+    def rubs_walls(self) -> bool:
+        """Whether friction can act between a disc and a wall."""
+        return self.wall_friction > 0.0 and bool(self.walls)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether friction can act at all."""
+        return self.rubs_discs or self.rubs_walls
+
+    @property
+    def turns(self) -> bool:
+        """Whether discs spin or can come to spin: without that a run keeps no spins."""
+        return self.rubs or bool(np.any(self.spins))
+
     @cached_property
     def is_ordinary(self) -> bool:
         """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
         points = np.array([wall[:2] for wall in self.walls])
-        sizes = [np.abs(array) for array in (self.position_m, self.velocity_m_s, self.radius_m, self.mass_kg, points)]
+        measures = (self.position_m, self.velocity_m_s, self.radius_m, self.mass_kg, points, self.surface_speed_m_s)
+        sizes = [np.abs(array) for array in measures]
         return all(
             np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
             for size in sizes

@@ -16,15 +16,17 @@ from pydantic import (
     ConfigDict,
     Field,
     PlainSerializer,
+    SerializerFunctionWrapHandler,
     Strict,
     ValidationError,
     WithJsonSchema,
+    model_serializer,
 )
 
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError, Problem, SceneError
-from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.limits import LARGEST, MOST_STEPS, ORDINARY, SMALLEST, beyond
 from carom.sizes import span_problems
 
 if TYPE_CHECKING:
@@ -44,7 +46,7 @@ def _plain(value: object) -> object:
     return tolist() if callable(tolist) else value
 
 
-def _mass_from_text(value: object) -> object:
+def _infinity_from_text(value: object) -> object:
     return math.inf if value == "inf" else _plain(value)
 
 
@@ -52,6 +54,13 @@ def _mass_of_size(mass: float) -> float:
     if LARGEST < mass < math.inf:
         raise ValueError(beyond(SMALLEST, LARGEST))
     return mass
+
+
+def _inertia_of_size(factor: float) -> float:
+    if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
+        least = f"{1.0 / ORDINARY:.3g}"
+        raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
+    return factor
 
 
 def _non_zero(vector: tuple[float, float]) -> tuple[float, float]:
@@ -86,16 +95,31 @@ _Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_na
 _Vector = Annotated[tuple[_Number, _Number], BeforeValidator(_plain)]
 _Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 _Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
+_Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+_SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 # JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
+_InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
 _Mass = Annotated[
     float,
     Strict(),
     Field(ge=SMALLEST, allow_inf_nan=True),
-    BeforeValidator(_mass_from_text),
+    BeforeValidator(_infinity_from_text),
     AfterValidator(_mass_of_size),
-    PlainSerializer(lambda mass: "inf" if math.isinf(mass) else mass, when_used="json"),
+    _InfinityAsText,
     WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
 ]
+_Inertia = Annotated[
+    float,
+    Strict(),
+    BeforeValidator(_infinity_from_text),
+    AfterValidator(_inertia_of_size),
+    _InfinityAsText,
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
+]
+
+#: Fields that a file, and a digest, of a scene without friction and spin does not have.
+_LEFT_OUT = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+_LEFT_OUT_OF_DISC = ("spin_rad_s", "inertia_factor")
 
 
 class Need(StrEnum):
@@ -105,6 +129,9 @@ class Need(StrEnum):
     IMMOVABLE = "immovable discs"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
+    SPIN = "spinning discs"
+    FRICTION = "friction"
+    TANGENTIAL_RESTITUTION = "tangential restitution"
 
 
 class _Model(BaseModel):
@@ -119,6 +146,15 @@ class _Model(BaseModel):
             items = error.errors(include_url=False)
             more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
             raise SceneError([*_problems(items)], more=more) from None
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Leave out what says nothing of a scene without friction and spin."""
+        fields: dict[str, Any] = handler(self)
+        for name in (*_LEFT_OUT, *_LEFT_OUT_OF_DISC):
+            if name in fields and fields[name] == type(self).model_fields[name].default:
+                del fields[name]
+        return fields
 
 
 def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
@@ -160,22 +196,33 @@ class Disc(_Model):
         velocity_m_s: Velocity at time 0, metres a second.
         radius_m: Radius, metres, above 0.
         mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is an immovable disc.
+        spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
+        inertia_factor: Moment of inertia over mass times radius squared, above 0 to 1: 1/2 for a disc of even density,
+            2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
     """
 
     position_m: _Vector
     velocity_m_s: _Vector = (0.0, 0.0)
     radius_m: _Positive
     mass_kg: _Mass = 1.0
+    spin_rad_s: _Number = 0.0
+    inertia_factor: _Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse an immovable disc that moves: it has no state in which it could stand still.
+        """Refuse a disc that moves although nothing can stop it: it would give others energy without end.
 
         Raises:
-            SceneError: The mass is infinite and the velocity is not zero.
+            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not.
         """
+        problems = []
         if self.immovable and self.velocity_m_s != (0.0, 0.0):
             message = f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}"
-            raise SceneError([Problem(("velocity_m_s",), message)])
+            problems.append(Problem(("velocity_m_s",), message))
+        if self.spin_rad_s != 0.0 and (self.immovable or math.isinf(self.inertia_factor)):
+            cause = "immovable disc (mass_kg = inf)" if self.immovable else "unturnable one (inertia_factor = inf)"
+            problems.append(Problem(("spin_rad_s",), f"must be 0 for an {cause}, got {self.spin_rad_s}"))
+        if problems:
+            raise SceneError(problems)
 
     @property
     def immovable(self) -> bool:
@@ -205,6 +252,11 @@ class Scene(_Model):
         walls: Half-planes; none by default.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
+        friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
+        wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
+        tangential_restitution: What becomes of the slip of two discs where friction holds them, -1 to 1: 0 ends it, 1
+            turns it round. It says nothing where there is no friction.
+        wall_tangential_restitution: The same between any disc and any wall.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         duration_s: How long the scene is simulated, seconds, above 0.
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
@@ -217,6 +269,10 @@ class Scene(_Model):
     walls: tuple[Wall, ...] = ()
     restitution: _Coefficient = 1.0
     wall_restitution: _Coefficient = 1.0
+    friction: _Friction = 0.0
+    wall_friction: _Friction = 0.0
+    tangential_restitution: _SignedCoefficient = 0.0
+    wall_tangential_restitution: _SignedCoefficient = 0.0
     gravity_m_s2: _Vector = (0.0, 0.0)
     duration_s: _Positive
     frame_rate_hz: _Positive = 60.0
@@ -247,6 +303,9 @@ class Scene(_Model):
             walls=tuple((*wall.point_m, *wall.normal) for wall in self.walls),
             restitution=self.restitution,
             wall_restitution=self.wall_restitution,
+            spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
+            inertia_factor=np.array([disc.inertia_factor for disc in discs]),
+            **{name: getattr(self, name) for name in _LEFT_OUT},
         )
 
     # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
@@ -277,6 +336,10 @@ class Scene(_Model):
             Need.IMMOVABLE: any(disc.immovable for disc in self.discs),
             Need.RESTITUTION: self.restitution < 1 or (bool(self.walls) and self.wall_restitution < 1),
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
+            Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
+            Need.FRICTION: self.arrays.rubs,
+            Need.TANGENTIAL_RESTITUTION: (self.arrays.rubs_discs and self.tangential_restitution != 0.0)
+            or (self.arrays.rubs_walls and self.wall_tangential_restitution != 0.0),
         }
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "IMPACT_DTYPE",
+    "SPIN_DTYPE",
     "STATE_DTYPE",
     "Flight",
     "ImpactRecord",
@@ -27,6 +28,7 @@ __all__ = [
     "impact_array",
     "kinetic_energy",
     "pair_name",
+    "spin_array",
     "velocities",
     "wall_body",
     "wall_index",
@@ -49,15 +51,20 @@ IMPACT_DTYPE = np.dtype(
     ]
 )
 
+#: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 of a wall.
+SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
+
 #: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
 #: known; a wall has no position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
 Vector = tuple[float, float]
 
+_COLUMNS = len(IMPACT_DTYPE.names or ())
+
 
 class ImpactRecord(NamedTuple):
-    """One row of `Trace.impacts`, in the order of `IMPACT_DTYPE`. Seconds, metres a second."""
+    """One row of `Trace.impacts`, in the order of `IMPACT_DTYPE`, and of `Trace.spins`. Seconds, metres a second."""
 
     time_s: float
     first: int
@@ -67,13 +74,21 @@ class ImpactRecord(NamedTuple):
     velocity_second_before: Vector
     velocity_first_after: Vector
     velocity_second_after: Vector
+    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`, where the scene has any
 
 
 def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
-    impacts = np.array([tuple(record) for record in records], dtype=IMPACT_DTYPE)
+    impacts = np.array([record[:_COLUMNS] for record in records], dtype=IMPACT_DTYPE)
     impacts.flags.writeable = False
     return impacts
+
+
+def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the spins of records that all have them, as a read-only structured array of `SPIN_DTYPE`."""
+    spins = np.array([record.spins for record in records], dtype=SPIN_DTYPE)
+    spins.flags.writeable = False
+    return spins
 
 
 def wall_body(wall: int) -> int:
@@ -153,6 +168,9 @@ class Trace:
         impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
             themselves are not kept; None where the method does not count.
         notes: What the method itself warned of.
+        spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
+            `carom.DiscArrays.turns`), and where the method does not tell.
+        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
     """
 
     method: str
@@ -173,6 +191,8 @@ class Trace:
     counts: Mapping[str, int] = field(default_factory=dict)
     impacts_per_disc: NDArray[np.int64] | None = None
     notes: tuple[str, ...] = ()
+    spins: NDArray[np.void] | None = None
+    final_spin_rad_s: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)
@@ -223,7 +243,17 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         yield Flight(disc, count, since[disc], trace.end_time_s, place[disc], velocity[disc], pull[disc])
 
 
-def kinetic_energy(scene: Scene, velocity_m_s: NDArray[np.float64]) -> float:
-    """Return the kinetic energy of the movable discs, joules. `velocity_m_s` has shape ``(n, 2)``."""
+def kinetic_energy(
+    scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
+) -> float:
+    """Return the kinetic energy of the movable discs, joules; that of turning is part of it where spins are given.
+
+    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has none of turning.
+    """
     mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    return float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
+    energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
+    if spin_rad_s is None:
+        return energy
+    arrays = scene.arrays
+    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
+    return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))

@@ -33,6 +33,15 @@ def two_discs(**changed: object) -> DiscArrays:
         ({"mass_kg": np.array([1.0, 0.0])}, "mass_kg must be above 0"),
         ({"mass_kg": np.array([1.0, math.inf]), "velocity_m_s": np.ones((2, 2))}, r"must be \(0, 0\) for an immovable"),
         ({"restitution": 1.5}, "must lie in 0 to 1"),
+        ({"friction": -1.0}, "friction must be a number from 0"),
+        ({"wall_friction": math.nan}, "wall_friction must be a number from 0"),
+        ({"tangential_restitution": math.nan}, "tangential_restitution must lie in -1 to 1"),
+        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s must have the shape \(2,\), got \(3,\)"),
+        ({"inertia_factor": np.array([0.5, 0.0])}, "inertia_factor must lie in"),
+        ({"inertia_factor": np.array([0.5, math.nan])}, "inertia_factor must lie in"),
+        ({"spin_rad_s": np.array([0.0, math.nan])}, "radius_m times spin_rad_s must be finite"),
+        ({"spin_rad_s": np.ones(2), "inertia_factor": np.array([0.5, math.inf])}, "spin_rad_s must be 0 for a disc"),
+        ({"spin_rad_s": np.ones(2), "mass_kg": np.array([1.0, math.inf])}, "spin_rad_s must be 0 for a disc"),
     ],
 )
 def test_bad_arrays_are_refused_by_name(changed: dict[str, object], words: str) -> None:

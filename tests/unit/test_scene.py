@@ -75,6 +75,20 @@ BAD_DISC_FIELDS = [
     ("velocity_m_s", [0.0, NAN], "velocity_m_s[1]: must be a finite number, got nan"),
     ("velocity_m_s", [0.0, 1.0, 2.0, 3.0], "velocity_m_s: must hold two numbers, got [0.0, 1.0, 2.0, 3.0]"),
     ("velocity_m_s", None, "velocity_m_s: must be a list, got None"),
+    ("spin_rad_s", NAN, "spin_rad_s: must be a finite number, got nan"),
+    ("spin_rad_s", INF, "spin_rad_s: must be a finite number, got inf"),
+    ("spin_rad_s", [1.0], "spin_rad_s: must be a valid number, got [1.0]"),
+    ("spin_rad_s", 1e200, "spin_rad_s: must be at most 6.7e+153 in magnitude (measure in other units), got 1e+200"),
+    (
+        "inertia_factor",
+        0.0,
+        'inertia_factor: must lie between 6.22e-61 and 1, where all mass is in the rim, or be "inf"',
+    ),
+    ("inertia_factor", 1.5, "inertia_factor: must lie between"),
+    ("inertia_factor", NAN, "inertia_factor: must lie between"),
+    ("inertia_factor", -INF, "inertia_factor: must lie between"),
+    ("inertia_factor", "heavy", "inertia_factor: must be a valid number, got 'heavy'"),
+    ("inertia_factor", True, "inertia_factor: must be a valid number, got True"),
 ]
 
 
@@ -104,6 +118,12 @@ BAD_SCENE_FIELDS = [
         "wall_restitution: must be less than or equal to 1, got 1.0000000000000002",
     ),
     ("wall_restitution", "1", "wall_restitution: must be a valid number, got '1'"),
+    ("friction", -0.1, "friction: must be greater than or equal to 0, got -0.1"),
+    ("friction", INF, "friction: must be a finite number, got inf"),
+    ("wall_friction", NAN, "wall_friction: must be a finite number, got nan"),
+    ("wall_friction", 1e160, "wall_friction: must be at most 6.7e+153 in magnitude"),
+    ("tangential_restitution", 1.5, "tangential_restitution: must be less than or equal to 1, got 1.5"),
+    ("wall_tangential_restitution", -2.0, "wall_tangential_restitution: must be greater than or equal to -1, got -2.0"),
     ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
     ("duration_s", INF, "duration_s: must be a finite number, got inf"),
     ("duration_s", 1e-200, "duration_s: must lie between 1.49e-154 and 6.7e+153 (measure in other units), got 1e-200"),
@@ -392,6 +412,31 @@ def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
     assert scene(restitution=0.5).needs == {Need.RESTITUTION}
     assert scene(discs=[disc(mass_kg=INF)]).needs == {Need.IMMOVABLE}
     assert scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
+    pair = [disc(), disc(position_m=[9.0, 0.0])]
+    assert scene(discs=[disc(spin_rad_s=-1.0)]).needs == {Need.SPIN}
+    assert scene(friction=0.5, tangential_restitution=1.0).needs == frozenset()
+    assert scene(wall_friction=0.5, wall_tangential_restitution=1.0).needs == frozenset()
+    assert scene(discs=pair, friction=0.5).needs == {Need.FRICTION}
+    assert scene(discs=pair, friction=0.5, tangential_restitution=-1.0).needs == {
+        Need.FRICTION,
+        Need.TANGENTIAL_RESTITUTION,
+    }
+    assert scene(walls=floor, wall_friction=1e19).needs == {Need.WALLS, Need.FRICTION}
+    assert scene(discs=pair, tangential_restitution=1.0).needs == frozenset()
+
+
+@pytest.mark.parametrize("field", [{"mass_kg": INF}, {"mass_kg": "inf"}, {"inertia_factor": INF}])
+def test_a_spinning_disc_that_nothing_can_stop_is_refused(field: dict[str, Any]) -> None:
+    """An immovable disc that spins, or one whose inertia is infinite, would give others energy without end."""
+    text = message(lambda: scene(discs=[disc(spin_rad_s=2.5, **field)]))
+    assert text.startswith("discs[0].spin_rad_s: must be 0 for an ")
+    assert text.endswith("= inf), got 2.5")
+    assert scene(discs=[disc(spin_rad_s=0.0, **field)]).discs[0].spin_rad_s == 0.0
+
+
+def test_the_surface_of_a_spinning_disc_counts_among_the_speeds() -> None:
+    """A rim that moves so fast that lengths, times and it fit no units is refused as such a velocity is."""
+    assert "duration_s" in message(lambda: scene(discs=[disc(spin_rad_s=1e150)]))
 
 
 # Steps ----------------------------------------------------------------------------------------------------------------

@@ -33,6 +33,20 @@ SAMPLE = Scene(
     restitution=0.9,
 )
 
+#: One with friction and spin.
+ROUGH = Scene(
+    name="rough",
+    duration_s=1.5,
+    discs=[
+        Disc(position_m=(0, 0), radius_m=1, spin_rad_s=-0.1, inertia_factor=0.4),
+        Disc(position_m=(5, 0), radius_m=1, inertia_factor=math.inf),
+    ],
+    friction=0.1,
+    wall_friction=1e19,
+    tangential_restitution=-0.5,
+    wall_tangential_restitution=1.0,
+)
+
 
 def refusal(path: Path) -> str:
     """Return the message with which a file is refused; it must name the file on every line."""
@@ -268,6 +282,30 @@ def test_saving_to_a_place_that_cannot_be_written_is_the_systems_own_error(tmp_p
         save_scene(SAMPLE, tmp_path / "missing" / "x.toml")
 
 
+@pytest.mark.parametrize("name", ["x.toml", "x.json"])
+def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> None:
+    """Every field of friction and spin comes back from a file to the bit, an infinite inertia included."""
+    save_scene(ROUGH, tmp_path / name)
+    assert load_scene(tmp_path / name) == ROUGH
+    assert set(as_json(ROUGH)) - set(as_json(SAMPLE)) == {
+        "friction",
+        "wall_friction",
+        "tangential_restitution",
+        "wall_tangential_restitution",
+    }
+
+
+def test_a_scene_without_friction_and_spin_is_written_without_them() -> None:
+    """Its file, and so its digest, is that of the time before there were such fields, also where they are given."""
+    spelt_out = {"spin_rad_s": 0, "inertia_factor": 0.5}
+    discs = [{**disc.model_dump(), **spelt_out} for disc in SAMPLE.discs]
+    same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
+    assert same == SAMPLE
+    assert same.model_dump_json() == SAMPLE.model_dump_json()
+    assert set(as_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
+    assert "friction" not in same.model_dump_json()
+
+
 # JSON Schema ----------------------------------------------------------------------------------------------------------
 
 
@@ -290,6 +328,7 @@ def test_the_schema_is_a_valid_schema() -> None:
 def test_the_schema_accepts_a_saved_scene() -> None:
     """A scene saved as JSON validates against the schema, infinite mass included."""
     jsonschema.validate(as_json(SAMPLE), scene_schema())
+    jsonschema.validate(as_json(ROUGH), scene_schema())
 
 
 BAD_EDITS: list[tuple[list[str | int], object]] = [
@@ -310,6 +349,11 @@ BAD_EDITS: list[tuple[list[str | int], object]] = [
     (["frame_rate_hz"], -60.0),
     (["name"], ""),
     (["gravity"], 9.81),
+    (["friction"], -0.1),
+    (["tangential_restitution"], 1.5),
+    (["discs", 0, "inertia_factor"], 0),
+    (["discs", 0, "inertia_factor"], "infinite"),
+    (["discs", 0, "spin_rad_s"], "1"),
 ]
 
 

@@ -58,12 +58,17 @@ def require_sound(
             ("velocity_m_s", disc.velocity_m_s, all(map(math.isfinite, disc.velocity_m_s))),
             ("radius_m", disc.radius_m, 0 < disc.radius_m < math.inf),
             ("mass_kg", disc.mass_kg, disc.mass_kg > 0),
+            ("spin_rad_s", disc.spin_rad_s, math.isfinite(disc.spin_rad_s)),
+            ("inertia_factor", disc.inertia_factor, disc.inertia_factor > 0),
         ):
             if not sound:
                 raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
     for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
         if not 0 <= value <= 1:
             raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+    for field, value in (("friction", scene.friction), ("wall_friction", scene.wall_friction)):
+        if not 0 <= value < math.inf:
+            raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
     if not all(map(math.isfinite, scene.gravity_m_s2)):
         raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
 
@@ -75,6 +80,9 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
         (Need.WALLS, capabilities.walls),
         (Need.IMMOVABLE, capabilities.immovable_discs),
         (Need.GRAVITY, capabilities.gravity),
+        (Need.SPIN, capabilities.spin),
+        (Need.FRICTION, capabilities.friction[1] > 0.0),
+        (Need.TANGENTIAL_RESTITUTION, capabilities.tangential_restitution),
     ):
         if need in needs and not supported:
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
@@ -85,6 +93,12 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    low, high = capabilities.friction
+    rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
+    rubbed += [("wall_friction", scene.wall_friction)] if scene.walls else []
+    for name, value in rubbed:
+        if not low <= value <= high:
+            return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"

@@ -79,6 +79,9 @@ class Capabilities:
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
         restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
+        spin: Whether discs turn, as fast at the start as the scene says.
+        friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for.
+        tangential_restitution: Whether friction can give slip back.
         contact_times: What a reported contact time means.
         stamp: Which instant of a step it is.
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
@@ -113,6 +116,9 @@ class Capabilities:
     float_bits: int = 64
     dimensions: int = 2
     deterministic: bool = True
+    spin: bool = False
+    friction: tuple[float, float] = (0.0, 0.0)
+    tangential_restitution: bool = False
 
 
 @dataclass(frozen=True)

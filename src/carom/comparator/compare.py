@@ -21,9 +21,10 @@ from carom.comparator.scales import Scales, scales_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, Finding, Verdict, findings
 from carom.errors import InputError
+from carom.scene import Need, Scene
 from carom.trace import Outcome, Trace
 
-__all__ = ["Score", "compare"]
+__all__ = ["Score", "compare", "require_scored"]
 
 
 @dataclass(frozen=True)
@@ -118,13 +119,14 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
             What lies beyond is held against the trace's own states only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, the horizon is negative, or the reference has a number that is
-            NaN or infinite.
+        InputError: The traces are of different scenes, of one with friction or spin, the horizon is negative, or the
+            reference has a number that is NaN or infinite.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
+    require_scored(scene)
     if broken := not_finite(reference):
         raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
     if sampling is not None and not_finite(sampling):
@@ -132,6 +134,17 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     # What is no number makes more of its kind on every way; they are looked for by name, and not by warnings.
     with np.errstate(all="ignore"):
         return _score(reference, observed, sampling, horizon)
+
+
+def require_scored(scene: Scene) -> None:
+    """Refuse a scene with friction or spin, of which no trace can be scored yet.
+
+    Raises:
+        InputError: Its message names which.
+    """
+    if turning := scene.needs & {Need.FRICTION, Need.SPIN}:
+        what = " and ".join(sorted(need.value for need in turning))
+        raise InputError(f"scene {scene.name!r} has {what}: it can be run, but traces of it are not scored yet")
 
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
+from typing import Any
 
 from carom.conformance.checks import accuracy, capability, conduct, contacts, declaration, invariants, settings
 from carom.conformance.scenes import CATALOGUE_SCENES, LOCATED_SCENES
 from carom.conformance.subject import Subject, catalogue_setup
 
 __all__ = ["Case", "cases"]
-
-Check = Callable[[Subject], None]
 
 
 @dataclass(frozen=True)
@@ -29,15 +29,14 @@ class Case:
     """
 
     name: str
-    run: Check
+    run: Callable[[Subject], None]
     meaning: str
     skip: str = ""
     profile: str = ""
 
 
 #: Ends and middle of the declared range, for discs and for walls.
-RESTITUTION_SHARES = ("least", "middle", "greatest")
-_SHARE = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
+RESTITUTION_SHARES = {"least": 0.0, "middle": 0.5, "greatest": 1.0}
 
 _OF_ADAPTER = {
     "declares-capabilities": declaration.declares_capabilities,
@@ -86,30 +85,27 @@ _OF_SCENE = {
 }
 
 
-def _meaning(check: Callable[..., None]) -> str:
-    return (check.__doc__ or "").strip().splitlines()[0]
-
-
 def cases(subject: Subject) -> Iterator[Case]:
     """Return every case for an adapter, in the order in which they are run: what others rest on comes first."""
+
+    def case(name: str, check: Callable[..., None], /, *, skip: str = "", **parameters: Any) -> Case:
+        meaning = (check.__doc__ or "").strip().splitlines()[0]
+        return Case(name, partial(check, **parameters), meaning, skip, parameters.get("profile", ""))
+
     for name, check in _OF_ADAPTER.items():
-        yield Case(name, check, _meaning(check))
+        yield case(name, check)
     for what in capability.REFUSALS:
-        run = partial(capability.refuses, what=what)
-        yield Case(f"refuses[{what.replace(' ', '-')}]", run, _meaning(capability.refuses))
+        yield case(f"refuses[{what.replace(' ', '-')}]", capability.refuses, what=what)
     for order in ("first", "second"):
-        run = partial(capability.immovable_stays, order=order)
-        yield Case(f"immovable-disc[{order}]", run, _meaning(capability.immovable_stays))
-    for share in RESTITUTION_SHARES:
-        for wall_share in RESTITUTION_SHARES:
-            run = partial(capability.restitution_as_declared, share=_SHARE[share], wall_share=_SHARE[wall_share])
-            yield Case(f"restitution[{share}-{wall_share}]", run, _meaning(capability.restitution_as_declared))
+        yield case(f"immovable-disc[{order}]", capability.immovable_stays, order=order)
+    for share, wall_share in product(RESTITUTION_SHARES, repeat=2):
+        e, wall_e = RESTITUTION_SHARES[share], RESTITUTION_SHARES[wall_share]
+        name = f"restitution[{share}-{wall_share}]"
+        yield case(name, capability.restitution_as_declared, share=e, wall_share=wall_e)
     for profile, described in subject.adapter.profiles.items():
         for name, of_profile in (_OF_LOCATED if described.located else _OF_PROFILE).items():
-            run = partial(of_profile, profile=profile)
-            yield Case(f"{name}[{profile}]", run, _meaning(of_profile), profile=profile)
+            yield case(f"{name}[{profile}]", of_profile, profile=profile)
         for scene in LOCATED_SCENES if described.located else CATALOGUE_SCENES:
             skip = subject.unsupported(catalogue_setup(scene, profile))
             for name, of_scene in _OF_SCENE.items():
-                run = partial(of_scene, profile=profile, name=scene)
-                yield Case(f"{name}[{profile}-{scene}]", run, _meaning(of_scene), skip, profile)
+                yield case(f"{name}[{profile}-{scene}]", of_scene, skip=skip, profile=profile, name=scene)

@@ -66,6 +66,9 @@ class Raised:
     deliberate: bool
     message: str
 
+    def __str__(self) -> str:
+        return f"{self.where}() raised {self.kind}: {self.message}"
+
 
 class _AdapterRaised(Exception):  # noqa: N818 - what happened; the suite decides whether that is an error
     def __init__(self, raised: Raised) -> None:

@@ -35,6 +35,9 @@ T = TypeVar("T")
 class Subject(Closing):
     """One adapter, by its name; used as a context manager, it ends its worker process.
 
+    Whatever runs the engine raises `Violation` where its process crashes or hangs, or the adapter raises an error that
+    is not handed back.
+
     Attributes:
         name: Name of the adapter.
         adapter: The adapter, loaded; its engine is not imported in this process.
@@ -75,11 +78,7 @@ class Subject(Closing):
         return profile_settings(self.adapter, profile, dt_s)
 
     def watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched:
-        """Run a scene and return every observation.
-
-        Raises:
-            Violation: The adapter raised an error, crashed or hung.
-        """
+        """Run a scene and return every observation."""
         answer = self.try_to_watch(setup, looks=looks, **changes)
         if isinstance(answer, Raised):
             raise Violation(
@@ -91,42 +90,26 @@ class Subject(Closing):
         return answer
 
     def seen(self, setup: Setup) -> Watched:
-        """Return what `watch` did when first asked for this run: for checks of what was seen, not of running again.
-
-        Raises:
-            Violation: The adapter raised an error, crashed or hung.
-        """
+        """Return what `watch` did when first asked for this run: for checks of what was seen, not of running again."""
         key = (setup.scene.name, setup.profile, setup.dt_s)
         if key not in self._seen:
             self._seen[key] = self.watch(setup)
         return self._seen[key]
 
     def try_to_watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched | Raised:
-        """Run a scene and return every observation, or the error that the adapter raised.
-
-        Raises:
-            Violation: The process crashed or hung.
-        """
+        """Run a scene and return every observation, or the error that the adapter raised."""
         settings = {**self.settings(setup.profile, setup.dt_s), **changes}
         steps = setup.scene.step_count(setup.dt_s)
         return self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
 
     def try_to_cut(self, setup: Setup, *, disturbed: bool) -> Watched | Raised:
-        """Run a scene in cut steps, `disturbed` by others that are taken back, or the error that the adapter raised.
-
-        Raises:
-            Violation: The process crashed or hung.
-        """
+        """Run a scene in cut steps, `disturbed` by others that are taken back, or the error that the adapter raised."""
         settings = self.settings(setup.profile, setup.dt_s)
         steps = setup.scene.step_count(setup.dt_s)
         return self._ask(Cut(self.name, setup.scene, settings, setup.dt_s, steps, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
-        """Make worlds one after another and return by how much the process has grown; None where nobody tells.
-
-        Raises:
-            Violation: The adapter raised an error, crashed or hung.
-        """
+        """Make worlds one after another and return by how much the process has grown; None where nobody tells."""
         settings = self.settings(setup.profile, setup.dt_s)
         answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
         if isinstance(answer, Raised):
@@ -136,11 +119,7 @@ class Subject(Closing):
         return answer.bytes
 
     def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
-        """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step.
-
-        Raises:
-            Violation: The adapter raised an error, crashed or hung.
-        """
+        """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step."""
         if (profile, name) not in self._scores:
             setup = catalogue_setup(name, profile)
             trace = self._ask(Observe(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)

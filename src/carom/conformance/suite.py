@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from importlib import metadata
 from pathlib import Path
 
 from carom.conformance.cases import Case, cases
 from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
-from carom.conformance.selection import ALL, selected_engines
 from carom.conformance.subject import Subject
-from carom.errors import InputError
-from carom.registry import EngineInfo, engines
+from carom.errors import InputError, UnknownNameError
+from carom.registry import ENTRY_POINT_GROUP, EngineInfo, engines
 
-__all__ = ["USUAL_PROFILES", "EnginePlan", "Suite", "make_suite"]
+__all__ = ["USUAL_PROFILES", "EnginePlan", "Suite", "make_suite", "selected_engines"]
+
+ALL = "all"
 
 #: The profiles that mean the same for every engine, and are held to the suite unless others are asked for.
 USUAL_PROFILES = ("default", "tuned", "located")
@@ -94,6 +97,46 @@ def make_suite(
         skipped = {name: skip for name, skip in everything.items() if skip}
         check_names(known, everything, skipped, {info.name for info in engines()}, known_file)
     return Suite(tuple(planned), known, known_file)
+
+
+def selected_engines(wanted: Sequence[str]) -> list[EngineInfo]:
+    """Return the adapters that the words mean, each once.
+
+    Args:
+        wanted: Names of adapters, of distributions, of the packages that entry points lead to, or ``all``.
+
+    Raises:
+        UnknownNameError: A word means none of these.
+        InputError: An adapter asked for by its own name is unavailable.
+    """
+    infos = engines()
+    packages = {
+        point.name: point.module.partition(".")[0]
+        for point in reversed([*metadata.entry_points(group=ENTRY_POINT_GROUP)])  # the first of a name is the one
+    }
+    chosen: dict[str, EngineInfo] = {}
+    for word in wanted:
+        named = [info for info in infos if info.name == word]
+        if named and named[0].unavailable:
+            raise InputError(f"{word}: {named[0].unavailable}")
+        found = named or [
+            info
+            for info in infos
+            if word == ALL or _normal(info.distribution) == _normal(word) or packages.get(info.name) == word
+        ]
+        if not found:
+            known = ", ".join(f"{info.name} ({info.distribution})" for info in infos)
+            raise UnknownNameError(
+                f"no adapter, and no distribution or package with one, is named {word!r}; there are: {known}. "
+                f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
+            )
+        chosen.update((info.name, info) for info in found)
+    return list(chosen.values())
+
+
+def _normal(name: str) -> str:
+    """Return a distribution's name as it is compared: PEP 503."""
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def _is_run(profile: str, wanted: Sequence[str]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from carom.conformance.scenes import DT_S
 from carom.errors import CaromError
 from carom.scene import Scene
 
@@ -28,8 +29,8 @@ class Setup:
     """
 
     scene: Scene
-    profile: str
-    dt_s: float
+    profile: str = "tuned"
+    dt_s: float = DT_S
     catalogued: bool = False
 
     def __str__(self) -> str:

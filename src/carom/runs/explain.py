@@ -65,7 +65,7 @@ def _pic(scene: Scene, trace: Trace) -> str:
     walls = "" if scene.walls else ", no wall is asked about"
     if scene.gravity_m_s2 != (0.0, 0.0):
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
-    if len(scene.discs) == 2 and not scene.walls:
+    if len(scene.discs) == 2 and not scene.walls and not scene.arrays.turns:
         return f"two discs, so the closed form, without queue or cells: {found}"
     if trace.counts.get("compiled"):
         return f"many discs, so the compiled kernel with cells{walls}: {found}"

@@ -7,6 +7,7 @@ before its first step and just after its last. A method that knows the velocitie
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import dataclass
 from itertools import chain
 
@@ -22,9 +23,14 @@ __all__ = ["ImpactCollector", "gravity_of"]
 
 _AT_REST: Vector = (0.0, 0.0)
 
+_Pair = tuple[int, int]
+
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
+
+#: Of the two bodies of a contact.
+_Velocities = tuple[Vector, Vector]
 
 
 def gravity_of(scene: Scene) -> NDArray[np.float64]:
@@ -33,58 +39,53 @@ def gravity_of(scene: Scene) -> NDArray[np.float64]:
 
 
 @dataclass
-class _Told:
-    """Sums over the steps of a contact, of what the method tells of its normals.
+class _OpenContact:
+    """A contact that may go on in the next step.
 
     Attributes:
-        push: Impulses, or the changes of velocity where those are not told.
-        vector: The same times their normals.
-        length: The same times the lengths of their normals.
+        number: In the order in which contacts began.
+        reported: What the method said in its first step.
+        before: Velocities of the two bodies before that step.
+        start_s: When that step began, seconds.
+        start: The state there.
+        after: Velocities after its last step so far.
+        end_s: When that step ended, seconds.
+        end: The state there.
+        alone: Whether neither body had another contact in any of its steps.
+        steps: How many steps it lasts so far.
+        push: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
+        along: The same of these times their normals.
+        length: The same of these times the lengths of their normals.
     """
 
+    number: int
+    reported: Contact
+    before: _Velocities
+    start_s: float
+    start: Observation
+    after: _Velocities
+    end_s: float
+    end: Observation
+    alone: bool = True
+    steps: int = 0
     push: float = 0.0
-    vector: Vector = (0.0, 0.0)
+    along: Vector = (0.0, 0.0)
     length: float = 0.0
 
     def add(self, push: float, normal: Vector) -> None:
-        """Add one step."""
+        """Add what a step pushes."""
+        self.steps += 1
         self.push += push
-        self.vector = (self.vector[0] + push * normal[0], self.vector[1] + push * normal[1])
+        self.along = (self.along[0] + push * normal[0], self.along[1] + push * normal[1])
         self.length += push * math.hypot(*normal)
 
-    def normal(self, first: Vector) -> Vector:
+    def normal(self) -> Vector:
         """Return the normal along which the steps pushed together, as long as they are on average; else the first."""
-        size = math.hypot(*self.vector)
-        if not (size > 0.0 and self.push > 0.0):
-            return first
+        size = math.hypot(*self.along)
+        if self.steps == 1 or not (size > 0.0 and self.push > 0.0):
+            return self.reported.normal
         length = self.length / self.push
-        return (length * self.vector[0] / size, length * self.vector[1] / size)
-
-
-@dataclass
-class _OpenContact:
-    """A contact that may go on in the next step; its normal is that of its first one."""
-
-    number: int
-    reported_s: float
-    normal: Vector
-    told: _Told
-    before_first: Vector
-    before_second: Vector
-    after_first: Vector
-    after_second: Vector
-    start_s: float
-    start: Observation
-    end_s: float
-    end: Observation
-    alone: bool
-    steps: int = 1
-
-    def separates(self) -> bool:
-        """Whether the contact's own impulses so far have turned approach into separation."""
-        nx, ny = self.normal
-        ux, uy = self.after_second[0] - self.after_first[0], self.after_second[1] - self.after_first[1]
-        return ux * nx + uy * ny > 0.0
+        return (length * self.along[0] / size, length * self.along[1] / size)
 
 
 class ImpactCollector:
@@ -96,7 +97,7 @@ class ImpactCollector:
         self._gravity = gravity_of(scene)
         self._last = start
         self._last_s = 0.0
-        self._open: dict[tuple[int, int], _OpenContact] = {}
+        self._open: dict[_Pair, _OpenContact] = {}
         self._done: list[tuple[int, ImpactRecord, float, _State]] = []
         self._begun = 0
         self.states = np.zeros(0, STATE_DTYPE)
@@ -105,25 +106,25 @@ class ImpactCollector:
         """Take in the state and contacts of the step that ended at `time_s`."""
         self._require_sound(now)
         before = self._last
-        active: dict[tuple[int, int], Contact] = {}
+        active: dict[_Pair, Contact] = {}
         struck: set[int] = set()
         for contact in now.contacts:
+            pair = (contact.first, contact.second)
             if contact.velocities is not None:
-                key = (contact.first, contact.second)
-                record = ImpactRecord(contact.time_s, *key, contact.normal, *contact.velocities)
+                record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities)
                 # Several impacts of one disc in a step: but for those of the step's very start, it has moved between.
-                free = contact.time_s == self._last_s or struck.isdisjoint(key)
-                struck.update(body for body in key if body >= 0 and self._inverse_mass[body] > 0.0)
-                state = _state(key, self._last_s, before if free else None)
+                free = contact.time_s == self._last_s or struck.isdisjoint(pair)
+                struck.update(self._movable(pair))
+                state = _state(pair, self._last_s, before if free else None)
                 self._done.append((self._next_number(), record, contact.time_s, state))
             elif self._acted(contact, before, now):
-                active[contact.first, contact.second] = contact
-        touched = [body for pair in active for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
+                active[pair] = contact
+        touched = Counter(body for pair in active for body in self._movable(pair))
         velocity = {body: _row(before.velocity_m_s, body) for body in touched}
         for pair in [pair for pair in self._open if pair not in active]:
             self._close(pair)
         for pair, contact in active.items():
-            self._extend(pair, contact, velocity, touched, before, time_s, now)
+            self._extend(pair, contact, velocity, touched, time_s, now)
         self._last, self._last_s = now, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
@@ -139,6 +140,9 @@ class ImpactCollector:
     def _next_number(self) -> int:
         self._begun += 1
         return self._begun
+
+    def _movable(self, pair: _Pair) -> list[int]:
+        return [body for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
 
     def _require_sound(self, now: Observation) -> None:
         """Refuse what no table could show: an adapter's slip must not read as its engine's fault."""
@@ -174,76 +178,52 @@ class ImpactCollector:
 
     def _extend(
         self,
-        pair: tuple[int, int],
+        pair: _Pair,
         contact: Contact,
         velocity: dict[int, Vector],
-        touched: list[int],
-        before: Observation,
+        touched: Counter[int],
         time_s: float,
         now: Observation,
     ) -> None:
         """Open a contact or take one on by a step; `velocity` holds what the step's earlier contacts made of it."""
-        ahead = {body: velocity.get(body, _AT_REST) for body in pair}
-        alone = all(touched.count(body) <= 1 for body in pair)
-        for body, sign in ((pair[0], -1.0), (pair[1], 1.0)):
+        first, second = pair
+        ahead = (velocity.get(first, _AT_REST), velocity.get(second, _AT_REST))
+        for body, sign in ((first, -1.0), (second, 1.0)):
             if body not in velocity:
                 continue
-            if touched.count(body) == 1 or contact.impulse_n_s is None:
+            if touched[body] == 1 or contact.impulse_n_s is None:
                 velocity[body] = _row(now.velocity_m_s, body)
             else:  # several contacts in one step are told apart by their impulses
                 push = sign * contact.impulse_n_s * self._inverse_mass[body]
                 vx, vy = velocity[body]
                 velocity[body] = (vx + push * contact.normal[0], vy + push * contact.normal[1])
-        after = {body: velocity.get(body, _AT_REST) for body in pair}
-        told = contact.impulse_n_s
-        if told is None:
-            told = math.dist(_difference(after, pair), _difference(ahead, pair))
+        after = (velocity.get(first, _AT_REST), velocity.get(second, _AT_REST))
         known = self._open.get(pair)
-        if known is not None and known.separates() and _approaches(pair, ahead, contact.normal):
+        if known and _parting(known.after, known.reported.normal) > 0.0 > _parting(ahead, contact.normal):
             # Bounced off already, and pushed together again by a third body: that is a second impact.
             self._close(pair)
             known = None
         if known is None:
-            known = self._open[pair] = _OpenContact(
-                number=self._next_number(),
-                reported_s=contact.time_s,
-                normal=contact.normal,
-                told=_Told(),
-                before_first=ahead[pair[0]],
-                before_second=ahead[pair[1]],
-                after_first=after[pair[0]],
-                after_second=after[pair[1]],
-                start_s=self._last_s,
-                start=before,
-                end_s=time_s,
-                end=now,
-                alone=alone,
-            )
-        else:
-            known.after_first, known.after_second = after[pair[0]], after[pair[1]]
-            known.end_s, known.end, known.steps = time_s, now, known.steps + 1
-            known.alone = known.alone and alone
-        known.told.add(told, contact.normal)
+            number, start_s, start = self._next_number(), self._last_s, self._last
+            known = _OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
+            self._open[pair] = known
+        known.after, known.end_s, known.end = after, time_s, now
+        known.alone = known.alone and all(touched[body] <= 1 for body in pair)
+        told = contact.impulse_n_s
+        known.add(math.dist(_difference(after), _difference(ahead)) if told is None else told, contact.normal)
 
-    def _close(self, pair: tuple[int, int]) -> None:
+    def _close(self, pair: _Pair) -> None:
         contact = self._open.pop(pair)
-        record = ImpactRecord(
-            contact.reported_s,
-            *pair,
-            contact.normal if contact.steps == 1 else contact.told.normal(contact.normal),
-            contact.before_first,
-            contact.before_second,
-            contact.after_first,
-            contact.after_second,
-        )
+        velocities = (*contact.before, *contact.after)
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), *velocities)
         effective = _effective_time(pair, contact, self._gravity) if contact.alone else math.nan
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
-        bent = bool(self._gravity.any()) and not all(body >= 0 and self._inverse_mass[body] > 0.0 for body in pair)
+        bent = bool(self._gravity.any()) and len(self._movable(pair)) < len(pair)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
         self._done.append((contact.number, record, effective, state))
 
 
-def _state(pair: tuple[int, int], time_s: float, state: Observation | None) -> _State:
+def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     """Return the state before an impact; where it says nothing of the impact, its time alone: that of its step."""
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
@@ -251,7 +231,7 @@ def _state(pair: tuple[int, int], time_s: float, state: Observation | None) -> _
     return (time_s, _row(state.position_m, first), _AT_REST if second < 0 else _row(state.position_m, second))
 
 
-def _effective_time(pair: tuple[int, int], contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
+def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
@@ -272,7 +252,7 @@ def _effective_time(pair: tuple[int, int], contact: _OpenContact, gravity: NDArr
     return contact.start_s - float(offset @ slope) / squared
 
 
-def _relative(pair: tuple[int, int], state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _relative(pair: _Pair, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     first, second = pair
     if second < 0:
         return -state.position_m[first], -state.velocity_m_s[first]
@@ -282,14 +262,15 @@ def _relative(pair: tuple[int, int], state: Observation) -> tuple[NDArray[np.flo
     )
 
 
-def _difference(velocity: dict[int, Vector], pair: tuple[int, int]) -> Vector:
-    first, second = velocity[pair[0]], velocity[pair[1]]
-    return (second[0] - first[0], second[1] - first[1])
+def _difference(velocities: _Velocities) -> Vector:
+    (ux, uy), (vx, vy) = velocities
+    return (vx - ux, vy - uy)
 
 
-def _approaches(pair: tuple[int, int], velocity: dict[int, Vector], normal: Vector) -> bool:
-    x, y = _difference(velocity, pair)
-    return x * normal[0] + y * normal[1] < 0.0
+def _parting(velocities: _Velocities, normal: Vector) -> float:
+    """Speed along the normal at which two bodies part; negative where they approach."""
+    x, y = _difference(velocities)
+    return x * normal[0] + y * normal[1]
 
 
 def _row(array: NDArray[np.float64], body: int) -> Vector:

@@ -78,6 +78,15 @@ class TwoDiscEnsemble:
             raise InputError("mass_first and mass_second must not both be infinite: two immovable discs never collide")
         return cls(*discs)
 
+    def __post_init__(self) -> None:
+        """Refuse friction and spin.
+
+        Raises:
+            InputError: Discs have either.
+        """
+        if self.first.turns or self.second.turns or self.first.friction or self.second.friction:
+            raise InputError("an ensemble has neither friction nor spin yet: solve its scenes with carom.solve_pic")
+
     def __len__(self) -> int:
         return len(self.first)
 

@@ -3,6 +3,7 @@
 An impact is *ambiguous* where it shares a movable disc with an earlier recorded one at what may be the same instant, as
 far as `carom.solvers.resolution` knows both; unless the two normals are exactly orthogonal, for then neither impulse
 changes what the other impact sees. The result then depends on an order that is a convention: (time, first, second).
+Friction pushes across the normal, too: an impact with friction counts as one of no direction (NaN), orthogonal to none.
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
 of all impacts that reach as far as some later one, the one that reaches furthest interferes with it, or else the one
@@ -16,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.trace import impact_array
+from carom.trace import impact_array, spin_array
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -77,6 +78,9 @@ class ImpactLog:
         self.records: list[ImpactRecord] = []
         self._array = impact_array([])
         self._ambiguous: list[int] = []
+        self._turns = scene.arrays.turns
+        self._spins = spin_array([])
+        self._rubs_discs, self._rubs_walls = scene.arrays.rubs_discs, scene.arrays.rubs_walls
         self._recent = [None if disc.immovable else Recent() for disc in scene.discs]
         self._instant = -1.0
         self._impacts_now = 0
@@ -92,7 +96,9 @@ class ImpactLog:
             self._impacts_now = 0
         self._impacts_now += 1
         struck = [self._recent[body] for body in (record.first, record.second) if body >= 0]
-        found = [recent.strike(record.time_s, resolution_s, *record.normal) for recent in struck if recent]
+        rubs = self._rubs_discs if record.second >= 0 else self._rubs_walls
+        nx, ny = (math.nan, math.nan) if rubs else record.normal
+        found = [recent.strike(record.time_s, resolution_s, nx, ny) for recent in struck if recent]
         ambiguous = any(found)
         if ambiguous:
             self._ambiguous.append(len(self.records))
@@ -105,6 +111,13 @@ class ImpactLog:
             self._array = np.concatenate([self._array, impact_array(self.records[len(self._array) :])])
             self._array.flags.writeable = False
         return self._array
+
+    def spins(self) -> NDArray[np.void] | None:
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        if self._turns and len(self._spins) < len(self.records):
+            self._spins = np.concatenate([self._spins, spin_array(self.records[len(self._spins) :])])
+            self._spins.flags.writeable = False
+        return self._spins if self._turns else None
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that are ambiguous."""

@@ -84,27 +84,30 @@ def solve_pic(
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
-    if request.is_plain and len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0):
+    alone = len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0)
+    if request.is_plain and alone and not scene.arrays.turns:
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
         if trace is not None:
             return trace
     run = pic_run(scene, request)
     outcome, samples = request.carry_out(run, _patient(request.progress))
-    impacts, ambiguous = request.kept(run.log)
+    kept = request.kept(run.log)
     return Trace(
         method="pic",
         scene=scene,
-        impacts=impacts,
+        impacts=kept.impacts,
         final_position_m=run.positions(),
         final_velocity_m_s=run.velocities(),
         end_time_s=run.time_s,
         outcome=outcome,
-        ambiguous=ambiguous,
+        ambiguous=kept.ambiguous,
         samples=samples,
         settings={"contact_duration_s": request.contact_duration_s} if request.contact_duration_s else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=(*run.notes, *extension_notes()),
+        spins=kept.spins,
+        final_spin_rad_s=run.spins(),
     )
 
 

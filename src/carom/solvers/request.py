@@ -25,6 +25,14 @@ __all__ = ["ALWAYS", "Request", "frames_of"]
 ALWAYS = (-math.inf, math.inf)
 
 
+class Kept(NamedTuple):
+    """Impacts that are kept of a run, their spins, None where nothing turns, and which of them are ambiguous."""
+
+    impacts: NDArray[np.void]
+    spins: NDArray[np.void] | None
+    ambiguous: tuple[int, ...]
+
+
 class Request(NamedTuple):
     """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
 
@@ -93,16 +101,19 @@ class Request(NamedTuple):
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
 
-    def kept(self, log: ImpactLog) -> tuple[NDArray[np.void], tuple[int, ...]]:
-        """Return the impacts of a log that are to be kept, and which of them are ambiguous."""
-        impacts, ambiguous = log.array(), log.ambiguous()
+    def kept(self, log: ImpactLog) -> Kept:
+        """Return the impacts of a log that are to be kept."""
+        impacts, spins, ambiguous = log.array(), log.spins(), log.ambiguous()
         if self.keep and self.window_s == ALWAYS:
-            return impacts, ambiguous
+            return Kept(impacts, spins, ambiguous)
         kept = self.keep & (self.window_s[0] <= impacts["time_s"]) & (impacts["time_s"] <= self.window_s[1])
         places = np.cumsum(kept) - 1
         impacts = impacts[kept]
         impacts.flags.writeable = False
-        return impacts, tuple(int(places[k]) for k in ambiguous if kept[k])
+        if spins is not None:
+            spins = spins[kept]
+            spins.flags.writeable = False
+        return Kept(impacts, spins, tuple(int(places[k]) for k in ambiguous if kept[k]))
 
 
 def _until(scene: Scene, until_s: object) -> float:

@@ -28,6 +28,9 @@ class ImpactLog(Protocol):
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
 
+    def spins(self) -> NDArray[np.void] | None:
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
 
@@ -59,6 +62,9 @@ class Run(Protocol):
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
+
+    def spins(self) -> NDArray[np.float64] | None:
+        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""

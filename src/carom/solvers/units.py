@@ -50,6 +50,7 @@ class Units(NamedTuple):
             place, velocity = _vector(disc.position_m, -self.length), _vector(disc.velocity_m_s, -speed)
             radius, mass = _times_power(disc.radius_m, -self.length), _times_power(disc.mass_kg, -self.mass)
             changed = {"position_m": place, "velocity_m_s": velocity, "radius_m": radius, "mass_kg": mass}
+            changed["spin_rad_s"] = _times_power(disc.spin_rad_s, self.time)
             discs.append(disc.model_copy(update=changed))
         walls = tuple(wall.model_copy(update={"point_m": _vector(wall.point_m, -self.length)}) for wall in scene.walls)
         gravity, duration = _vector(scene.gravity_m_s2, self.time - speed), self.of_seconds(scene.duration_s)
@@ -71,6 +72,18 @@ class Units(NamedTuple):
     def metres_a_second(self, speeds: Array) -> Array:
         """Return velocities given in these units, in metres a second."""
         return np.ldexp(speeds, self.length - self.time)
+
+    def radians_a_second(self, spins: Array) -> Array:
+        """Return spins given in these units, in radians a second."""
+        return np.ldexp(spins, -self.time)
+
+    def spins(self, spins: NDArray[np.void]) -> NDArray[np.void]:
+        """Return spins around impacts given in these units, in SI units."""
+        in_si = spins.copy()
+        for name in spins.dtype.names or ():
+            in_si[name] = self.radians_a_second(spins[name])
+        in_si.flags.writeable = False
+        return in_si
 
     def impacts(self, impacts: NDArray[np.void]) -> NDArray[np.void]:
         """Return impacts given in these units, in SI units."""
@@ -134,6 +147,11 @@ class RunInUnits:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
         return self._units.metres_a_second(self._run.velocities())
 
+    def spins(self) -> Array | None:
+        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        spins = self._run.spins()
+        return None if spins is None else self._units.radians_a_second(spins)
+
 
 class LogInUnits:
     """The impacts of a run in units of its own, seen in SI units: as `carom.solvers.run.ImpactLog`."""
@@ -149,6 +167,11 @@ class LogInUnits:
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
         return self._units.impacts(self._log.array())
+
+    def spins(self) -> NDArray[np.void] | None:
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        spins = self._log.spins()
+        return None if spins is None else self._units.spins(spins)
 
 
 def _is_ordinary(scene: Scene) -> bool:

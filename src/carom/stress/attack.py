@@ -15,6 +15,7 @@ from carom.trace import Outcome, Trace, Vector, kinetic_energy
 __all__ = [
     "TOLERANCE",
     "Attack",
+    "Judge",
     "Judgement",
     "Trial",
     "closed_form_judge",
@@ -45,12 +46,16 @@ class Judgement:
     note: str = ""
 
 
+#: Says what a trace is worth.
+Judge = Callable[[Trace], Judgement]
+
+
 @dataclass(frozen=True)
 class Trial:
     """One scene of an attack and how a trace of it is judged. It is run at the scene's own frame rate."""
 
     scene: Scene
-    judge: Callable[[Trace], Judgement]
+    judge: Judge
 
     @property
     def dt_s(self) -> float:
@@ -116,7 +121,7 @@ class Attack:
         return None if middle in (stands, breaks) else middle
 
 
-def velocity_judge(truth: TrueMotion, scene: Scene) -> Callable[[Trace], Judgement]:
+def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
 
     A disc that is never hit is held against the greatest change of any disc. So the measure knows no unit, and a graze,
@@ -133,7 +138,7 @@ def closed_form_judge(
     impacts: int,
     change_m_s: Sequence[float],
     note: str = "",
-) -> Callable[[Trace], Judgement]:
+) -> Judge:
     """Judge by final velocities that are known, each against the change that impacts make to its disc.
 
     Args:
@@ -162,7 +167,7 @@ def closed_form_judge(
     return judge
 
 
-def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
+def energy_judge(scene: Scene) -> Judge:
     """Judge by what every elastic scene keeps: kinetic energy to a tenth, and discs out of each other and the walls."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
@@ -180,7 +185,7 @@ def energy_judge(scene: Scene) -> Callable[[Trace], Judgement]:
     return judge
 
 
-def pressure_judge(scene: Scene, compressibility: float) -> Callable[[Trace], Judgement]:
+def pressure_judge(scene: Scene, compressibility: float) -> Judge:
     """Judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
 
     Each impact adds its impulse times the distance of the centres; a fifth of the run is time to forget the lattice.

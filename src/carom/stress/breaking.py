@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import NamedTuple
 
 from carom.errors import InputError
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
-from carom.scene import save_scene
+from carom.scene import Scene, save_scene
 from carom.stress.attack import Attack, Judgement, Trial
 from carom.stress.results import Spot, SpotEnding
 
-__all__ = ["breaking_point"]
+__all__ = ["NotRunError", "breaking_point", "save_as"]
 
 #: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
@@ -23,54 +24,65 @@ class NotRunError(Exception):
     """The method can't be attacked at all: it is unavailable, or does not support the scene."""
 
 
-class _Tried:
-    """What came of one value: the worst judgement of its trials and the scene that shows it."""
+class _Tried(NamedTuple):
+    """What came of one value: the worst judgement of its trials, and the scene that shows it."""
 
-    def __init__(self, value: float, trial: Trial, judgement: Judgement, runs: int) -> None:
-        self.value, self.trial, self.judgement, self.runs = value, trial, judgement, runs
+    value: float
+    trial: Trial
+    judgement: Judgement
 
     @property
     def stands(self) -> bool:
         return not self.judgement.broken
 
 
-def breaking_point(attack: Attack, method: Method, asker: Asker, scenes: Path, *, quick: bool) -> Spot:
+def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path, quick: bool) -> Spot:
     """Return the cell of an attack and a method; the scene that shows its number is saved into `scenes`."""
-    ladder = attack.ladder(quick)
     runs = 0
     stood: _Tried | None = None
     fell: _Tried | None = None
+
+    def tries(value: float) -> None:
+        nonlocal runs, stood, fell
+        tried, spent = _try(attack, value, method, asker, quick=quick)
+        runs += spent
+        stood, fell = (tried, fell) if tried.stands else (stood, tried)
+
     try:
-        for value in ladder:
-            tried = _try(attack, value, method, asker, quick=quick)
-            runs += tried.runs
-            if not tried.stands:
-                fell = tried
+        for value in attack.ladder(quick):
+            tries(value)
+            if fell:
                 break
-            stood = tried
         resolution = QUICK_RESOLUTION if quick else RESOLUTION
         while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
-            tried = _try(attack, middle, method, asker, quick=quick)
-            runs += tried.runs
-            stood, fell = (tried, fell) if tried.stands else (stood, tried)
+            tries(middle)
     except NotRunError as error:
         return Spot("attack", attack.name, method.name, SpotEnding.NOT_RUN, reason=str(error), runs=runs)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
-    file = _saved(shown.trial, attack.name, method, scenes, "gives way" if fell else "stands")
+    shows = f"{shown.trial.scene.description} Here {method.name} {'gives way' if fell else 'stands'}."
+    file = save_as(f"{attack.name}-{method.engine}-{method.profile}", shown.trial.scene, shows, scenes)
     broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
     return Spot(
         "attack",
         attack.name,
         method.name,
-        SpotEnding.STANDS if fell is None else broke,
+        broke if fell else SpotEnding.STANDS,
         value=shown.value,
         stands_at=stood.value if stood else None,
-        error=_number(stood.judgement.error) if stood else None,
+        error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
         reason=shown.judgement.broken or shown.judgement.note,
         scenes=(file,),
         runs=runs,
     )
+
+
+def save_as(stem: str, scene: Scene, shows: str, folder: Path) -> str:
+    """Save the scene of a number under a name of its own, so that all of them can be run together; return the file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    named = scene.model_copy(update={"name": f"stress/{stem}", "description": shows})
+    save_scene(named, folder / f"{stem}.toml")
+    return f"{folder.name}/{stem}.toml"
 
 
 def _judged(method: Method, trial: Trial, asker: Asker) -> Judgement:
@@ -85,32 +97,17 @@ def _judged(method: Method, trial: Trial, asker: Asker) -> Judgement:
     return Judgement(math.nan, answer.said) if answer.value is None else trial.judge(answer.value)
 
 
-def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> _Tried:
-    worst: _Tried | None = None
+def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> tuple[_Tried, int]:
+    """Run the trials of a value up to the first that breaks; return the worst, and how many runs there were."""
     try:
         trials = attack.trials(value)
     except InputError as error:
         message = f"attack {attack.name} makes no scene at {value:g}: {error}"
         raise InputError(message) from error
-    for runs, trial in enumerate(trials[::2] if quick else trials, 1):
-        judgement = _judged(method, trial, asker)
-        if judgement.broken:
-            return _Tried(value, trial, judgement, runs)
-        if worst is None or judgement.error > worst.judgement.error:
-            worst = _Tried(value, trial, judgement, runs)
-        worst.runs = runs
-    assert worst is not None  # noqa: S101 - an attack has at least one trial
-    return worst
-
-
-def _saved(trial: Trial, attack: str, method: Method, scenes: Path, ending: str) -> str:
-    """Save the scene of a number under a name of its own, so that all of them can be run together."""
-    scenes.mkdir(parents=True, exist_ok=True)
-    name = f"{attack}-{method.engine}-{method.profile}"
-    shows = f"{trial.scene.description} Here {method.name} {ending}."
-    save_scene(trial.scene.model_copy(update={"name": f"stress/{name}", "description": shows}), scenes / f"{name}.toml")
-    return f"{scenes.name}/{name}.toml"
-
-
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
+    stood: list[_Tried] = []
+    for trial in trials[::2] if quick else trials:
+        tried = _Tried(value, trial, _judged(method, trial, asker))
+        if not tried.stands:
+            return tried, len(stood) + 1
+        stood.append(tried)
+    return max(stood, key=lambda tried: tried.judgement.error), len(stood)

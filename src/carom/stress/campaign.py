@@ -151,16 +151,16 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
             continue
         ladder = attack.ladder(quick)
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
-        tasks.append((line, _attack_task(attack, scenes, quick)))
+        tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
     stated = {relation.name: relation.states for relation in relations()} | RUNS
     truth = "none is needed: the two runs of the method are held against each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
     tasks += [
-        (Line("relation", name, states, truth, fails), partial(_relation, name, scenes))
+        (Line("relation", name, states, truth, fails), partial(relation_spot, name, scenes=scenes))
         for name, states in stated.items()
     ]
     tasks += [
-        (_complaint_line(entry), partial(_complaint, entry, scenes))
+        (_complaint_line(entry), partial(complaint_spot, entry, scenes=scenes))
         for entry in all_scenes().values()
         if isinstance(entry, Complaint)
     ]
@@ -178,18 +178,6 @@ def _complaint_line(entry: Complaint) -> Line:
         link=entry.thread,
         about=entry.engine,
     )
-
-
-def _complaint(entry: Complaint, scenes: Path, method: Method, asker: Asker) -> Spot:
-    return complaint_spot(entry, method, asker, scenes)
-
-
-def _relation(name: str, scenes: Path, method: Method, asker: Asker) -> Spot:
-    return relation_spot(name, method, asker, scenes)
-
-
-def _attack_task(attack: Attack, scenes: Path, quick: bool) -> Callable[[Method, Asker], Spot]:
-    return lambda method, asker: breaking_point(attack, method, asker, scenes, quick=quick)
 
 
 def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]:

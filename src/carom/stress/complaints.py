@@ -7,6 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
@@ -23,7 +24,7 @@ __all__ = ["NOTICED", "complaint_spot", "shows"]
 NOTICED = 0.01
 
 
-def complaint_spot(complaint: Complaint, method: Method, asker: Asker, scenes: Path) -> Spot:
+def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes: Path) -> Spot:
     """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
@@ -100,23 +101,20 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Error of the mechanical energy at the end, over what was there at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    pull = np.array(scene.gravity_m_s2)
-    places = np.array([disc.position_m for disc in scene.discs])
     floor = min((wall.point_m[1] for wall in scene.walls), default=0.0)
-    height = places - [0.0, floor]
-    start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
-    at_start = start - float(weight @ (height @ pull))
-    found = kinetic_energy(scene, trace.final_velocity_m_s) - float(
-        weight @ ((trace.final_position_m - [0.0, floor]) @ pull)
-    )
-    if known.final_velocity_m_s is not None and known.final_position_m is not None:
-        expected = kinetic_energy(scene, np.array(known.final_velocity_m_s)) - float(
-            weight @ ((np.array(known.final_position_m) - [0.0, floor]) @ pull)
-        )
-    elif known.final_velocity_m_s is not None:
+
+    def energy(place: ArrayLike, velocity: ArrayLike) -> float:
+        height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
+        return kinetic_energy(scene, np.array(velocity)) - float(weight @ height)
+
+    at_start = energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
+    found = energy(trace.final_position_m, trace.final_velocity_m_s)
+    if known.final_velocity_m_s is None:
+        expected = at_start if known.final_kinetic_energy_j is None else known.final_kinetic_energy_j
+    elif known.final_position_m is None:
         expected = kinetic_energy(scene, np.array(known.final_velocity_m_s))
     else:
-        expected = known.final_kinetic_energy_j if known.final_kinetic_energy_j is not None else at_start
+        expected = energy(known.final_position_m, known.final_velocity_m_s)
     return (found - expected) / at_start if at_start else 0.0
 
 

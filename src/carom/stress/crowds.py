@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 from carom.scene import Disc, Scene, Wall
-from carom.stress.attack import Attack, Trial, closed_form_judge, energy_judge, pressure_judge, velocity_judge
+from carom.stress.attack import Attack, Judge, Trial, closed_form_judge, energy_judge, pressure_judge, velocity_judge
 from carom.stress.pairs import PHASES, RATE_HZ
 from carom.stress.truth import TrueMotion, UndecidedError, true_motion
 
@@ -27,23 +28,55 @@ _ENERGY = (
 )
 
 
+def _disc(place: complex, velocity: complex = 0j, radius: float = _RADIUS_M, mass: float = 1.0) -> Disc:
+    """Return a disc whose vectors are complex numbers, which turn by a product."""
+    return Disc(
+        position_m=(place.real, place.imag),
+        velocity_m_s=(velocity.real, velocity.imag),
+        radius_m=radius,
+        mass_kg=mass,
+    )
+
+
+def _trial(
+    name: str,
+    shows: str,
+    discs: Sequence[Disc],
+    duration_s: float,
+    judge: Callable[[Scene], Judge] | None = None,
+    *,
+    rate_hz: float = RATE_HZ,
+    walls: Sequence[Wall] = (),
+    restitution: float = 1.0,
+) -> Trial:
+    """Return discs as a trial, judged by their true motion where nothing else is said."""
+    scene = Scene(
+        name=f"stress/{name}",
+        description=shows,
+        discs=discs,
+        walls=walls,
+        restitution=restitution,
+        duration_s=duration_s,
+        frame_rate_hz=rate_hz,
+    )
+    return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
+
+
 def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
     """Stage a striker and as many equal discs at rest as there are gaps and one more, on a line."""
     dt = 1.0 / RATE_HZ
     places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * _RADIUS_M + gap)
-    discs = [Disc(position_m=(place, 0.0), radius_m=_RADIUS_M) for place in places]
-    discs[0] = Disc(position_m=(places[0], 0.0), velocity_m_s=(_SPEED_M_S, 0.0), radius_m=_RADIUS_M)
-    scene = Scene(name=name, description=shows, discs=discs, duration_s=(5 + steps_after) * dt, frame_rate_hz=RATE_HZ)
-    return Trial(scene, velocity_judge(true_motion(scene), scene))
+    discs = [_disc(place, 0j if k else _SPEED_M_S) for k, place in enumerate(places)]
+    return _trial(name, shows, discs, (5 + steps_after) * dt)
 
 
 def _cradle(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five, its gaps {gap:.3g} m: only the last disc must leave."
     # Three gaps to be crossed, and as much time again as a late method may need.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
-    return [_row("stress/cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
+    return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
 
 def _crowded_frame(impacts: float) -> list[Trial]:
@@ -52,7 +85,7 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     # one impact a step is given the steps that it takes.
     gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
     shows = f"A row of discs in which {count} impacts fall into one step."
-    return [_row("stress/crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
+    return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
 
 
 def _at_once(pairs: float) -> list[Trial]:
@@ -65,23 +98,13 @@ def _at_once(pairs: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
-        start, velocity = place - along * turn, _SPEED_M_S * turn
-        pair = [
-            Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=_RADIUS_M),
-            Disc(position_m=(place.real, place.imag), radius_m=_RADIUS_M),
-        ]
+        pair = [_disc(place - along * turn, _SPEED_M_S * turn), _disc(place)]
         discs += pair
         truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
-    scene = Scene(
-        name="stress/at-once",
-        description=f"{count} pairs of discs, far from each other, meet in one step.",
-        discs=discs,
-        duration_s=48 * dt,
-        frame_rate_hz=RATE_HZ,
-    )
+    shows = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
-    return [Trial(scene, closed_form_judge(scene, final, count, change))]
+    return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
 
 
 def _box(width: float, height: float) -> list[Wall]:
@@ -101,22 +124,12 @@ def _packed(gap: float) -> list[Trial]:
     for k in range(columns * rows):
         row, column = divmod(k, columns)
         place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
-        velocity = cmath.rect(1.0, _TURN * k)
-        discs.append(
-            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
-        )
+        discs.append(_disc(place, cmath.rect(1.0, _TURN * k), radius))
     width = 2 * margin + (columns - 0.5) * pitch
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
-    scene = Scene(
-        name="stress/packing",
-        description=f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box.",
-        discs=discs,
-        walls=_box(width, height),
-        duration_s=24 / RATE_HZ,
-        frame_rate_hz=RATE_HZ,
-    )
-    return [Trial(scene, energy_judge(scene))]
+    shows = f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box."
+    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=_box(width, height))]
 
 
 def _lasting(impacts: float) -> list[Trial]:
@@ -127,23 +140,14 @@ def _lasting(impacts: float) -> list[Trial]:
         row, column = divmod(k, side)
         direction = cmath.rect(1.0, _TURN * k)
         place = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
-        velocity = speed * direction
-        discs.append(
-            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
-        )
+        discs.append(_disc(place, speed * direction, radius))
     n, free = len(discs), width - 2 * radius
     # Kinetic theory of a thin gas, good to a factor of two here: each disc meets four walls, and sweeps a strip of
     # four radii's width relative to the others.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
-    scene = Scene(
-        name="stress/duration",
-        description=f"Nine discs in a box for as long as about {impacts:.3g} impacts take.",
-        discs=discs,
-        walls=_box(width, width),
-        duration_s=max(1.0, round(impacts / a_second * rate)) / rate,
-        frame_rate_hz=rate,
-    )
-    return [Trial(scene, energy_judge(scene))]
+    duration_s = max(1.0, round(impacts / a_second * rate)) / rate
+    shows = f"Nine discs in a box for as long as about {impacts:.3g} impacts take."
+    return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=_box(width, width))]
 
 
 #: B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15 (2006)).
@@ -164,65 +168,37 @@ def _pressed(advance: float) -> list[Trial]:
     discs = []
     for k in range(count):
         row, column = divmod(k, side)
-        velocity = cmath.rect(speed, _TURN * k)
         place = complex(radius + column * pitch, radius + row * pitch)
-        discs.append(
-            Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
-        )
+        discs.append(_disc(place, cmath.rect(speed, _TURN * k), radius))
     width = free + 2 * radius
-    scene = Scene(
-        name="stress/gas-pressure",
-        description=f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step.",
-        discs=discs,
-        walls=_box(width, width),
-        # Some fifteen impacts a disc: the virial of a thousand impacts is good to 3 %.
-        duration_s=round(1.25 * rate) / rate,
-        frame_rate_hz=rate,
-    )
-    return [Trial(scene, pressure_judge(scene, COMPRESSIBILITY))]
+    shows = f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step."
+    # Some fifteen impacts a disc: the virial of a thousand impacts is good to 3 %.
+    duration_s = round(1.25 * rate) / rate
+    judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
+    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=_box(width, width))]
 
 
 def _inelastic(restitution: float) -> list[Trial]:
-    radius = 0.25
-    discs = [
-        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=radius)
-        for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))
-    ]
-    scene = Scene(
-        name="stress/restitution",
-        description=f"Three equal discs in line close on each other with restitution {restitution:.4g}.",
-        discs=discs,
-        restitution=restitution,
-        duration_s=2.0,
-        frame_rate_hz=RATE_HZ,
-    )
-    if restitution > CRITICAL_RESTITUTION:
-        try:
-            return [Trial(scene, velocity_judge(true_motion(scene, most_impacts=300), scene))]
-        except UndecidedError:  # so near the critical value that the impacts can't be counted out
-            pass
-    # Impacts without end close every gap in finite time: the three then move with their centre of mass, at rest here.
-    return [Trial(scene, closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3))]
+    discs = [_disc(place, velocity) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+
+    def judge(scene: Scene) -> Judge:
+        if restitution > CRITICAL_RESTITUTION:
+            try:
+                return velocity_judge(true_motion(scene, most_impacts=300), scene)
+            except UndecidedError:  # so near the critical value that the impacts can't be counted out
+                pass
+        # Impacts without end close every gap in finite time: the three then move with their centre of mass, at rest.
+        return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
+
+    shows = f"Three equal discs in line close on each other with restitution {restitution:.4g}."
+    return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
 
 
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
-    scene = Scene(
-        name="stress/galperin",
-        description=f"A disc of {mass_ratio:.4g} kg drives one of 1 kg against a wall.",
-        discs=[
-            Disc(position_m=(light_gap + radius, 0.0), radius_m=radius),
-            Disc(
-                position_m=(heavy_gap + 3 * radius, 0.0),
-                velocity_m_s=(-speed, 0.0),
-                radius_m=radius,
-                mass_kg=mass_ratio,
-            ),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
-        duration_s=4.0,
-        frame_rate_hz=RATE_HZ,
-    )
+    shows = f"A disc of {mass_ratio:.4g} kg drives one of 1 kg against a wall."
+    discs = [_disc(light_gap + radius, radius=radius), _disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
     count = math.ceil(math.pi / angle) - 1
@@ -231,26 +207,26 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
     final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
     # The light disc's greatest speed takes all the energy; the heavy one is turned round.
-    return [Trial(scene, closed_form_judge(scene, final, count, [root * speed, 2 * speed]))]
+    change = [root * speed, 2 * speed]
+    return [
+        _trial(
+            "galperin", shows, discs, 4.0, lambda scene: closed_form_judge(scene, final, count, change), walls=[wall]
+        )
+    ]
 
 
 def _unstable(bounces: float) -> list[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
-    start, velocity = -0.1 * axis, 2.0 * axis
-    scene = Scene(
-        name="stress/unstable-orbit",
-        description=f"A disc goes to and fro between two immovable ones along a slanted axis, {count} bounces.",
-        discs=[
-            Disc(position_m=(-half.real, -half.imag), radius_m=0.3, mass_kg=math.inf),
-            Disc(position_m=(half.real, half.imag), radius_m=0.3, mass_kg=math.inf),
-            Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.2),
-        ],
-        duration_s=(0.1 + count * free) / 2.0,
-        frame_rate_hz=60.0,  # a fifteenth of the contact distance a step
-    )
-    return [Trial(scene, velocity_judge(true_motion(scene), scene))]
+    shows = f"A disc goes to and fro between two immovable ones along a slanted axis, {count} bounces."
+    discs = [
+        _disc(-half, radius=0.3, mass=math.inf),
+        _disc(half, radius=0.3, mass=math.inf),
+        _disc(-0.1 * axis, 2.0 * axis, 0.2),
+    ]
+    # A fifteenth of the contact distance a step.
+    return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
 def crowd_attacks() -> list[Attack]:

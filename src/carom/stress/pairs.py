@@ -61,8 +61,17 @@ def _meeting(
     return Trial(scene, velocity_judge(true_motion(scene), scene))
 
 
-def _trials(name: str, shows: str, **of: Callable[[float], float]) -> Callable[[float], Sequence[Trial]]:
-    """Return the maker of trials at every phase; each keyword of `_meeting` is a function of the attack's value."""
+def _attack(
+    name: str,
+    axis: str,
+    ends: tuple[float, float],
+    shows: str,
+    *,
+    truth: str = _TRUTH,
+    gives_way: str = _VELOCITY,
+    **of: Callable[[float], float],
+) -> Attack:
+    """Return an attack on a meeting at every phase; each keyword of `_meeting` is a function of the attack's value."""
 
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}
@@ -71,87 +80,64 @@ def _trials(name: str, shows: str, **of: Callable[[float], float]) -> Callable[[
             for phase in PHASES
         ]
 
-    return trials
+    return Attack(name, axis, *ends, trials, truth, gives_way)
+
+
+def _of_size(name: str, absurd: float) -> Attack:
+    """Return the attack in which the whole scene shrinks or grows, steps and all."""
+    return _attack(
+        name,
+        "radius in metres, the whole scene with it",
+        (1.0, absurd),
+        "Discs of radius {value:.3g} m meet head-on at a fiftieth of it a step.",
+        gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or "
+        "speed",
+        radius=lambda value: value,
+        speed=lambda value: 0.02 * value * RATE_HZ,
+    )
 
 
 def pair_attacks() -> list[Attack]:
     """Return the attacks with one pair of discs."""
     return [
-        Attack(
+        _attack(
             "grazing",
             "1 - b/R, how far from a miss",
-            0.1,
-            1e-15,
-            _trials("grazing", "A disc grazes another; 1 - b/R is {value:.3g}.", offset=lambda value: 1.0 - value),
-            _TRUTH,
-            _VELOCITY,
+            (0.1, 1e-15),
+            "A disc grazes another; 1 - b/R is {value:.3g}.",
+            offset=lambda value: 1.0 - value,
         ),
-        Attack(
+        _attack(
             "mass-ratio",
             "mass of the disc struck over that of the striker",
-            1.0,
-            1e12,
-            _trials("mass-ratio", "A disc of 1 kg meets one of {value:.3g} kg head-on.", mass=lambda value: value),
-            _TRUTH,
-            f"{_VELOCITY}; the heavy disc's small change counts as much as the light one's",
+            (1.0, 1e12),
+            "A disc of 1 kg meets one of {value:.3g} kg head-on.",
+            gives_way=f"{_VELOCITY}; the heavy disc's small change counts as much as the light one's",
+            mass=lambda value: value,
         ),
-        Attack(
+        _attack(
             "tunnelling",
             "speed x dt / radius",
-            0.01,
-            1e4,
-            _trials(
-                "tunnelling",
-                "A disc that moves {value:.3g} radii a step meets one at rest head-on.",
-                speed=lambda value: value * _RADIUS_M * RATE_HZ,
-            ),
-            _TRUTH,
-            _VELOCITY,
+            (0.01, 1e4),
+            "A disc that moves {value:.3g} radii a step meets one at rest head-on.",
+            speed=lambda value: value * _RADIUS_M * RATE_HZ,
         ),
-        Attack(
-            "small",
-            "radius in metres, the whole scene with it",
-            1.0,
-            1e-6,
-            _trials(
-                "small",
-                "Discs of radius {value:.3g} m meet head-on at a fiftieth of it a step.",
-                radius=lambda value: value,
-                speed=lambda value: 0.02 * value * RATE_HZ,
-            ),
-            _TRUTH,
-            f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or speed",
-        ),
-        Attack(
-            "large",
-            "radius in metres, the whole scene with it",
-            1.0,
-            1e6,
-            _trials(
-                "large",
-                "Discs of radius {value:.3g} m meet head-on at a fiftieth of it a step.",
-                radius=lambda value: value,
-                speed=lambda value: 0.02 * value * RATE_HZ,
-            ),
-            _TRUTH,
-            f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or speed",
-        ),
-        Attack(
+        _of_size("small", 1e-6),
+        _of_size("large", 1e6),
+        _attack(
             "far-away",
             "distance from the origin in metres, in x and in y",
-            1.0,
-            1e12,
-            _trials("far-away", "Two discs meet head-on {value:.3g} m from the origin.", origin=lambda value: value),
-            f"{_TRUTH}, its positions rounded as they are there",
-            _VELOCITY,
+            (1.0, 1e12),
+            "Two discs meet head-on {value:.3g} m from the origin.",
+            truth=f"{_TRUTH}, its positions rounded as they are there",
+            origin=lambda value: value,
         ),
-        Attack(
+        _attack(
             "slow",
             "approach speed in m/s, at a fixed step",
-            10.0,
-            1e-9,
-            _trials("slow", "Two discs meet head-on at {value:.3g} m/s.", speed=lambda value: value),
-            _TRUTH,
-            f"{_VELOCITY}; an engine's restitution threshold shows here",
+            (10.0, 1e-9),
+            "Two discs meet head-on at {value:.3g} m/s.",
+            gives_way=f"{_VELOCITY}; an engine's restitution threshold shows here",
+            speed=lambda value: value,
         ),
     ]

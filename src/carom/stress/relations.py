@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,8 +19,8 @@ from carom.errors import InputError
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
-from carom.scene import Disc, Scene, save_scene
-from carom.stress.breaking import NotRunError
+from carom.scene import Disc, Scene
+from carom.stress.breaking import NotRunError, save_as
 from carom.stress.results import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
@@ -74,91 +74,83 @@ def base_scene() -> Scene:
 SPLIT_S = 1.0
 
 
-def _with(scene: Scene, discs: list[Disc], **fields: float) -> Scene:
-    same = {name: getattr(scene, name) for name in Scene.model_fields}
-    return Scene(**{**same, "discs": discs, **fields})
+def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
+    return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
 
-def _mapped(scene: Scene, turn: complex, *, mirror: bool = False) -> Scene:
-    def image(v: tuple[float, float]) -> tuple[float, float]:
-        z = complex(*v).conjugate() if mirror else complex(*v)
-        z *= turn
-        return (z.real, z.imag)
-
-    return _with(
-        scene,
-        [
-            disc.model_copy(update={"position_m": image(disc.position_m), "velocity_m_s": image(disc.velocity_m_s)})
-            for disc in scene.discs
-        ],
-    )
-
-
-def _turned_back(rows: NDArray[np.float64], turn: complex) -> NDArray[np.float64]:
-    z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
-    return np.stack([z.real, z.imag], axis=1)
+def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
+    """Return the scene with some fields of each disc changed."""
+    return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
 
 
 def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
     speed = length / time
 
     def change(scene: Scene) -> Scene:
-        discs = [
-            Disc(
-                position_m=(disc.position_m[0] * length, disc.position_m[1] * length),
-                velocity_m_s=(disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
-                radius_m=disc.radius_m * length,
-                mass_kg=disc.mass_kg * mass,
-            )
-            for disc in scene.discs
-        ]
-        return _with(scene, discs, duration_s=scene.duration_s * time, frame_rate_hz=scene.frame_rate_hz / time)
+        return _each(
+            scene,
+            lambda disc: {
+                "position_m": (disc.position_m[0] * length, disc.position_m[1] * length),
+                "velocity_m_s": (disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
+                "radius_m": disc.radius_m * length,
+                "mass_kg": disc.mass_kg * mass,
+            },
+            duration_s=scene.duration_s * time,
+            frame_rate_hz=scene.frame_rate_hz / time,
+        )
 
     return Relation(name, states, change, lambda state: (state[0] / length, state[1] / speed))
 
 
+def _boost(velocity: tuple[float, float]) -> Relation:
+    u, v = velocity
+
+    def faster(disc: Disc) -> dict[str, object]:
+        return {"velocity_m_s": (disc.velocity_m_s[0] + u, disc.velocity_m_s[1] + v)}
+
+    def undo(state: State) -> State:
+        return state[0] - np.array(velocity) * base_scene().duration_s, state[1] - np.array(velocity)
+
+    states = f"A common velocity of ({u:g}, {v:g}) m/s changes nothing else."
+    return Relation("boost", states, lambda scene: _each(scene, faster), undo)
+
+
+def _rotation(angle_rad: float) -> Relation:
+    turn = cmath.rect(1.0, angle_rad)
+
+    def turned(disc: Disc) -> dict[str, object]:
+        place, velocity = complex(*disc.position_m) * turn, complex(*disc.velocity_m_s) * turn
+        return {"position_m": (place.real, place.imag), "velocity_m_s": (velocity.real, velocity.imag)}
+
+    def back(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
+        return np.stack([z.real, z.imag], axis=1)
+
+    states = f"Turning the scene by {angle_rad:g} rad turns its answer."
+    return Relation("rotation", states, lambda scene: _each(scene, turned), lambda at: (back(at[0]), back(at[1])))
+
+
+def _mirrored(disc: Disc) -> dict[str, object]:
+    (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+    return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v)}  # and 0 stays 0, not -0
+
+
 def relations() -> list[Relation]:
     """Return the relations of a scene and a changed one; reversal and splitting, of runs, are `relation_spot`'s own."""
-    base = base_scene()
-    turn = cmath.rect(1.0, 0.7)
-    boost = (11.0, -7.0)
-
-    def boosted(scene: Scene) -> Scene:
-        return _with(
-            scene,
-            [
-                disc.model_copy(
-                    update={"velocity_m_s": (disc.velocity_m_s[0] + boost[0], disc.velocity_m_s[1] + boost[1])}
-                )
-                for disc in scene.discs
-            ],
-        )
-
-    def carried_back(state: State) -> State:
-        shift = np.array(boost)
-        return state[0] - shift * base.duration_s, state[1] - shift
-
-    def with_one_far(scene: Scene) -> Scene:
-        return _with(scene, [*scene.discs, Disc(position_m=(1000.0, 1000.0), radius_m=0.25)])
-
+    far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     return [
-        Relation("boost", "A common velocity of (11, -7) m/s changes nothing else.", boosted, carried_back),
-        Relation(
-            "rotation",
-            "Turning the scene by 0.7 rad turns its answer.",
-            lambda scene: _mapped(scene, turn),
-            lambda state: (_turned_back(state[0], turn), _turned_back(state[1], turn)),
-        ),
+        _boost((11.0, -7.0)),
+        _rotation(0.7),
         Relation(
             "mirror",
             "The mirror image of the scene has the mirror image of its answer.",
-            lambda scene: _mapped(scene, 1.0 + 0.0j, mirror=True),
+            lambda scene: _each(scene, _mirrored),
             lambda state: (state[0] * [1.0, -1.0], state[1] * [1.0, -1.0]),
         ),
         Relation(
             "relabelling",
             "Listing the discs the other way round changes nothing.",
-            lambda scene: _with(scene, list(scene.discs[::-1])),
+            lambda scene: _with(scene, scene.discs[::-1]),
             lambda state: (state[0][::-1], state[1][::-1]),
         ),
         _units(
@@ -175,8 +167,8 @@ def relations() -> list[Relation]:
         Relation(
             "far-disc",
             "A disc a kilometre away, at rest, changes nothing.",
-            with_one_far,
-            lambda state: (state[0][: len(base.discs)], state[1][: len(base.discs)]),
+            lambda scene: _with(scene, [*scene.discs, far]),
+            lambda state: (state[0][:-1], state[1][:-1]),
         ),
     ]
 
@@ -188,7 +180,7 @@ RUNS = {
 }
 
 
-def relation_spot(name: str, method: Method, asker: Asker, scenes: Path) -> Spot:
+def relation_spot(name: str, method: Method, asker: Asker, *, scenes: Path) -> Spot:
     """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
     base = base_scene()
     used: list[Scene] = []
@@ -234,7 +226,7 @@ def deviation_of(name: str, base: Scene, run: Run) -> float:
         start = np.array([disc.position_m for disc in base.discs]), np.array([d.velocity_m_s for d in base.discs])
         return _apart(base, (back.final_position_m, -back.final_velocity_m_s), start)
     if name == "split":
-        half = run(_with(base, list(base.discs), duration_s=SPLIT_S))
+        half = run(_with(base, base.discs, duration_s=SPLIT_S))
         rest = run(_from_state(base, half.final_position_m, half.final_velocity_m_s, base.duration_s - SPLIT_S))
         found = rest.final_position_m, rest.final_velocity_m_s
     else:
@@ -266,13 +258,9 @@ def _stated(name: str) -> str:
 
 def _save(name: str, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
     """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
-    scenes.mkdir(parents=True, exist_ok=True)
     files = []
     for k, scene in enumerate(used):
         own = name in RUNS and k > 0
         stem = f"{name}-{method.engine}-{method.profile}-{k}" if own else name if k else "relations-base"
-        shows = f"{scene.description} {_stated(name)}" if k else scene.description
-        named = scene.model_copy(update={"name": f"stress/{stem}", "description": shows})
-        save_scene(named, scenes / f"{stem}.toml")
-        files.append(f"{scenes.name}/{stem}.toml")
+        files.append(save_as(stem, scene, f"{scene.description} {_stated(name)}" if k else scene.description, scenes))
     return tuple(files)

@@ -12,14 +12,18 @@ import math
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from carom.errors import InputError
 from carom.scene import Need
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
 
     from carom.scene import Scene
     from carom.trace import Vector
@@ -39,15 +43,8 @@ class UndecidedError(InputError):
     """The true motion can't be told: more impacts than allowed, or an order that no number of digits decides."""
 
 
-@dataclass(frozen=True)
-class TrueImpact:
-    """One impact of the true motion, rounded to floats at the very end.
-
-    Attributes:
-        time_s: Seconds from the start.
-        first: The disc, the lower number of two.
-        second: The other disc, or the wall, ``wall_body(k)``.
-    """
+class TrueImpact(NamedTuple):
+    """An impact of the true motion: seconds from the start, the disc of the lower number, and the other or a wall."""
 
     time_s: float
     first: int
@@ -93,10 +90,10 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
     return fine.rounded()
 
 
-def _wall(px: Decimal, py: Decimal, nx: Decimal, ny: Decimal) -> tuple[Decimal, Decimal, Decimal, Decimal]:
-    """Return a wall with its normal of length 1: a stored one is so to a float's rounding only."""
-    length = (nx * nx + ny * ny).sqrt()
-    return px, py, nx / length, ny / length
+def _exactly(numbers: Sequence[float] | Sequence[Vector]) -> NDArray[np.object_]:
+    """Return floats as the decimal numbers that they are, in an array of the same shape."""
+    exact: NDArray[np.object_] = np.vectorize(Decimal, otypes=[object])(np.array(numbers, dtype=np.float64))
+    return exact
 
 
 class _Motion:
@@ -106,19 +103,20 @@ class _Motion:
         self.context = Context(prec=digits)
         self.tie = Decimal(10) ** (-digits // 2)
         self.scene = scene
-        self.x = [Decimal(disc.position_m[0]) for disc in scene.discs]
-        self.y = [Decimal(disc.position_m[1]) for disc in scene.discs]
-        self.vx = [Decimal(disc.velocity_m_s[0]) for disc in scene.discs]
-        self.vy = [Decimal(disc.velocity_m_s[1]) for disc in scene.discs]
-        self.radius = [Decimal(disc.radius_m) for disc in scene.discs]
+        self.place = _exactly([disc.position_m for disc in scene.discs])
+        self.velocity = _exactly([disc.velocity_m_s for disc in scene.discs])
+        self.radius = _exactly([disc.radius_m for disc in scene.discs])
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
-            self.walls = [_wall(*map(Decimal, (*wall.point_m, *wall.normal))) for wall in scene.walls]
+            normals = [_exactly(wall.normal) for wall in scene.walls]
+            # A stored normal is of length 1 to a float's rounding only.
+            units = [normal / (normal @ normal).sqrt() for normal in normals]
+        self.walls = [(_exactly(wall.point_m), unit) for wall, unit in zip(scene.walls, units, strict=True)]
         self.end = Decimal(scene.duration_s)
         self.now = Decimal(0)
         self.events: list[tuple[Decimal, int, int]] = []
         self.convention = False
-        self.change = [Decimal(0)] * len(self.x)
+        self.change = [Decimal(0)] * len(scene.discs)
         self._upcoming: dict[tuple[int, int], Decimal] = {}
 
     def run(self, most: int) -> None:
@@ -135,34 +133,33 @@ class _Motion:
                 if any(body in since and time - since[body] <= self.tie * self.end for body in touched):
                     self.convention = True
                 since.update(dict.fromkeys(touched, time))
-                before = {body: (self.vx[body], self.vy[body]) for body in touched}
+                before = self.velocity.copy()
                 self._collide(*pair)
-                for body, (vx, vy) in before.items():
-                    change = ((self.vx[body] - vx) ** 2 + (self.vy[body] - vy) ** 2).sqrt()
-                    self.change[body] = max(self.change[body], change)
+                for body in touched:
+                    change = self.velocity[body] - before[body]
+                    self.change[body] = max(self.change[body], (change @ change).sqrt())
                 self.events.append((time, *pair))
                 last = pair
                 self._predict(self._pairs(set(touched)))
             self._move_to(self.end)
 
     def rounded(self) -> TrueMotion:
+        place, velocity = (tuple(map(tuple, row.astype(float).tolist())) for row in (self.place, self.velocity))
         return TrueMotion(
-            impacts=tuple(TrueImpact(float(time), first, second) for time, first, second in self.events),
-            final_position_m=tuple((float(x), float(y)) for x, y in zip(self.x, self.y, strict=True)),
-            final_velocity_m_s=tuple((float(x), float(y)) for x, y in zip(self.vx, self.vy, strict=True)),
-            greatest_change_m_s=tuple(map(float, self.change)),
-            convention=self.convention,
+            tuple(TrueImpact(float(time), first, second) for time, first, second in self.events),
+            place,
+            velocity,
+            tuple(map(float, self.change)),
+            self.convention,
         )
 
     def _pairs(self, changed: set[int] | None = None) -> Iterator[tuple[int, int]]:
-        n = len(self.x)
-        discs = range(n)
-        if changed is None:
-            yield from combinations(discs, 2)
-            yield from ((i, wall_body(k)) for i in discs for k in range(len(self.walls)))
-            return
-        for i in sorted(changed):
-            yield from ((min(i, j), max(i, j)) for j in discs if j != i)
+        """Yield the pairs of bodies that may meet, or those with a disc that has changed."""
+        discs = range(len(self.place))
+        for i, j in combinations(discs, 2):
+            if changed is None or i in changed or j in changed:
+                yield i, j
+        for i in discs if changed is None else changed:
             yield from ((i, wall_body(k)) for k in range(len(self.walls)))
 
     def _predict(self, pairs: Iterator[tuple[int, int]]) -> None:
@@ -185,47 +182,39 @@ class _Motion:
     def _pair_wait(self, i: int, j: int) -> Decimal | None:
         if self.weight[i] == self.weight[j] == 0:
             return None
-        dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
-        ux, uy = self.vx[j] - self.vx[i], self.vy[j] - self.vy[i]
-        approach = dx * ux + dy * uy
+        gap, relative = self.place[j] - self.place[i], self.velocity[j] - self.velocity[i]
+        approach: Decimal = gap @ relative
         if approach >= 0:
             return None
         contact = self.radius[i] + self.radius[j]
-        apart = dx * dx + dy * dy - contact * contact
+        apart: Decimal = gap @ gap - contact * contact
         if apart <= 0:
             return Decimal(0)
-        speed2 = ux * ux + uy * uy
-        discriminant = approach * approach - speed2 * apart
+        discriminant = approach * approach - relative @ relative * apart
         if discriminant <= 0:
             return None
-        return apart / (discriminant.sqrt() - approach)
+        wait: Decimal = apart / (discriminant.sqrt() - approach)
+        return wait
 
     def _wall_wait(self, i: int, wall: int) -> Decimal | None:
-        px, py, nx, ny = self.walls[wall]
-        approach = self.vx[i] * nx + self.vy[i] * ny
+        point, normal = self.walls[wall]
+        approach: Decimal = self.velocity[i] @ normal
         if self.weight[i] == 0 or approach >= 0:
             return None
-        apart = (self.x[i] - px) * nx + (self.y[i] - py) * ny - self.radius[i]
+        apart: Decimal = (self.place[i] - point) @ normal - self.radius[i]
         return max(apart, Decimal(0)) / -approach
 
     def _move_to(self, time: Decimal) -> None:
-        wait = max(time - self.now, Decimal(0))
-        self.x = [x + v * wait for x, v in zip(self.x, self.vx, strict=True)]
-        self.y = [y + v * wait for y, v in zip(self.y, self.vy, strict=True)]
+        self.place = self.place + self.velocity * max(time - self.now, Decimal(0))
         self.now = time
 
     def _collide(self, i: int, j: int) -> None:
         if j < 0:
-            _, _, nx, ny = self.walls[wall_index(j)]
-            back = (1 + Decimal(self.scene.wall_restitution)) * (self.vx[i] * nx + self.vy[i] * ny)
-            self.vx[i] -= back * nx
-            self.vy[i] -= back * ny
+            _, normal = self.walls[wall_index(j)]
+            self.velocity[i] -= (1 + Decimal(self.scene.wall_restitution)) * (self.velocity[i] @ normal) * normal
             return
-        dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
-        closing = (self.vx[i] - self.vx[j]) * dx + (self.vy[i] - self.vy[j]) * dy
-        push = (1 + Decimal(self.scene.restitution)) * closing
-        push /= (dx * dx + dy * dy) * (self.weight[i] + self.weight[j])
-        self.vx[i] -= push * self.weight[i] * dx
-        self.vy[i] -= push * self.weight[i] * dy
-        self.vx[j] += push * self.weight[j] * dx
-        self.vy[j] += push * self.weight[j] * dy
+        gap = self.place[j] - self.place[i]
+        push = (1 + Decimal(self.scene.restitution)) * ((self.velocity[i] - self.velocity[j]) @ gap)
+        push /= gap @ gap * (self.weight[i] + self.weight[j])
+        self.velocity[i] -= push * self.weight[i] * gap
+        self.velocity[j] += push * self.weight[j] * gap

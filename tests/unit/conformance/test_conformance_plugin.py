@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from carom.conformance.known_failures import FILE_NAME
-from carom.conformance.selection import selected_engines
-from carom.conformance.suite import make_suite
+from carom.conformance.suite import make_suite, selected_engines
 from carom.errors import InputError
 from carom.registry import load_adapter
 

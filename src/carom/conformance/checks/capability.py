@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
-from carom.conformance.checks.common import numbers, own_setup, require_supported, require_velocities
+from carom.adapter import Capabilities
+from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
 from carom.conformance.probe import Raised
 from carom.conformance.scenes import (
     DT_S,
@@ -13,13 +15,12 @@ from carom.conformance.scenes import (
     bounce_and_pair,
     bullet,
     fall,
-    far_pair,
     post,
     posts,
     walled_box,
 )
 from carom.conformance.subject import Subject
-from carom.conformance.violation import NotApplicable, Violation
+from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.scene import Scene
 
 __all__ = [
@@ -60,52 +61,51 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
         raise NotApplicable(f"restitution is declared to be {low:g} only")
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    setup = own_setup(bounce_and_pair(e, wall_e, wall=can.walls), "tuned")
-    end = subject.watch(setup).seen[-1]
+    setup = Setup(bounce_and_pair(e, wall_e, wall=can.walls))
     # Momentum 1 * 1 - 2 * 2 = -3 is kept by 3 kg, and the closing speed of 3 m/s becomes e times itself.
-    expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)]
-    require_velocities(subject, setup, end, expected[: len(setup.scene.discs)], f"restitution {e:g}, walls {wall_e:g}")
+    expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
+    end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
 
 
 def immovable_stays(subject: Subject, order: str) -> None:
     """A disc comes back from an immovable one with its velocity reversed, whichever is written first."""
-    setup = own_setup(post(first=order == "first"), "tuned")
+    setup = Setup(post(first=order == "first"))
     require_supported(subject, setup)
-    end = subject.watch(setup).seen[-1]
     expected = [(-3.0, 0.0), (0.0, 0.0)]
-    require_velocities(subject, setup, end, expected[::-1] if order == "first" else expected, "an immovable disc")
+    end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
-    position = tuple(end.position_m[fixed].tolist())
-    wanted = setup.scene.discs[fixed].position_m
-    if math.dist(position, wanted) > subject.rounding:
-        raise Violation("an immovable disc is moved", expected=wanted, found=position, setup=setup)
+    position, wanted = tuple(end.position_m[fixed].tolist()), setup.scene.discs[fixed].position_m
+    require(math.dist(position, wanted) <= subject.rounding, "an immovable disc is moved", wanted, position, setup)
 
 
 def posts_stand_still(subject: Subject) -> None:
     """Immovable discs alone, in each other, are a scene in which nothing ever happens."""
-    setup = own_setup(posts(), "tuned")
+    setup = Setup(posts())
     require_supported(subject, setup)
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
-    if moved or any(contact.impulse_n_s != 0 for contact in end.contacts):
-        found = f"positions {end.position_m.tolist()}, {len(end.contacts)} contacts"
-        raise Violation("immovable discs do not stand still", expected="nothing to happen", found=found, setup=setup)
+    still = not moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
+    found = f"positions {end.position_m.tolist()}, {len(end.contacts)} contacts"
+    require(still, "immovable discs do not stand still", "nothing to happen", found, setup)
 
 
 def falls_as_declared(subject: Subject) -> None:
     """A disc that falls has the velocity g t."""
-    setup = own_setup(fall(), "tuned")
+    setup = Setup(fall())
     require_supported(subject, setup)
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
+    end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
+
+
+def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
+    """Hold a disc to what it does to an equal one at rest."""
+    speed = scene.discs[0].velocity_m_s[0]
+    end_with_velocities(subject, Setup(scene, dt_s=dt_s), [(0.0, 0.0), (speed, 0.0)], where)
 
 
 def fast_as_declared(subject: Subject) -> None:
     """At the greatest declared speed a disc hands its velocity over as at any other; steps shrink with the scene."""
     speed = min(subject.capabilities().max_speed_m_s, FAST_M_S)
-    setup = own_setup(approach(speed_m_s=speed), "tuned", DT_S * 3.0 / speed)
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(0.0, 0.0), (speed, 0.0)], f"at {speed:g} m/s")
+    _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def far_as_declared(subject: Subject) -> None:
@@ -114,22 +114,19 @@ def far_as_declared(subject: Subject) -> None:
     # Beyond this a coordinate is rounded by more than a thousandth of the disc's radius, whatever the engine.
     finest = 0.5e-3 / (2.0**-52 if can.float_bits == 64 else 2.0**-23)
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
-    setup = own_setup(far_pair(coordinate), "tuned")
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(0.0, 0.0), (3.0, 0.0)], f"{coordinate:g} m from the origin")
+    _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
 
 
 def moves_as_declared(subject: Subject) -> None:
     """A disc moves as far in one step as is declared, and is where its velocity takes it."""
     can = subject.capabilities()
     speed = min(can.max_move_m / DT_S, can.max_speed_m_s, FAST_M_S)
-    setup = own_setup(alone(speed_m_s=speed), "tuned")
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(speed, 0.0)], f"at {speed * DT_S:g} m a step")
+    setup = Setup(alone(speed_m_s=speed))
+    end = end_with_velocities(subject, setup, [(speed, 0.0)], f"at {speed * DT_S:g} m a step")
     wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
-    if not abs(found - wanted) <= subject.rounding * wanted:
-        what = f"a disc does not get as far as its {speed * DT_S:g} m a step take it"
-        raise Violation(what, expected=f"{wanted:.10g} m", found=f"{found:.10g} m", setup=setup)
+    what = f"a disc does not get as far as its {speed * DT_S:g} m a step take it"
+    there = abs(found - wanted) <= subject.rounding * wanted
+    require(there, what, f"{wanted:.10g} m", f"{found:.10g} m", setup)
 
 
 def small_as_declared(subject: Subject) -> None:
@@ -137,28 +134,21 @@ def small_as_declared(subject: Subject) -> None:
     radius = subject.capabilities().min_radius_m or SMALL_M
     # Lengths shrink by 2 r, times and speeds by its root: as the same scene is seen on another scale under gravity.
     root = math.sqrt(2 * radius)
-    speed = 3.0 * root
-    scene = approach(speed_m_s=speed, gap_m=2.02 * radius, radius_m=radius)
-    setup = own_setup(scene, "tuned", DT_S * root)
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(0.0, 0.0), (speed, 0.0)], f"radius {radius:g} m")
+    scene = approach(speed_m_s=3.0 * root, gap_m=2.02 * radius, radius_m=radius)
+    _hands_over(subject, scene, f"radius {radius:g} m", DT_S * root)
 
 
 def large_as_declared(subject: Subject) -> None:
     """At the greatest declared radius a disc hands its velocity over as at any other."""
     can = subject.capabilities()
     radius = min(can.max_radius_m, FAR_M, can.max_coordinate_m / 4)
-    setup = own_setup(approach(radius_m=radius), "tuned")
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(0.0, 0.0), (3.0, 0.0)], f"radius {radius:g} m")
+    _hands_over(subject, approach(radius_m=radius), f"radius {radius:g} m")
 
 
 def slow_as_declared(subject: Subject) -> None:
     """Discs that close at twice the speed up to which contacts are declared inelastic hand their velocity over."""
     speed = 2 * subject.capabilities().restitution_threshold_m_s or SLOW_M_S
-    setup = own_setup(approach(speed_m_s=speed), "tuned", DT_S * 3.0 / speed)
-    end = subject.watch(setup).seen[-1]
-    require_velocities(subject, setup, end, [(0.0, 0.0), (speed, 0.0)], f"at {speed:g} m/s")
+    _hands_over(subject, approach(speed_m_s=speed), f"at {speed:g} m/s", DT_S * 3.0 / speed)
 
 
 def detects_continuously(subject: Subject) -> None:
@@ -166,107 +156,67 @@ def detects_continuously(subject: Subject) -> None:
     if not subject.capabilities().continuous_detection:
         raise NotApplicable("continuous_detection is declared to be False")
     for k in range(PHASES):
-        setup = own_setup(bullet(k / PHASES), "tuned", 1 / 60)
-        end = subject.watch(setup).seen[-1]
-        struck = float(end.velocity_m_s[1][0])
-        if not struck > 0:
-            what = "a fast disc passes through another, and continuous detection is declared"
-            expected = "an impact that drives disc 1 forward, 50 m/s by conservation of momentum and energy"
-            raise Violation(what, expected=expected, found=f"{struck:.6g} m/s", setup=setup)
+        setup = Setup(bullet(k / PHASES), dt_s=1 / 60)
+        struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
+        what = "a fast disc passes through another, and continuous detection is declared"
+        expected = "an impact that drives disc 1 forward, 50 m/s by conservation of momentum and energy"
+        require(struck > 0, what, expected, f"{struck:.6g} m/s", setup)
 
 
-def _beyond_speed(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().max_speed_m_s
-    return None if 2 * limit > 1e150 else alone(speed_m_s=2 * limit)  # a speed beyond 1e150 m/s squares to infinity
+def _twice(limit: float, what: str) -> Scene | None:
+    """Return a disc beyond an upper limit; a number beyond 1e150 squares to infinity, so there none is."""
+    return None if 2 * limit > 1e150 else alone(**{what: 2 * limit})
 
 
-def _beyond_coordinate(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().max_coordinate_m
-    return None if 2 * limit > 1e150 else alone(x_m=2 * limit)
+def _half(limit: float, what: str) -> Scene | None:
+    return None if limit == 0 else alone(**{what: limit / 2})
 
 
-def _beyond_move(subject: Subject) -> Scene | None:
-    speed = 2 * subject.capabilities().max_move_m / DT_S
-    return None if speed > subject.capabilities().max_speed_m_s or math.isinf(speed) else alone(speed_m_s=speed)
+def _beyond_move(can: Capabilities) -> Scene | None:
+    speed = 2 * can.max_move_m / DT_S
+    return None if speed > can.max_speed_m_s or math.isinf(speed) else alone(speed_m_s=speed)
 
 
-def _too_small(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().min_radius_m
-    return None if limit == 0 else alone(radius_m=limit / 2)
+def _bouncing(restitution: float) -> Scene:
+    return bounce_and_pair(restitution, restitution, wall=False)
 
 
-def _too_large(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().max_radius_m
-    return None if 2 * limit > 1e150 else alone(radius_m=2 * limit)
-
-
-def _too_light(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().min_mass_kg
-    return None if limit == 0 else alone(mass_kg=limit / 2)
-
-
-def _too_heavy(subject: Subject) -> Scene | None:
-    limit = subject.capabilities().max_mass_kg
-    return None if 2 * limit > 1e150 else alone(mass_kg=2 * limit)
-
-
-def _restitution(subject: Subject, *, above: bool) -> Scene | None:
-    low, high = subject.capabilities().restitution
-    if above:
-        return None if high == 1 else bounce_and_pair((1 + high) / 2, (1 + high) / 2, wall=False)
-    return None if low == 0 else bounce_and_pair(low / 2, low / 2, wall=False)
-
-
-#: What may be missing from the declaration: the scene that needs it (None where it is declared), and what is declared.
-REFUSALS = {
-    "walls": lambda subject: None if subject.capabilities().walls else walled_box(),
-    "immovable discs": lambda subject: None if subject.capabilities().immovable_discs else post(),
-    "gravity": lambda subject: None if subject.capabilities().gravity else fall(),
-    "restitution below the range": lambda subject: _restitution(subject, above=False),
-    "restitution above the range": lambda subject: _restitution(subject, above=True),
-    "speed": _beyond_speed,
-    "coordinate": _beyond_coordinate,
-    "move": _beyond_move,
-    "small radius": _too_small,
-    "large radius": _too_large,
-    "light mass": _too_light,
-    "heavy mass": _too_heavy,
+#: What may be missing from the declaration: the field, and the scene that needs more (None where nothing is more).
+REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
+    "walls": ("walls", lambda can: None if can.walls else walled_box()),
+    "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
+    "gravity": ("gravity", lambda can: None if can.gravity else fall()),
+    "restitution below the range": (
+        "restitution",
+        lambda can: _bouncing(can.restitution[0] / 2) if can.restitution[0] else None,
+    ),
+    "restitution above the range": (
+        "restitution",
+        lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
+    ),
+    "speed": ("max_speed_m_s", lambda can: _twice(can.max_speed_m_s, "speed_m_s")),
+    "coordinate": ("max_coordinate_m", lambda can: _twice(can.max_coordinate_m, "x_m")),
+    "move": ("max_move_m", _beyond_move),
+    "small radius": ("min_radius_m", lambda can: _half(can.min_radius_m, "radius_m")),
+    "large radius": ("max_radius_m", lambda can: _twice(can.max_radius_m, "radius_m")),
+    "light mass": ("min_mass_kg", lambda can: _half(can.min_mass_kg, "mass_kg")),
+    "heavy mass": ("max_mass_kg", lambda can: _twice(can.max_mass_kg, "mass_kg")),
 }
 
 
 def refuses(subject: Subject, what: str) -> None:
     """A scene that needs what is not declared is refused by `prepare` with an AdapterError, never silently wrong."""
-    scene = REFUSALS[what](subject)
+    field, needing_more = REFUSALS[what]
+    value, scene = getattr(subject.capabilities(), field), needing_more(subject.capabilities())
+    declared = f"{field} = {value if isinstance(value, bool | tuple) else format(value, 'g')}"
     if scene is None:
-        raise NotApplicable(f"{_declared(subject, what)} is declared: there is nothing to refuse")
-    setup = own_setup(scene, "tuned")
-    expected = f"prepare() to raise an AdapterError, since the adapter declares {_declared(subject, what)}"
+        raise NotApplicable(f"{declared} is declared: there is nothing to refuse")
+    setup, beyond = Setup(scene), f"a scene beyond what is declared ({what})"
+    expected = f"prepare() to raise an AdapterError, since the adapter declares {declared}"
     answer = subject.try_to_watch(setup)
     if not isinstance(answer, Raised):
         ends = " ".join(numbers(velocity) for velocity in answer.seen[-1].velocity_m_s.tolist()[:3])
         found = f"a run to the end of the scene, with the velocities {ends} m/s"
-        raise Violation(f"a scene beyond what is declared ({what}) is run", expected=expected, found=found, setup=setup)
-    if answer.where != "prepare" or not answer.deliberate:
-        found = f"{answer.where}() raised {answer.kind}: {answer.message}"
-        raise Violation(
-            f"a scene beyond what is declared ({what}) is no clear error", expected=expected, found=found, setup=setup
-        )
-
-
-def _declared(subject: Subject, what: str) -> str:
-    can = subject.capabilities()
-    if what.startswith("restitution"):
-        return f"restitution = {can.restitution}"
-    values = {
-        "walls": f"walls = {can.walls}",
-        "immovable discs": f"immovable_discs = {can.immovable_discs}",
-        "gravity": f"gravity = {can.gravity}",
-        "speed": f"max_speed_m_s = {can.max_speed_m_s:g}",
-        "coordinate": f"max_coordinate_m = {can.max_coordinate_m:g}",
-        "move": f"max_move_m = {can.max_move_m:g}",
-        "small radius": f"min_radius_m = {can.min_radius_m:g}",
-        "large radius": f"max_radius_m = {can.max_radius_m:g}",
-        "light mass": f"min_mass_kg = {can.min_mass_kg:g}",
-        "heavy mass": f"max_mass_kg = {can.max_mass_kg:g}",
-    }
-    return values[what]
+        raise Violation(f"{beyond} is run", expected=expected, found=found, setup=setup)
+    clear = answer.where == "prepare" and answer.deliberate
+    require(clear, f"{beyond} is no clear error", expected, answer, setup)

@@ -1,4 +1,4 @@
-"""What checks share: their step, and the comparison of velocities."""
+"""What checks share: leaving one that does not apply, the comparison of velocities, and how a vector is written."""
 
 from __future__ import annotations
 
@@ -6,17 +6,10 @@ import math
 from collections.abc import Sequence
 
 from carom.adapter import Observation
-from carom.conformance.scenes import DT_S
 from carom.conformance.subject import Subject, greatest_speed
-from carom.conformance.violation import NotApplicable, Setup, Violation
-from carom.scene import Scene
+from carom.conformance.violation import NotApplicable, Setup, require
 
-__all__ = ["numbers", "own_setup", "require_supported", "require_velocities"]
-
-
-def own_setup(scene: Scene, profile: str, dt_s: float = DT_S) -> Setup:
-    """Return the run of a scene of the suite's own."""
-    return Setup(scene, profile, dt_s)
+__all__ = ["end_with_velocities", "numbers", "require_supported"]
 
 
 def require_supported(subject: Subject, setup: Setup) -> None:
@@ -29,25 +22,23 @@ def require_supported(subject: Subject, setup: Setup) -> None:
         raise NotApplicable(reason)
 
 
-def require_velocities(
-    subject: Subject, setup: Setup, seen: Observation, expected: Sequence[tuple[float, float]], what: str
-) -> None:
-    """Hold final velocities of head-on impacts, exact at any step, against the known ones.
+def end_with_velocities(
+    subject: Subject, setup: Setup, expected: Sequence[tuple[float, float]], what: str
+) -> Observation:
+    """Run head-on impacts, exact at any step, hold the final velocities against the known ones, and return the end.
 
     Raises:
         Violation: One is off by more than rounding and what the profile promises.
     """
+    end = subject.watch(setup).seen[-1]
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * greatest_speed(setup.scene)
-    for i, (wanted, found) in enumerate(zip(expected, seen.velocity_m_s.tolist(), strict=True)):
+    for i, (wanted, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
         error = math.dist(wanted, found)
-        if not error <= allowed:
-            raise Violation(
-                f"{what}: disc {i} leaves with a wrong velocity",
-                expected=f"{numbers(wanted)} m/s to {allowed:.2g}",
-                found=f"{numbers(found)} m/s, off by {error:.3g}",
-                setup=setup,
-            )
+        off = f"{numbers(found)} m/s, off by {error:.3g}"
+        wrong = f"{what}: disc {i} leaves with a wrong velocity"
+        require(error <= allowed, wrong, f"{numbers(wanted)} m/s to {allowed:.2g}", off, setup)
+    return end
 
 
 def numbers(vector: Sequence[float]) -> str:

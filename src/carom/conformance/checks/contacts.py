@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from carom.adapter import Contact, ContactTimes, Observation, Stamp
-from carom.conformance.checks.common import numbers, own_setup
+from carom.conformance.checks.common import numbers
 from carom.conformance.scenes import mixed_contacts
 from carom.conformance.subject import Subject, greatest_speed, masses
-from carom.conformance.violation import NotApplicable, Setup, Violation, require
+from carom.conformance.violation import NotApplicable, Setup, require
 from carom.trace import wall_index
 
 __all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_are_well_formed"]
@@ -22,13 +22,13 @@ def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)
     low, high = can.restitution
     # Well below 1 where that is declared, so that discs part while they still overlap; 2/5 lies in most ranges.
-    return own_setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
+    return Setup(mixed_contacts(wall=can.walls, restitution=min(max(low, 0.4), high)), profile)
 
 
 def _steps(subject: Subject, setup: Setup) -> Iterator[tuple[int, Observation, Observation]]:
     seen = subject.seen(setup).seen
-    if not any(contact.impulse_n_s != 0 for now in seen for contact in now.contacts):
-        raise Violation("no contact is reported", expected="an impact of disc 0 and disc 1", found="none", setup=setup)
+    acted = any(contact.impulse_n_s != 0 for now in seen for contact in now.contacts)
+    require(acted, "no contact is reported", "an impact of disc 0 and disc 1", "none", setup)
     for step, (before, after) in enumerate(pairwise(seen), start=1):
         yield step, before, after
 
@@ -51,8 +51,8 @@ def contacts_are_well_formed(subject: Subject, profile: str) -> None:
             require(abs(length - 1) <= subject.rounding, what, 1, f"length {length!r}", setup)
             towards = _line(setup, before, contact)
             what = f"the normal of a contact in step {step} does not point from its first body to its second"
-            expected = f"along {numbers(towards)}"
-            require(float(np.dot(towards, contact.normal)) > 0, what, expected, numbers(contact.normal), setup)
+            along = float(np.dot(towards, contact.normal)) > 0
+            require(along, what, f"along {numbers(towards)}", numbers(contact.normal), setup)
             sound = contact.impulse_n_s is None or contact.impulse_n_s >= 0
             what = f"the impulse of a contact in step {step} pulls"
             require(sound, what, "0 or more, or None", contact.impulse_n_s, setup)
@@ -98,9 +98,8 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
                     told[body] += sign * push / mass[body]
         for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
             what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
-            expected = f"{numbers(wanted)} m/s to {allowed:.2g}"
-            found_text = f"impulses worth {numbers(found)} m/s"
-            require(math.dist(wanted, found) <= allowed, what, expected, found_text, setup)
+            expected, worth = f"{numbers(wanted)} m/s to {allowed:.2g}", f"impulses worth {numbers(found)} m/s"
+            require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:

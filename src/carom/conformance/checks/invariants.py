@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 
-from carom.conformance.checks.common import numbers, own_setup
+from carom.adapter import Observation
+from carom.conformance.checks.common import numbers
 from carom.conformance.scenes import crowd
 from carom.conformance.subject import Subject, greatest_speed, masses, momentum
-from carom.conformance.violation import Setup, Violation
+from carom.conformance.violation import Setup, require
 from carom.trace import kinetic_energy
 
 __all__ = ["energy_is_kept", "momentum_is_kept"]
@@ -16,49 +17,35 @@ __all__ = ["energy_is_kept", "momentum_is_kept"]
 ENERGY = 1e-6
 
 
-def _setup(profile: str) -> Setup:
-    return own_setup(crowd(), profile)
-
-
 def momentum_is_kept(subject: Subject, profile: str) -> None:
     """After every step the discs of a crowd in the open have together the momentum that they began with."""
-    setup = _setup(profile)
+    setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = momentum(setup.scene, seen[0])
     # Nine discs, each in a few impacts, each impact rounded by much less than a run of them all.
     allowed = subject.rounding * sum(masses(setup.scene)) * greatest_speed(setup.scene)
     for step, now in enumerate(seen):
         found = momentum(setup.scene, now)
-        if not math.dist(start, found) <= allowed:
-            raise Violation(
-                f"momentum is not kept in step {step}",
-                expected=f"{numbers(start)} kg m/s to {allowed:.2g}",
-                found=f"{numbers(found)} kg m/s",
-                setup=setup,
-            )
-    _require_something_happened(setup, seen[0].velocity_m_s.tobytes() != seen[-1].velocity_m_s.tobytes())
+        what, expected = f"momentum is not kept in step {step}", f"{numbers(start)} kg m/s to {allowed:.2g}"
+        require(math.dist(start, found) <= allowed, what, expected, f"{numbers(found)} kg m/s", setup)
+    _require_something_happened(setup, seen[0], seen[-1])
 
 
 def energy_is_kept(subject: Subject, profile: str) -> None:
     """Elastic impacts leave the kinetic energy as it was, to what the profile promises."""
-    setup = _setup(profile)
+    setup = Setup(crowd(), profile)
     seen = subject.seen(setup).seen
     start = kinetic_energy(setup.scene, seen[0].velocity_m_s)
     # A soft contact holds energy while it lasts, so the last state counts in which there is none.
     last = next((now for now in reversed(seen) if not now.contacts), seen[-1])
     found = kinetic_energy(setup.scene, last.velocity_m_s)
-    promise = subject.adapter.profiles[profile].accuracy.energy
-    allowed = max(ENERGY, promise)
-    if not abs(found - start) <= allowed * start:
-        raise Violation(
-            "energy is gained" if found > start else "energy is lost",
-            expected=f"{start:.10g} J to {allowed:.2g} of it",
-            found=f"{found:.10g} J, {(found - start) / start:+.3g} of it",
-            setup=setup,
-        )
-    _require_something_happened(setup, seen[0].velocity_m_s.tobytes() != last.velocity_m_s.tobytes())
+    allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
+    what = "energy is gained" if found > start else "energy is lost"
+    off = f"{found:.10g} J, {(found - start) / start:+.3g} of it"
+    require(abs(found - start) <= allowed * start, what, f"{start:.10g} J to {allowed:.2g} of it", off, setup)
+    _require_something_happened(setup, seen[0], last)
 
 
-def _require_something_happened(setup: Setup, happened: bool) -> None:
-    if not happened:
-        raise Violation("no disc of the crowd changes its velocity", expected="impacts", found="none", setup=setup)
+def _require_something_happened(setup: Setup, start: Observation, end: Observation) -> None:
+    happened = start.velocity_m_s.tobytes() != end.velocity_m_s.tobytes()
+    require(happened, "no disc of the crowd changes its velocity", "impacts", "none", setup)

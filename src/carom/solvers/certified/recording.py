@@ -138,9 +138,9 @@ class Recording:
         self._velocity[first] = velocities[0]
         if second >= 0:
             self._velocity[second] = velocities[1]
-        vectors = (self._normal(impact), *before, *velocities)
-        values = ImpactRecord(t, first, second, *(vector.value for vector in vectors))
-        radii = ImpactRecord(t_radius, first, second, *(vector.radius for vector in vectors))
+        n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
+        values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value)
+        radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius)
         told = (time, *after) if self.digits > MOST_FLOAT_DIGITS else ()
         self.rows.append(Row(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
         return True

@@ -12,6 +12,7 @@ from libc.stdlib cimport free, realloc
 from libc.string cimport memcpy, memset
 
 from carom.physics.double_double cimport greater, two_sum
+from carom.physics.friction cimport Grip
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
 from carom.solvers.event_driven.exits cimport predict_exit
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
@@ -24,7 +25,7 @@ from carom.solvers.event_driven.scan cimport predict_impact
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 cdef enum:
     # Discs from which memory is fetched early, since their rows no longer fit into a cache: a run of 8,000 takes 1.01 of
@@ -74,6 +75,19 @@ cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
     set_time(&s.queue, i, event_time(&s.predictions[i]))
 
 
+cdef void collide_turning(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
+    """Carry out an impact where something turns. Out of the loop's way, in which it would cost all others their speed."""
+    if second < 0:
+        collide_wall(s, first, -1 - second, time, wanted, True)
+    else:
+        collide_pair(s, first, second, time, wanted, True)
+
+
+#: Called through a pointer: what is called once GCC makes part of the caller.
+ctypedef void (*Collide)(State *, Index, Index, double, bint) noexcept nogil
+cdef Collide collide_rough = collide_turning
+
+
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
     """Carry out impacts up to `until` (since the start), until there have been `impacts`, or for so many events.
 
@@ -117,10 +131,16 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if unlikely(wanted and not has_room(&s.record)):
                 return NO_MEMORY
             if event.kind == WALL_IMPACT:
-                collide_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted)
+                if unlikely(s.record.turns):
+                    collide_rough(s, event.disc, -1 - s.predictions[event.disc].wall, time, wanted)
+                else:
+                    collide_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted, False)
             else:
                 pair = pair_of(s, event.disc)
-                collide_pair(s, pair.first, pair.second, time, wanted)
+                if unlikely(s.record.turns):
+                    collide_rough(s, pair.first, pair.second, time, wanted)
+                else:
+                    collide_pair(s, pair.first, pair.second, time, wanted, False)
                 changed[0], changed[1] = pair.first, pair.second
                 if s.looks_ahead:
                     fetch_neighbours(s, pair.second)
@@ -176,7 +196,17 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     s.grid.near_walls = <unsigned char *>reserve(&end, cell_count(&s.grid))
     s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
+    turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
+    s.turning = turning if s.record.turns else NULL
     return end - memory
+
+
+cdef array handed_out(void *memory, size_t size):
+    """Return a piece of memory, of which so many bytes are wanted, as an array that frees it."""
+    rows = array((size,), 1, "B", allocate_buffer=False)
+    rows.data = <char *>realloc(memory, size)
+    rows.callback_free_data = free
+    return rows
 
 
 cdef class Kernel:
@@ -188,7 +218,9 @@ cdef class Kernel:
         radius: Shape ``(n,)``, metres.
         inverse_mass: Shape ``(n,)``, 1/kg; 0 for a disc that never moves.
         walls: Point and unit normal of each, shape ``(k, 4)``.
-        law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none).
+        turning: Spin and ease of each disc, shape ``(n, 2)``: see `Turning` in layout.pxd; no rows where nothing turns.
+        law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
+            friction and tangential restitution of two discs, and of a wall.
         standstill: Impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
 
@@ -202,7 +234,8 @@ cdef class Kernel:
 
     def __cinit__(
         self, const double[:, ::1] position, const double[:, ::1] velocity, const double[::1] radius,
-        const double[::1] inverse_mass, const double[:, ::1] walls, law, Index standstill, double cell_factor=1.0,
+        const double[::1] inverse_mass, const double[:, ::1] turning, const double[:, ::1] walls, law, Index standstill,
+        double cell_factor=1.0,
     ):
         s = &self.s
         cdef Index i
@@ -210,13 +243,19 @@ cdef class Kernel:
         cdef Index length = lay_out_queue(&s.queue, n) if n > 0 else -1
         if length < 0 or not n == position.shape[0] == velocity.shape[0] == inverse_mass.shape[0]:
             raise ValueError("position, velocity, radius and inverse_mass must be of one length, 1 to 8^10")
+        if turning.shape[0] not in (0, n) or turning.shape[1] != 2:
+            raise ValueError("turning must have two columns, and a row a disc or none")
         if walls.shape[0] > MOST_WALLS or not position.shape[1] == velocity.shape[1] == walls.shape[1] // 2 == 2:
             raise ValueError(f"position and velocity must have two columns, walls four, and at most {MOST_WALLS} rows")
         s.disc_count = n
         s.wall_count = walls.shape[0]
         s.standstill = standstill
         s.looks_ahead = n >= AHEAD_FROM
-        s.law.restitution, s.law.wall_restitution, s.law.contact_duration = law
+        s.record.turns = turning.shape[0] > 0
+        restitution, wall_restitution, contact_duration, friction, regain, wall_friction, wall_regain = law
+        s.law = Law(
+            restitution, wall_restitution, contact_duration, Grip(friction, regain), Grip(wall_friction, wall_regain)
+        )
         choose_grid(&s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], s.wall_count, cell_factor)
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
         self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
@@ -227,6 +266,8 @@ cdef class Kernel:
                 position[i, 0], position[i, 1], velocity[i, 0], velocity[i, 1], 0.0, radius[i], inverse_mass[i], 0, NO_BODY
             )
             s.predictions[i] = Prediction(INF, INF, NOBODY, 0, 0, NO_WALL, LEFT, False)
+        for i in range(turning.shape[0]):
+            s.turning[i] = Turning(turning[i, 0], turning[i, 1])
         for i in range(n if s.law.contact_duration > 0.0 else 0):
             s.last_impact[i] = -INF
         for i in range(length):
@@ -238,6 +279,7 @@ cdef class Kernel:
 
     def __dealloc__(self):
         free(self.s.record.rows)
+        free(self.s.record.spins)
         free(self.s.record.ambiguous)
 
     def run(self, double until, Index impacts, Index events):
@@ -260,16 +302,17 @@ cdef class Kernel:
         r.wanted, r.begin, r.end = True, begin, end
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, one or more, in the memory that they were written into."""
+        """Return the impacts recorded since the last call, one or more, and their spins, None where nothing turns.
+
+        Both are in the memory that they were written into.
+        """
         r = &self.s.record
-        cdef Index size = r.count * sizeof(Impact)
-        rows = array((size,), 1, "B", allocate_buffer=False)
-        rows.data = <char *>realloc(r.rows, size)
-        rows.callback_free_data = free
-        r.rows = NULL
+        impacts = np.frombuffer(handed_out(r.rows, r.count * sizeof(Impact)), IMPACT_DTYPE)
+        spins = np.frombuffer(handed_out(r.spins, r.count * sizeof(Spins)), SPIN_DTYPE) if r.turns else None
+        r.rows, r.spins = NULL, NULL
         r.taken += r.count
         r.count = r.room = 0
-        return np.frombuffer(rows, IMPACT_DTYPE)
+        return impacts, spins
 
     def ambiguous(self):
         """Return the numbers, from the first impact recorded on, of those that are ambiguous."""
@@ -317,12 +360,19 @@ cdef class Kernel:
         cdef size_t size = self.s.disc_count * sizeof(double) if self.s.law.contact_duration > 0.0 else 0
         return self.rows(self.s.last_impact, size)
 
+    @property
+    def spins(self):
+        """Spins of all discs, as they are now and will be; None where nothing turns."""
+        size = self.s.disc_count * sizeof(Turning)
+        return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.record.turns else None
+
     def state(self):
         """Return a copy of all that the run needs to go on, by name: what is predicted is made anew."""
         recent = self.recent_memory.copy() if self.s.record.wanted else None
         return {
             "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
             "clock": self.s.clock, "counts": self.s.counts, "virial": self.s.virial,
+            "spins": self.spins.copy() if self.s.record.turns else None,
         }
 
     def resume(self, state):
@@ -332,5 +382,7 @@ cdef class Kernel:
         last_impacts[:] = state["last_impacts"][:len(last_impacts)]
         if self.s.record.wanted and state["recent"] is not None:
             self.recent_memory[:] = state["recent"]
+        if self.s.record.turns:
+            self.spins[:] = state["spins"]
         self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
         self.s.counts.predicted = 0

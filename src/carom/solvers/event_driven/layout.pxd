@@ -4,6 +4,8 @@ Units are metres, metres a second and kilograms. A `time` is seconds since the p
 since the start: see `Clock`. A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`.
 """
 
+from carom.physics.friction cimport Grip
+
 ctypedef Py_ssize_t Index
 
 cdef extern from *:
@@ -81,6 +83,10 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     double inverse_mass  # 0: it never moves
     int impacts  # how many it has had: tells a stale prediction
     int last  # body that it met last, or NO_BODY
+
+cdef struct Turning:  # of a disc, in a scene in which something turns; apart from `Disc`, whose line is full
+    double spin  # radians a second, counterclockwise
+    double ease  # 1/k, mass times radius squared over the moment of inertia; 0: it never turns
 
 cdef struct Prediction:  # 32 bytes: what comes next for a disc
     double impact_time  # when it meets `partner`: the time itself if `exact`, else a lower bound; INF for never
@@ -172,6 +178,12 @@ cdef struct Before:  # velocities before an impact; those of a wall are 0
     double vx2
     double vy2
 
+cdef struct Spins:  # a row of `carom.trace.SPIN_DTYPE`
+    double first_before
+    double second_before
+    double first_after
+    double second_after
+
 cdef struct Struck:  # an impact as the next one of the same disc sees it
     double reach  # the latest that it can have been, since the start; -INF for none
     double nx
@@ -183,6 +195,8 @@ cdef struct Recent:  # all that tells whether a disc's next impact will be ambig
 
 cdef struct Record:
     Impact *rows
+    Spins *spins  # as many as rows, where something turns
+    bint turns
     Index count
     Index room
     long long *ambiguous  # numbers of rows, counted on from `taken`
@@ -206,7 +220,9 @@ cdef struct Clock:  # a time since the start is epoch + (epoch_rest + time)
 cdef struct Law:
     double restitution  # of two discs
     double wall_restitution
-    double contact_duration  # of the TC model, seconds: an impact so soon after a disc's last is elastic; 0 for none
+    double contact_duration  # of the TC model, seconds: an impact so soon after a disc's last loses no energy; 0 for none
+    Grip grip  # of two discs
+    Grip wall_grip
 
 cdef struct Counts:
     Index impacts  # since the start
@@ -225,6 +241,7 @@ cdef struct State:  # all that a run consists of
     Prediction *predictions
     Wall *walls
     double *last_impact  # time of each disc's, for the TC model alone
+    Turning *turning  # of each disc; NULL where nothing turns
     Index disc_count
     Index wall_count
     Index standstill  # impacts at one instant from which on time no longer advances

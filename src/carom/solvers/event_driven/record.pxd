@@ -1,6 +1,7 @@
 """What is written down of impacts, and which of them are ambiguous: the rule is that of `carom.solvers.impact_log`."""
 
 from cython cimport likely, unlikely
+from libc.math cimport NAN
 from libc.stdlib cimport realloc
 
 from carom.solvers.event_driven.layout cimport *
@@ -41,6 +42,11 @@ cdef inline bint has_room(Record *r) noexcept nogil:
     cdef Index room
     if unlikely(r.count == r.room):
         room = 4 * r.room + 256 if r.room < 1 << 22 else r.room + r.room // 2
+        if r.turns:
+            spins = <Spins *>enlarged(r.spins, r.count * sizeof(Spins), room * sizeof(Spins))
+            if spins == NULL:
+                return False
+            r.spins = spins
         rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), room * sizeof(Impact))
         if rows == NULL:
             return False
@@ -110,6 +116,8 @@ cdef inline void record_pair(State *s, Index i, Index j, double nx, double ny, c
     uy = before.vy1 - before.vy2
     sizes = size_of(a.x, a.y, a.radius) + size_of(b.x, b.y, b.radius)
     known = pair_resolution(sizes, a.radius + b.radius, ux, uy, ux * nx + uy * ny) + clock_resolution(row.time)
+    if unlikely(s.law.grip.friction > 0.0):  # no impact is orthogonal to this one
+        nx = ny = NAN
     cdef bint ambiguous = a.inverse_mass > 0.0 and strike(&r.recent[i], row.time, known, nx, ny)
     if b.inverse_mass > 0.0 and strike(&r.recent[j], row.time, known, nx, ny):
         ambiguous = True
@@ -136,6 +144,9 @@ cdef inline void record_wall(State *s, Index i, Index k, double along, const Bef
     row.second_before[0] = row.second_before[1] = row.second_after[0] = row.second_after[1] = 0.0
     sizes = size_of(a.x, a.y, a.radius) + size_of(wall.x, wall.y, 0.0)
     known = wall_resolution(sizes, -along) + clock_resolution(row.time)
-    if unlikely(strike(&r.recent[i], row.time, known, row.normal[0], row.normal[1])):
+    nx, ny = row.normal[0], row.normal[1]
+    if unlikely(s.law.wall_grip.friction > 0.0):
+        nx = ny = NAN
+    if unlikely(strike(&r.recent[i], row.time, known, nx, ny)):
         note_ambiguous(r)
     r.count += 1

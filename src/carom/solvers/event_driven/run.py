@@ -14,7 +14,7 @@ from carom.extension import extension_available, extension_notes
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.resolution import too_far_out
 from carom.solvers.run import require_time
-from carom.trace import IMPACT_DTYPE, Outcome
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,6 +48,7 @@ class RecordedImpacts:
         self.ambiguous = run.ambiguous
         self._kernel = run
         self._taken = np.empty(0, IMPACT_DTYPE)
+        self._spins = None if run.spins is None else np.empty(0, SPIN_DTYPE)
 
     def __len__(self) -> int:
         return self._kernel.recorded
@@ -55,10 +56,22 @@ class RecordedImpacts:
     def array(self) -> NDArray[np.void]:
         """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
         if len(self._taken) < self._kernel.recorded:
-            new = self._kernel.take_impacts()
-            self._taken = np.concatenate([self._taken, new]) if len(self._taken) else new
-        self._taken.flags.writeable = False
+            impacts, spins = self._kernel.take_impacts()
+            self._taken = _joined(self._taken, impacts)
+            if self._spins is not None and spins is not None:
+                self._spins = _joined(self._spins, spins)
         return self._taken
+
+    def spins(self) -> NDArray[np.void] | None:
+        """Return the spins around the impacts so far; None where nothing turns."""
+        self.array()
+        return self._spins
+
+
+def _joined(earlier: NDArray[np.void], later: NDArray[np.void]) -> NDArray[np.void]:
+    joined = np.concatenate([earlier, later]) if len(earlier) else later
+    joined.flags.writeable = False
+    return joined
 
 
 class EventDrivenRun:
@@ -71,7 +84,8 @@ class EventDrivenRun:
         record: Which impacts to record: "all" or "none". Counts a disc are always kept, see `impacts_per_disc`.
         window_s: Record only impacts reported within these times.
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113): an impact of
-            a disc whose last one is more recent than this is elastic, which ends inelastic collapse. 0 for none.
+            a disc whose last one is more recent than this loses no energy: it is elastic, without friction. That ends
+            inelastic collapse. 0 for none.
         resume: The state of an earlier run of the same start to go on from.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
@@ -111,7 +125,7 @@ class EventDrivenRun:
             self._kernel.record(*window_s)
         self.log = RecordedImpacts(self._kernel)
         if resume is not None:
-            _require_fitting(resume, len(start), contact_duration_s)
+            _require_fitting(resume, start, contact_duration_s)
             self._kernel.resume(resume.kernel)
             self.time_s = resume.time_s
 
@@ -142,6 +156,10 @@ class EventDrivenRun:
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
         return np.stack([self._kernel.discs["vx"], self._kernel.discs["vy"]], axis=1)
+
+    def spins(self) -> NDArray[np.float64] | None:
+        """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return None if self._kernel.spins is None else self._kernel.spins.copy()
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
@@ -183,16 +201,24 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
         np.ascontiguousarray(start.velocity_m_s, np.float64),
         np.ascontiguousarray(start.radius_m, np.float64),
         1.0 / start.mass_kg,
+        np.stack([start.spins, 1.0 / start.inertia], axis=1) if start.turns else np.empty((0, 2)),
         np.array(start.walls, np.float64).reshape(-1, 4),
-        (start.restitution, start.wall_restitution, contact_duration_s),
+        (
+            *(start.restitution, start.wall_restitution, contact_duration_s),
+            *(start.friction, start.tangential_restitution),
+            *(start.wall_friction, start.wall_tangential_restitution),
+        ),
         standstill_impacts(len(start) + len(start.walls)),
         cell_factor,
     )
 
 
-def _require_fitting(state: RunState, discs: int, contact_duration_s: float) -> None:
-    """Refuse a state of another number of discs, or one that knows nothing of contacts that take time."""
-    if len(state.kernel["discs"]) != discs:
-        raise InputError(f"resume must be the state of a run of {discs} discs, got one of {len(state.kernel['discs'])}")
+def _require_fitting(state: RunState, start: DiscArrays, contact_duration_s: float) -> None:
+    """Refuse a state of another number of discs, or one that knows nothing of spins or of contacts that take time."""
+    discs = len(state.kernel["discs"])
+    if discs != len(start):
+        raise InputError(f"resume must be the state of a run of {len(start)} discs, got one of {discs}")
+    if start.turns and state.kernel.get("spins") is None:
+        raise InputError("resume must be the state of a run with friction or spin, as this one has")
     if contact_duration_s > 0 and not len(state.kernel["last_impacts"]):
         raise InputError("resume must be the state of a run with a contact_duration_s above 0, as this one has")

@@ -13,12 +13,13 @@ from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed
 from carom.solvers.falling.clock import NEVER, START, Instant, after, between
 from carom.solvers.plain.bodies import Bodies
-from carom.trace import ImpactRecord, wall_body
+from carom.trace import wall_body
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
+    from carom.trace import ImpactRecord
 
 __all__ = ["FallingBodies"]
 
@@ -156,16 +157,16 @@ class FallingBodies(Bodies):
         At the impact the gap is 0. What rounding makes of it is taken off, so that it can't add up over many bounces.
         """
         qx, qy, nx, ny = self.walls[k]
-        before = (self.vx[i], self.vy[i])
+        before, spin = (self.vx[i], self.vy[i]), self.spin[i]
         gap = float(wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)[0])
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, self.wall_restitution * approach)
+            if self.wall_grip.friction > 0.0:
+                self.rub_wall(i, k, before, (1.0 + self.wall_restitution) * approach)
         self.last_partner[i] = wall_body(k)
-        rest = (0.0, 0.0)
-        after_impact = (self.vx[i], self.vy[i])
-        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, after_impact, rest)
+        return self.wall_record(i, k, before, spin)
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""

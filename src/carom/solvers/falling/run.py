@@ -97,6 +97,10 @@ class BallisticRun:
         """Velocities now, metres a second, shape ``(n, 2)``."""
         return self.bodies.all_at(self._now)[1]
 
+    def spins(self) -> NDArray[np.float64] | None:
+        """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return self.bodies.spins()
+
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs, immovable ones and walls, shape ``(n,)``."""
         bodies = [body for record in self.log.records for body in (record.first, record.second) if body >= 0]

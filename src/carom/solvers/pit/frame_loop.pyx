@@ -9,9 +9,10 @@ from libc.string cimport memcpy
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE, SPIN_DTYPE as _SPIN_DTYPE
 
-from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Wall
+from carom.physics.friction cimport Grip
+from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Spins, Turning, Wall
 from carom.solvers.event_driven.record cimport forget
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
@@ -79,6 +80,9 @@ cdef class FrameLoop:
         s.clock.step, s.clock.rate = clock.step_s, clock.rate_hz
         s.horizon = MOST_FRAMES * clock.frame_s
         s.law.restitution, s.law.wall_restitution = start.restitution, start.wall_restitution
+        s.law.grip = Grip(start.friction, start.tangential_restitution)
+        s.law.wall_grip = Grip(start.wall_friction, start.wall_tangential_restitution)
+        s.record.turns = start.turns
         s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
         s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
@@ -92,6 +96,10 @@ cdef class FrameLoop:
             a.cell = NOWHERE
             s.due[i] = INF if a.inverse_mass == 0.0 else 0.0
             forget(&s.record.recent[i])
+        if s.record.turns:
+            s.turning = <Turning *>memory(s.disc_count, sizeof(Turning))
+            for i, (spin, inertia) in enumerate(zip(start.spins, start.inertia)):
+                s.turning[i] = Turning(spin, 1.0 / <double>inertia)
         for i, wall in enumerate(start.walls):
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
         if skips and s.disc_count > _FEW_DISCS:
@@ -122,6 +130,8 @@ cdef class FrameLoop:
     def __dealloc__(self):
         free(self.s.discs)
         free(self.s.walls)
+        free(self.s.turning)
+        free(self.s.record.spins)
         free(self.s.due)
         free(self.s.looking)
         free(self.s.grid.first)
@@ -179,6 +189,19 @@ cdef class FrameLoop:
         impacts.flags.writeable = False
         return impacts
 
+    def spins(self):
+        """Return the spins around the impacts so far as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        r = &self.s.record
+        if not r.turns:
+            return None
+        spins = np.empty(r.count, _SPIN_DTYPE)
+        cdef char[::1] bytes
+        if r.count > 0:
+            bytes = spins.view(np.int8)
+            memcpy(&bytes[0], r.spins, bytes.shape[0])
+        spins.flags.writeable = False
+        return spins
+
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""
         cdef Index k
@@ -192,6 +215,11 @@ cdef class FrameLoop:
     def velocities(self, double time):
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
         return self.states()[:, 2:].copy()
+
+    def present_spins(self):
+        """Return the spins, radians a second, shape ``(n,)``; None where nothing turns."""
+        cdef Index i
+        return np.array([self.s.turning[i].spin for i in range(self.s.disc_count)]) if self.s.record.turns else None
 
     cdef states(self):
         """Return x, y, vx, vy of each disc."""

@@ -75,6 +75,10 @@ class PlainFrameLoop:
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
         return self.bodies.velocities_at(time)
 
+    def present_spins(self) -> NDArray[np.float64] | None:
+        """Return the spins, radians a second, shape ``(n,)``; None where nothing turns."""
+        return self.bodies.spins()
+
 
 def _bodies(scene: Scene) -> Bodies:
     if scene.gravity_m_s2 == (0.0, 0.0):

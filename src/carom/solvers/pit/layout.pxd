@@ -4,7 +4,8 @@ Units are metres, metres a second and kilograms; times are seconds since the sta
 of the event-driven kernel.
 """
 
-from carom.solvers.event_driven.layout cimport Index, Record, Wall
+from carom.physics.friction cimport Grip
+from carom.solvers.event_driven.layout cimport Index, Record, Turning, Wall
 
 cdef enum:
     NOWHERE = -1  # in no cell yet
@@ -57,6 +58,8 @@ cdef struct Turns:  # tests that are still to be made at this frame: a binary he
 cdef struct Law:
     double restitution  # of two discs
     double wall_restitution
+    Grip grip  # of two discs
+    Grip wall_grip
 
 cdef struct Clock:  # frame k stands at k * step / rate, and one of the two is 1: neither form adds a rounding
     double step  # seconds
@@ -70,6 +73,7 @@ cdef struct Counts:
 cdef struct State:  # all that a run consists of
     Disc *discs
     Wall *walls
+    Turning *turning  # of each disc; NULL where nothing turns
     double *due  # before which time no impact of a disc can be due; INF for one that never moves
     int *looking  # discs that are due at this frame
     Index disc_count

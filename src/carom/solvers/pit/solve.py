@@ -93,6 +93,10 @@ class FrameRun:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
         return self._loop.velocities(self.time_s)
 
+    def spins(self) -> NDArray[np.float64] | None:
+        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return self._loop.present_spins()
+
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
         impacts = self.log.array()
@@ -171,4 +175,6 @@ def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: boo
         ambiguous=run.log.ambiguous(),
         counts=run.counts,
         notes=run.notes,
+        spins=run.log.spins(),
+        final_spin_rad_s=run.spins(),
     )

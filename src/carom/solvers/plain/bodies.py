@@ -10,6 +10,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
+from carom.physics.friction import Grip, friction_impulse, pair_rub
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
@@ -67,6 +68,12 @@ class Bodies:
         self.walls = start.walls
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
+        self.grip = Grip(start.friction, start.tangential_restitution)
+        self.wall_grip = Grip(start.wall_friction, start.wall_tangential_restitution)
+        self.turns = start.turns
+        self.spin: list[float] = start.spins.tolist()
+        #: How easily each disc turns: 1/k, 0 for one that does not.
+        self.ease: list[float] = (1.0 / start.inertia).tolist()
         self.epoch = (0.0, 0.0)
 
     def since_start(self, time_s: float) -> float:
@@ -136,15 +143,15 @@ class Bodies:
     def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
         """Bring both bodies (a wall is negative) to `time_s` since the epoch, and through their impact.
 
-        It can be elastic, whatever the scene's restitution.
+        It can be elastic and without friction, whatever the scene says.
         """
         self.move_to(first, time_s)
         self.last_partner[first] = second
         if second < 0:
-            return self.collide_wall(first, wall_index(second), 1.0 if elastic else None)
+            return self.collide_wall(first, wall_index(second), elastic=elastic)
         self.move_to(second, time_s)
         self.last_partner[second] = first
-        return self.collide_pair(first, second, 1.0 if elastic else None)
+        return self.collide_pair(first, second, elastic=elastic)
 
     def resolution_s(self, record: ImpactRecord) -> float:
         """How well the instant of an impact just carried out is known, seconds: see `carom.solvers.resolution`."""
@@ -160,42 +167,76 @@ class Bodies:
             known = pair_resolution(size, self.radius[i] + self.radius[j], ax - bx, ay - by, speed)
         return known + clock_resolution(record.time_s)
 
-    def collide_pair(self, i: int, j: int, restitution: float | None = None) -> ImpactRecord:
+    def collide_pair(self, i: int, j: int, *, elastic: bool = False) -> ImpactRecord:
         """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
 
-        The normal is the line of centres as it stands: overlapped, where the impact is found late. The restitution is
-        the scene's, if none is given.
+        The normal is the line of centres as it stands: overlapped, where the impact is found late. Friction acts at
+        full radius from each centre.
 
         Raises:
             InputError: They are so far out that floats do not tell their centres apart.
         """
-        e = self.restitution if restitution is None else restitution
+        e = 1.0 if elastic else self.restitution
         if not are_told_apart(self.x[i], self.y[i], self.x[j], self.y[j], self.radius[i] + self.radius[j]):
             raise too_far_out()
         dx, dy = self.x[j] - self.x[i], self.y[j] - self.y[i]
-        before_i, before_j = self._velocity(i), self._velocity(j)
+        before_i, before_j, spins = self._velocity(i), self._velocity(j), (self.spin[i], self.spin[j])
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         w_i, w_j = self.inverse_mass[i], self.inverse_mass[j]
-        push = pair_push(dx, dy, self.vx[j] - self.vx[i], self.vy[j] - self.vy[i], w_i + w_j, e)
+        ux, uy = self.vx[j] - self.vx[i], self.vy[j] - self.vy[i]
+        push = pair_push(dx, dy, ux, uy, w_i + w_j, e)
         self.vx[i] += push * w_i * dx
         self.vy[i] += push * w_i * dy
         self.vx[j] -= push * w_j * dx
         self.vy[j] -= push * w_j * dy
         distance = math.sqrt(dx * dx + dy * dy)
+        if self.grip.friction > 0.0 and not elastic:
+            surface = distance * (self.radius[i] * self.spin[i] + self.radius[j] * self.spin[j])
+            yielding = w_i * (1.0 + self.ease[i]) + w_j * (1.0 + self.ease[j])
+            rub = pair_rub(self.grip, dx, dy, ux, uy, surface, yielding, push)
+            self.vx[i] += rub * w_i * dy
+            self.vy[i] -= rub * w_i * dx
+            self.vx[j] -= rub * w_j * dy
+            self.vy[j] += rub * w_j * dx
+            self.spin[i] -= rub * distance * w_i * self.ease[i] / self.radius[i]
+            self.spin[j] -= rub * distance * w_j * self.ease[j] / self.radius[j]
         normal = (dx / distance, dy / distance)
-        return ImpactRecord(time_s, i, j, normal, before_i, before_j, self._velocity(i), self._velocity(j))
+        velocities = (before_i, before_j, self._velocity(i), self._velocity(j))
+        return ImpactRecord(time_s, i, j, normal, *velocities, self._spins(spins, (self.spin[i], self.spin[j])))
 
-    def collide_wall(self, i: int, k: int, restitution: float | None = None) -> ImpactRecord:
+    def collide_wall(self, i: int, k: int, *, elastic: bool = False) -> ImpactRecord:
         """Give disc `i` its velocity after its impact on wall `k`, which it approaches; as `collide_pair` does."""
-        e = self.wall_restitution if restitution is None else restitution
+        e = 1.0 if elastic else self.wall_restitution
         _, _, nx, ny = self.walls[k]
         before = self._velocity(i)
         along = before[0] * nx + before[1] * ny
         if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.vx[i] -= (1.0 + e) * along * nx
             self.vy[i] -= (1.0 + e) * along * ny
-        rest = (0.0, 0.0)
-        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), before, rest, self._velocity(i), rest)
+        spin = self.spin[i]
+        if self.wall_grip.friction > 0.0 and along < 0.0 and not elastic:
+            self.rub_wall(i, k, before, -((1.0 + e) * along))
+        return self.wall_record(i, k, before, spin)
+
+    def rub_wall(self, i: int, k: int, before: Vector, pressed: float) -> None:
+        """Let the friction of wall `k` act on disc `i`, which came with a velocity and was given a speed off it."""
+        _, _, nx, ny = self.walls[k]
+        slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
+        rub = friction_impulse(self.wall_grip, slip, 1.0 + self.ease[i], pressed)
+        self.vx[i] -= rub * ny
+        self.vy[i] += rub * nx
+        self.spin[i] -= rub * self.ease[i] / self.radius[i]
+
+    def wall_record(self, i: int, k: int, before: Vector, spin: float) -> ImpactRecord:
+        """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
+        _, _, nx, ny = self.walls[k]
+        velocities = (before, (0.0, 0.0), self._velocity(i), (0.0, 0.0))
+        spins = self._spins((spin, 0.0), (self.spin[i], 0.0))
+        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), *velocities, spins)
+
+    def spins(self) -> NDArray[np.float64] | None:
+        """Spins, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return np.array(self.spin) if self.turns else None
 
     def positions_at(self, time_s: float) -> NDArray[np.float64]:
         """Centres at `time_s` on the present straight paths, metres, shape ``(n, 2)``."""
@@ -217,6 +258,9 @@ class Bodies:
         """Return centre and velocity of disc `i` on its present path at a time, and its radius."""
         wait, vx, vy = time_s - self.time[i], self.vx[i], self.vy[i]
         return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy, self.radius[i]
+
+    def _spins(self, before: Vector, after: Vector) -> tuple[float, float, float, float] | None:
+        return (*before, *after) if self.turns else None
 
     def _velocity(self, i: int) -> Vector:
         return (self.vx[i], self.vy[i])

@@ -10,7 +10,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.extension import Patience
 from carom.solvers.plain.bodies import Bodies
-from carom.trace import IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE, impact_array
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,7 +39,7 @@ def fill_first_impacts(
         bodies = Bodies(DiscArrays.of_valid(**pair, walls=(), restitution=restitution, wall_restitution=1.0))
         time = bodies.pair_impact_time(0, 1) if frames is None else _first_overlap(bodies, frames.tolist())
         if time <= until and time < math.inf:
-            impacts[k] = tuple(bodies.collide(0, 1, time))
+            impacts[k] = impact_array([bodies.collide(0, 1, time)])[0]
         else:
             impacts[k] = (math.inf, 0, 1, math.nan, *velocity, *velocity)
         patience.look()

@@ -50,4 +50,6 @@ def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> 
         ambiguous=run.log.ambiguous(),
         counts={"frames": frames, **run.counts},
         notes=run.notes,
+        spins=run.log.spins(),
+        final_spin_rad_s=run.spins(),
     )

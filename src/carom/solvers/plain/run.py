@@ -97,6 +97,10 @@ class AllPairsRun:
         """Velocities now, metres a second, shape ``(n, 2)``."""
         return self.bodies.velocities()
 
+    def spins(self) -> NDArray[np.float64] | None:
+        """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return self.bodies.spins()
+
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
         return np.array(self._impacts_per_disc, np.int64)

@@ -1,0 +1,212 @@
+"""Friction and spin in the solvers: what is told of them, what is left alone, and who refuses them by name."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.forms import needs_extension, plain_form
+
+from carom import Disc, DiscArrays, Scene, Wall, certify, compare, solve_pic
+from carom.adapter import Capabilities, unsupported_reason
+from carom.errors import InputError
+from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
+from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.pit.solve import solve_pit
+from carom.trace import kinetic_energy
+
+
+def pair(**fields: Any) -> Scene:
+    """Return two discs, of which the first, spinning, hits the other off its centre."""
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5, spin_rad_s=3.0),
+        Disc(position_m=(3, 0.5), velocity_m_s=(0, 0), radius_m=0.75, mass_kg=2.0),
+    ]
+    return Scene(**{"name": "pair", "discs": discs, "duration_s": 2.0, **fields})
+
+
+def in_box(**fields: Any) -> Scene:
+    """Return a disc that falls into a corner of two walls, and another above."""
+    discs = [
+        Disc(position_m=(2, 3), velocity_m_s=(-3, -2), radius_m=0.5, spin_rad_s=-1.0),
+        Disc(position_m=(4, 3), velocity_m_s=(-4, -2), radius_m=0.5),
+    ]
+    walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
+    return Scene(**{"name": "box", "discs": discs, "walls": walls, "duration_s": 3.0, **fields})
+
+
+def test_spins_without_friction_change_nothing_and_are_told() -> None:
+    """A scene whose discs spin, without friction, has the impacts of one whose discs do not; the spins stay."""
+    spinning = pair()
+    still = pair(discs=[disc.model_copy(update={"spin_rad_s": 0.0}) for disc in spinning.discs])
+    for solve in (solve_pic, solve_pit):
+        one, other = solve(spinning), solve(still)
+        assert one.impacts.tobytes() == other.impacts.tobytes()
+        assert one.final_velocity_m_s.tobytes() == other.final_velocity_m_s.tobytes()
+        assert one.final_spin_rad_s is not None
+        assert one.spins is not None
+        assert one.final_spin_rad_s.tolist() == [3.0, 0.0]
+        assert one.spins.tolist() == [(3.0, 0.0, 3.0, 0.0)]
+        assert other.spins is None
+        assert other.final_spin_rad_s is None
+
+
+def test_a_scene_in_which_nothing_meets_keeps_its_spins() -> None:
+    """Without an impact the spins at the end are those at the start, and no impact has any."""
+    trace = solve_pic(pair(duration_s=0.01, friction=0.5))
+    assert trace.spins is not None
+    assert trace.final_spin_rad_s is not None
+    assert len(trace.spins) == len(trace.impacts) == 0
+    assert trace.final_spin_rad_s.tolist() == [3.0, 0.0]
+
+
+def test_impacts_that_are_not_kept_change_no_spin() -> None:
+    """Recorded in a window, or not at all, a run ends with the same spins; rows and spins fit together."""
+    scene = in_box(friction=0.3, wall_friction=0.4)
+    whole, none = solve_pic(scene), solve_pic(scene, record="none")
+    assert whole.spins is not None
+    assert whole.final_spin_rad_s is not None
+    assert none.spins is not None
+    assert none.final_spin_rad_s is not None
+    assert len(none.spins) == 0
+    assert none.final_spin_rad_s.tolist() == whole.final_spin_rad_s.tolist()
+    assert len(whole.impacts) >= 3
+    begin = float(whole.impacts["time_s"][1])
+    part = solve_pic(scene, window_s=(begin, math.inf))
+    assert part.spins is not None
+    assert part.spins.tobytes() == whole.spins[1:].tobytes()
+    with plain_form():
+        plain = solve_pic(scene, window_s=(begin, math.inf))
+    assert plain.spins is not None
+    assert plain.spins.tobytes() == part.spins.tobytes()
+
+
+@pytest.mark.parametrize("power", [-300, 300])
+def test_spins_of_extreme_scenes_are_those_of_ordinary_ones(power: int) -> None:
+    """Times multiplied by a power of two divide every spin by it, and change no other bit: units are scaled away."""
+    scene, scale = in_box(friction=0.3, wall_friction=0.4), 2.0**power
+    discs = [
+        disc.model_copy(
+            update={
+                "velocity_m_s": tuple(v * scale for v in disc.velocity_m_s),
+                "spin_rad_s": disc.spin_rad_s * scale,
+            }
+        )
+        for disc in scene.discs
+    ]
+    fast = Scene(**{**scene.model_dump(), "discs": [disc.model_dump() for disc in discs], "duration_s": 3.0 / scale})
+    for one, other in (
+        (solve_pic(scene), solve_pic(fast)),
+        (solve_pit(scene), solve_pit(fast, frame_rate_hz=60 * scale)),
+    ):
+        assert one.spins is not None
+        assert other.spins is not None
+        assert one.final_spin_rad_s is not None
+        assert other.final_spin_rad_s is not None
+        assert (one.final_spin_rad_s * scale).tolist() == other.final_spin_rad_s.tolist()
+        for name in one.spins.dtype.names or ():
+            assert (one.spins[name] * scale).tolist() == other.spins[name].tolist()
+
+
+def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
+    """Orthogonal impacts at one instant commute without friction; with it they do not, and are flagged.
+
+    Into a corner with (-3, -2), friction 1/4: x first gives (22/9, 4/3) and spin -22/9, y first (2, 2) and spin 2. PIC
+    takes the lower body number first, which is the second wall; PIT tests the first wall first.
+    """
+    corner = [Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(0, -1), normal=(0, 1))]
+    disc = Disc(position_m=(3, 2), velocity_m_s=(-3, -2), radius_m=1)
+    smooth = Scene(name="corner", discs=[disc], walls=corner, duration_s=2.0)
+    rough = Scene(**{**smooth.model_dump(), "wall_friction": 0.25})
+    for solve, expected in ((solve_pic, (2.0, 2.0, 2.0)), (solve_pit, (22 / 9, 4 / 3, -22 / 9))):
+        assert solve(smooth).ambiguous == ()
+        trace = solve(rough)
+        assert trace.ambiguous == (1,)
+        with plain_form():
+            assert solve(rough).ambiguous == (1,)
+        assert trace.final_spin_rad_s is not None
+        end = (*trace.final_velocity_m_s[0].tolist(), trace.final_spin_rad_s[0])
+        assert end == pytest.approx(expected, rel=1e-14)
+
+
+def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
+    """An impact soon after the last of its disc is elastic and without friction: both are one contact."""
+    scene = in_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
+    trace = solve_pic(scene, contact_duration_s=10.0)
+    assert trace.spins is not None
+    seen: set[int] = set()
+    for impact, spins in zip(trace.impacts, trace.spins, strict=True):
+        bodies = {int(impact[side]) for side in ("first", "second")} - {-1, -2}
+        before = np.stack([impact["velocity_first_before"], impact["velocity_second_before"]])
+        after = np.stack([impact["velocity_first_after"], impact["velocity_second_after"]])
+        lost = (before**2).sum() - (after**2).sum()
+        if bodies & seen:
+            assert abs(lost) < 1e-12
+            assert spins["first_before"] == spins["first_after"]
+        else:
+            assert lost > 0.1
+        seen |= bodies
+    with plain_form():
+        plain = solve_pic(scene, contact_duration_s=10.0)
+    assert plain.impacts.tobytes() == trace.impacts.tobytes()
+
+
+def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
+    """Half k m R^2 w^2 of each disc that can turn: 1/2 1/2 1 1/4 9 of the first, and nothing of one that can't."""
+    scene = pair()
+    speeds = np.array([disc.velocity_m_s for disc in scene.discs])
+    assert kinetic_energy(scene, speeds) == 8.0
+    assert kinetic_energy(scene, speeds, np.array([3.0, 0.0])) == 8.0 + 0.5 * 0.5 * 0.25 * 9.0
+    rigid = pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
+    assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
+
+
+@needs_extension
+def test_a_state_without_spins_is_not_taken_up_by_a_run_with_friction() -> None:
+    """A run with friction refuses to go on from the state of one without."""
+    scene = pair()
+    smooth = scene.arrays
+    bare = DiscArrays(smooth.position_m, smooth.velocity_m_s, smooth.radius_m, smooth.mass_kg)
+    state = EventDrivenRun(bare).state()
+    with pytest.raises(InputError, match="resume must be the state of a run with friction or spin"):
+        EventDrivenRun(scene, resume=state)
+
+
+@pytest.mark.parametrize("fields", [{}, {"friction": 0.5}])
+def test_who_has_no_friction_and_spin_yet_says_so(fields: dict[str, float]) -> None:
+    """Certified runs, ensembles and scores refuse such a scene by name; a method is skipped by what it declares."""
+    scene = pair(**fields)
+    with pytest.raises(InputError, match="spinning discs, which a certified run does not support yet"):
+        certify(scene)
+    trace = solve_pic(scene)
+    with pytest.raises(InputError, match="traces of it are not scored yet"):
+        compare(trace, trace)
+    start = scene.arrays
+    names = ("position_m", "velocity_m_s", "radius_m", "mass_kg", "spin_rad_s")
+    rows = [
+        DiscArrays(friction=start.friction, **{name: getattr(start, name)[k : k + 1] for name in names}) for k in (0, 1)
+    ]
+    with pytest.raises(InputError, match="neither friction nor spin yet"):
+        pic_ensemble(TwoDiscEnsemble(*rows))
+    assert "spinning discs, which this method does not support" in unsupported_reason(scene, Capabilities(), 1 / 60)
+
+
+def test_a_method_is_skipped_by_the_friction_that_it_declares() -> None:
+    """Friction beyond what is declared, of what the scene has, is the reason; what the scene has not is none."""
+    still = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in pair().discs]
+    scene = pair(discs=still, friction=0.5, tangential_restitution=0.5)
+    able = Capabilities(friction=(0.0, 1.0), tangential_restitution=True)
+    assert unsupported_reason(scene, able, 1 / 60) == ""
+    weak = replace(able, friction=(0.0, 0.25))
+    assert unsupported_reason(scene, weak, 1 / 60) == (
+        "friction is 0.5, and this method simulates 0 to 0.25 as asked for"
+    )
+    assert "tangential restitution" in unsupported_reason(scene, replace(able, tangential_restitution=False), 1 / 60)
+    assert (
+        unsupported_reason(scene, Capabilities(), 1 / 60)
+        == "the scene has friction, which this method does not support"
+    )
+    assert unsupported_reason(pair(discs=still, wall_friction=9.0), Capabilities(), 1 / 60) == ""

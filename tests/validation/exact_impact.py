@@ -1,0 +1,119 @@
+"""The impact of two rough rigid bodies in rational numbers, from Newton's laws alone: no code of Carom's.
+
+Two rigid bodies touch at one point. An impulse P there changes velocities by P/m and spins by r x P / I, with r from
+the centre to the point: so the velocity of one surface past the other changes by K P, K a symmetric 2 x 2 matrix. What
+is asked of P is solved as linear equations, whatever shape K has: the normal velocity ends turned round by e; where the
+bodies hold each other the tangential one is turned round by b; and where that takes more than Coulomb's cone allows, P
+lies on the cone's edge, against the slip.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+__all__ = ["Body", "Law", "after_impact", "energy", "momentum"]
+
+Vector = tuple[Fraction, Fraction]
+Number = Fraction | int | float
+
+
+class Law(NamedTuple):
+    """Coefficients of an impact."""
+
+    e: Number
+    friction: Number
+    b: Number
+
+
+class Body(NamedTuple):
+    """A body in contact: of infinite mass or inertia it is not moved or turned; `arm` leads from its centre there."""
+
+    velocity: tuple[Number, Number]
+    spin: Number
+    mass: Number
+    inertia: Number
+    arm: tuple[Number, Number]
+
+
+def _exact(vector: tuple[Number, Number]) -> Vector:
+    return Fraction(vector[0]), Fraction(vector[1])
+
+
+def _inverse(number: Number) -> Fraction:
+    return Fraction(0) if number == math.inf else 1 / Fraction(number)
+
+
+def _surface_velocity(body: Body) -> Vector:
+    (vx, vy), (rx, ry), w = _exact(body.velocity), _exact(body.arm), Fraction(body.spin)
+    return vx - w * ry, vy + w * rx
+
+
+def _yields(body: Body, px: Fraction, py: Fraction) -> tuple[Vector, Fraction, Vector]:
+    """Return the changes of velocity, spin and surface velocity that an impulse at the point of contact gives."""
+    (rx, ry), im, ii = _exact(body.arm), _inverse(body.mass), _inverse(body.inertia)
+    spin = (rx * py - ry * px) * ii
+    return (px * im, py * im), spin, (px * im - spin * ry, py * im + spin * rx)
+
+
+def after_impact(one: Body, other: Body, normal: tuple[Number, Number], law: Law) -> tuple[Body, Body, bool]:
+    """Return both bodies after their impact, and whether they slide in it.
+
+    `normal` is a vector of any length from the first to the second.
+    """
+    nx, ny = _exact(normal)
+    axes = ((nx, ny), (-ny, nx))  # both of one length, which cancels
+    u = [a - b for a, b in zip(_surface_velocity(one), _surface_velocity(other), strict=True)]
+    approach, slip = (u[0] * x + u[1] * y for x, y in axes)
+    if approach <= 0:
+        return one, other, False
+
+    def change(p: Fraction, q: Fraction) -> tuple[Fraction, Fraction]:
+        """Return by how much an impulse, p along the normal and q across it, lowers approach and slip."""
+        px, py = p * axes[0][0] + q * axes[1][0], p * axes[0][1] + q * axes[1][1]
+        d = [a + b for a, b in zip(_yields(one, px, py)[2], _yields(other, px, py)[2], strict=True)]
+        return d[0] * axes[0][0] + d[1] * axes[0][1], d[0] * axes[1][0] + d[1] * axes[1][1]
+
+    (nn, tn), (nt, tt) = change(Fraction(1), Fraction(0)), change(Fraction(0), Fraction(1))
+    wanted = (1 + Fraction(law.e)) * approach, (1 + Fraction(law.b)) * slip
+    determinant = nn * tt - nt * tn
+    p = (wanted[0] * tt - nt * wanted[1]) / determinant
+    q = (nn * wanted[1] - tn * wanted[0]) / determinant
+    friction = Fraction(law.friction)
+    slides = abs(q) > friction * p
+    if slides:  # it slides: q = side * friction * p, and the normal velocity still ends as e asks
+        side = friction if slip > 0 else -friction
+        p = wanted[0] / (nn + side * nt)
+        q = side * p
+    px, py = p * axes[0][0] + q * axes[1][0], p * axes[0][1] + q * axes[1][1]
+    return _given(one, -px, -py), _given(other, px, py), slides
+
+
+def _given(body: Body, px: Fraction, py: Fraction) -> Body:
+    (dx, dy), dw, _ = _yields(body, px, py)
+    (vx, vy), w = body.velocity, body.spin
+    return body._replace(velocity=(Fraction(vx) + dx, Fraction(vy) + dy), spin=Fraction(w) + dw)
+
+
+def energy(*bodies: Body) -> Fraction:
+    """Return the kinetic energy of what is movable."""
+    total = Fraction(0)
+    for body in bodies:
+        if body.mass != math.inf:
+            total += Fraction(body.mass) * sum(Fraction(v) ** 2 for v in body.velocity) / 2
+        if body.inertia != math.inf:
+            total += Fraction(body.inertia) * Fraction(body.spin) ** 2 / 2
+    return total
+
+
+def momentum(*bodies: Body) -> tuple[Fraction, Fraction, Fraction]:
+    """Return the momentum of what is movable, and its angular momentum about the point of contact."""
+    px = py = turning = Fraction(0)
+    for body in bodies:
+        if body.mass != math.inf:
+            (vx, vy), (rx, ry), m = _exact(body.velocity), _exact(body.arm), Fraction(body.mass)
+            px, py, turning = px + m * vx, py + m * vy, turning + m * (-rx * vy + ry * vx)
+        if body.inertia != math.inf:
+            turning += Fraction(body.inertia) * Fraction(body.spin)
+    return px, py, turning

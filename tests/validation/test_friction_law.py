@@ -1,0 +1,260 @@
+"""Friction and spin against the law in rational numbers, written from Newton's laws and not from the code."""
+
+from __future__ import annotations
+
+import math
+import random
+from fractions import Fraction
+from itertools import product
+
+import numpy as np
+import pytest
+from tests.forms import needs_extension
+from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
+from tests.validation.rough_scenes import (
+    body_of,
+    length_of,
+    rough_scene,
+    worst_law_error,
+    worst_of_impact,
+)
+from tests.validation.small_scenes import impacts_of
+
+from carom import DiscArrays, solve_pic, solve_pic_framewise, solve_pit
+from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.run import AllPairsRun
+from carom.trace import impact_array, spin_array
+
+#: In units in the last place of the greatest speed (`worst_of_impact`): some twenty roundings of half a unit, of which
+#: the normal, as it is recorded, has four.
+ULPS = 12.0
+COEFFICIENTS = (0.0, 0.01, 0.1, 0.5, 2.0, 1e19)
+
+
+def drawn_pair(rng: random.Random) -> DiscArrays:
+    """Return two discs, and a wall at the first, in contact or overlapping as PIT finds them, that approach."""
+    while True:
+        angle, depth = rng.uniform(0, 2 * math.pi), rng.choice([1.0, 1.0, 0.9, 0.5])
+        radii = [rng.choice([0.25, 0.5, 1.0, rng.uniform(0.1, 2.0)]) for _ in range(2)]
+        masses = [rng.choice([1.0, rng.uniform(0.1, 10.0), 10 ** rng.uniform(-6, 6), math.inf]) for _ in range(2)]
+        x, y = (sum(radii) * depth * part for part in (math.cos(angle), math.sin(angle)))
+        velocity = [(rng.gauss(0, 3), rng.gauss(0, 3)) if math.isfinite(m) else (0.0, 0.0) for m in masses]
+        if (velocity[0][0] - velocity[1][0]) * x + (velocity[0][1] - velocity[1][1]) * y > 0.0:
+            break
+    inertia = [rng.choice([0.5, 0.4, 1.0, 10 ** rng.uniform(-6, 0), math.inf]) for _ in range(2)]
+    turns = [math.isfinite(m) and math.isfinite(k) for m, k in zip(masses, inertia, strict=True)]
+    distance = math.hypot(x, y)
+    return DiscArrays(
+        np.array([(0.0, 0.0), (x, y)]),
+        np.array(velocity),
+        np.array(radii),
+        np.array(masses),
+        ((x, y, -x / distance, -y / distance),),
+        rng.choice([0.0, 0.5, 0.97, 1.0]),
+        rng.choice([0.0, 0.5, 0.97, 1.0]),
+        np.array([rng.gauss(0, 5) if turn else 0.0 for turn in turns]),
+        np.array(inertia),
+        rng.choice(COEFFICIENTS),
+        rng.choice(COEFFICIENTS),
+        rng.choice([0.0, 0.0, 0.44, 1.0, -1.0, -0.3]),
+        rng.choice([0.0, 0.0, 0.44, 1.0, -1.0]),
+    )
+
+
+@pytest.mark.parametrize("count", [1_000, pytest.param(10_000, marks=pytest.mark.long)])
+def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
+    """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
+    rng = random.Random(count)
+    worst, impacts = 0.0, 0
+    while impacts < count:
+        start = drawn_pair(rng)
+        bodies = Bodies(start)
+        bodies.turns = True  # also where nothing does, as there is friction or spin in a larger scene
+        on_wall = impacts % 4 == 0 and start.movable[0] and (start.velocity_m_s[0] * start.walls[0][2:]).sum() < 0.0
+        record = bodies.collide_wall(0, 0) if on_wall else bodies.collide_pair(0, 1)
+        worst = max(worst, worst_of_impact(start, impact_array([record])[0], spin_array([record])[0]))
+        impacts += 1
+    assert worst < ULPS
+
+
+@pytest.mark.parametrize("wall", [False, True])
+def test_between_stick_and_slide_both_branches_are_exact(wall: bool) -> None:
+    """On a lattice of dyadic numbers full of ties of stick and slide the result is the exact law's, bit for bit.
+
+    Along an axis, with k = 1 and both masses 1, all sums and quotients are dyadic: 1 + 1/k is 2.
+    """
+    seen = {"stick": 0, "slide": 0, "tie": 0}
+    one, two = Body((1, 0), 0, 1, 1, (1, 0)), Body((0, 0), 0, 1, 1, (-1, 0))
+    if wall:
+        two = Body((0, 0), 0, math.inf, math.inf, (0, 0))
+    for across, spin, coefficient in product(range(-16, 17), range(-4, 5), (1, 2, 4)):
+        friction = coefficient / 4
+        bodies = Bodies(_on_axis(across / 4, spin, friction))
+        record = bodies.collide_wall(0, 0) if wall else bodies.collide_pair(0, 1)
+        # With e = 1 the impulse is 2 on a wall, 1 on a disc; it takes half the slip, or a quarter, to end it.
+        held, most = abs(across / 4 + spin) / (2 if wall else 4), friction * (2 if wall else 1)
+        seen["tie" if held == most else "stick" if held < most else "slide"] += 1
+        hitting = one._replace(velocity=(1, across / 4), spin=spin)
+        first, second, slides = after_impact(hitting, two, (1, 0), Law(1, friction, 0))
+        assert slides == (held > most)
+        assert record.velocity_first_after == first.velocity
+        assert record.velocity_second_after == second.velocity
+        assert record.spins == (spin, 0.0, first.spin, second.spin)
+    assert min(seen.values()) > 10
+
+
+def _on_axis(across: float, spin: float, friction: float) -> DiscArrays:
+    return DiscArrays(
+        np.array([(0.0, 0.0), (2.0, 0.0)]),
+        np.array([(1.0, across), (0.0, 0.0)]),
+        np.ones(2),
+        np.ones(2),
+        ((1.0, 9.0, -1.0, 0.0),),
+        spin_rad_s=np.array([float(spin), 0.0]),
+        inertia_factor=np.ones(2),
+        friction=friction,
+        wall_friction=friction,
+    )
+
+
+def test_the_exact_law_keeps_what_physics_keeps() -> None:
+    """In 2,000 exact impacts momentum and angular momentum about the contact are kept, and energy never grows.
+
+    It is lost by what `docs/spin.md` says, exactly; the limits of e, friction and b are those of smooth, rough and
+    superelastic bodies.
+    """
+    rng = random.Random(7)
+    for _ in range(2000):
+        normal = rng.choice([(3, 4), (5, -12), (1, 0), (-8, 15)])
+        length = math.isqrt(normal[0] ** 2 + normal[1] ** 2)
+        nx, ny = (Fraction(c, length) for c in normal)
+        bodies = []
+        for side in (1, -1):
+            radius, mass = Fraction(rng.randint(1, 9), 4), Fraction(rng.randint(1, 9), 3)
+            inertia = rng.choice([Fraction(1, 2), Fraction(2, 5), Fraction(1)]) * mass * radius**2
+            velocity = (Fraction(rng.randint(-9, 9), 2), Fraction(rng.randint(-9, 9), 2))
+            arm = (side * radius * nx, side * radius * ny)
+            bodies.append(Body(velocity, Fraction(rng.randint(-9, 9), 2), mass, inertia, arm))
+        friction = rng.choice([Fraction(0), Fraction(1, 10), Fraction(1), Fraction(99)])
+        law = Law(Fraction(rng.randint(0, 4), 4), friction, Fraction(rng.randint(-4, 4), 4))
+        one, two, slides = after_impact(bodies[0], bodies[1], normal, law)
+        assert momentum(one, two) == momentum(*bodies)
+        lost = energy(*bodies) - energy(one, two)
+        assert lost >= 0
+        if law.e == 1 and (law.friction == 0 or (law.b in (1, -1) and not slides)):
+            assert lost == 0
+
+
+@pytest.mark.parametrize("first", range(0, 200, 40))
+def test_whole_runs_obey_the_exact_law_impact_by_impact(first: int) -> None:
+    """Each impact of PIC is what the exact law makes of the state before it, and that is what the last impact left."""
+    for number in range(first, first + 40):
+        scene = rough_scene(number)
+        if scene.arrays.turns:
+            assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, number
+
+
+def test_falling_runs_obey_the_exact_law_impact_by_impact() -> None:
+    """So does each impact under gravity, immovable discs and oblique walls included."""
+    for number in range(60):
+        scene = rough_scene(number, gravity=True)
+        if scene.arrays.turns:
+            assert worst_law_error(solve_pic(scene, max_impacts=25)) < ULPS, number
+
+
+def test_pit_obeys_the_exact_law_with_full_arms_impact_by_impact() -> None:
+    """PIT finds its impacts late, overlapped and turned; its friction acts at full radius along the line of centres."""
+    for number in range(60):
+        scene = rough_scene(number)
+        if scene.arrays.turns:
+            trace = solve_pit(scene, frame_rate_hz=20.0)
+            if len(trace.impacts) < 500:
+                assert worst_law_error(trace) < ULPS, number
+
+
+def everything(run: EventDrivenRun | AllPairsRun) -> dict[str, object]:
+    """Return all that a run gives, in its bits."""
+    spins, now = run.log.spins(), run.spins()
+    return {
+        "impacts": run.log.array().tobytes(),
+        "spins": None if spins is None else spins.tobytes(),
+        "ambiguous": run.log.ambiguous(),
+        "positions": run.positions().tobytes(),
+        "velocities": run.velocities().tobytes(),
+        "final": None if now is None else now.tobytes(),
+    }
+
+
+@needs_extension
+def test_the_kernel_gives_the_bits_of_all_pairs_with_friction() -> None:
+    """Impacts, spins, ambiguities and the end of small rough scenes are those of the all-pairs run, bit for bit."""
+    for number in range(150):
+        scene, most = rough_scene(number), impacts_of(number)
+        one, other = EventDrivenRun(scene), AllPairsRun(scene)
+        assert one.advance_to(scene.duration_s, most) is other.advance_to(scene.duration_s, most), number
+        assert everything(one) == everything(other), number
+
+
+@needs_extension
+def test_a_gas_obeys_the_exact_law_impact_by_impact() -> None:
+    """So it is in a box of 400 discs of three sizes, with cells, epochs, and a run that is taken up again."""
+    rng = np.random.default_rng(3)
+    n, side = 400, 20
+    place = np.array([(i + 0.5, j + 0.5) for i in range(side) for j in range(side)])
+    edge = float(side)
+    start = DiscArrays(
+        place,
+        rng.normal(size=(n, 2)),
+        rng.choice([0.2, 0.3, 0.4], n),
+        rng.choice([1.0, 2.0, 5.0], n),
+        ((0.0, 0.0, 1.0, 0.0), (edge, 0.0, -1.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0, edge, 0.0, -1.0)),
+        0.95,
+        0.9,
+        rng.normal(size=n),
+        rng.choice([0.4, 0.5, 1.0], n),
+        friction=0.3,
+        wall_friction=0.2,
+        tangential_restitution=0.4,
+    )
+    run = EventDrivenRun(start)
+    run.advance_to(math.inf, 8_000)
+    again = EventDrivenRun(start, resume=run.state())
+    run.advance_to(math.inf, 16_000)
+    again.advance_to(math.inf, 16_000)
+    one, two = run.log.array(), again.log.array()
+    assert one[8_000:].tobytes() == two.tobytes()
+    spins, spins_again = run.log.spins(), again.log.spins()
+    assert spins is not None
+    assert spins_again is not None
+    assert spins[8_000:].tobytes() == spins_again.tobytes()
+    assert max(worst_of_impact(start, one[k], spins[k]) for k in range(0, 16_000, 16)) < ULPS
+
+
+def test_algorithm_2_gives_the_same_spins() -> None:
+    """Frame by frame every impact and spin is that of the event-driven run, bit for bit."""
+    scene = rough_scene(5)
+    framewise, event_driven = solve_pic_framewise(scene, frame_rate_hz=4.0), solve_pic(scene)
+    assert framewise.spins is not None
+    assert event_driven.spins is not None
+    assert framewise.impacts.tobytes() == event_driven.impacts.tobytes()
+    assert framewise.spins.tobytes() == event_driven.spins.tobytes()
+
+
+def test_the_length_of_the_checker_is_a_length() -> None:
+    """The checker's own root is that of 3, 4, 5 and of 2 to 30 digits."""
+    assert abs(length_of(Fraction(3), Fraction(4)) - 5) < Fraction(1, 10**30)
+    assert abs(length_of(Fraction(1), Fraction(1)) ** 2 - 2) < Fraction(1, 10**30)
+
+
+def test_the_checker_sees_a_wrong_spin() -> None:
+    """A spin that is off by a part in 10^12, or of the wrong sign, is seen."""
+    scene = rough_scene(5)
+    trace = solve_pic(scene, max_impacts=5)
+    assert trace.spins is not None
+    k = next(k for k in range(len(trace.spins)) if trace.spins[k]["first_after"] != 0.0)
+    for factor in (1.0 + 1e-12, -1.0):
+        wrong = trace.spins.copy()
+        wrong["first_after"][k] *= factor
+        assert worst_of_impact(scene.arrays, trace.impacts[k], wrong[k]) > 10 * ULPS
+    assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
