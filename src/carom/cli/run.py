@@ -88,6 +88,9 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
+    ] = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -126,7 +129,7 @@ def run(
             raise InputError("--resume goes on with what lies in the folder of --report: name it")
         with shared.progress_bar() as progress:
             results = execute(plan, progress=progress, command=shared.command_line())
-        shared.print_document(cross_check_document(results))
+        shared.print_document(cross_check_document(results), full=verbose)
     else:
         require_writable(report)
         path = report / "journal.jsonl"
@@ -139,7 +142,7 @@ def run(
             document = cross_check_document(results)
             page = write_report(results, report, document)
             journal.discard()  # the report holds it all
-        shared.print_document(document)
+        shared.print_document(document, full=verbose)
         shared.console().print(f"report: {page}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:

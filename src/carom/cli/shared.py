@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import io
 import shlex
 import sys
 from collections.abc import Callable, Iterator
@@ -37,6 +38,7 @@ __all__ = [
     "console",
     "guarded",
     "plain_scenes_named",
+    "plain_where_needed",
     "print_document",
     "progress_bar",
     "resumable",
@@ -126,18 +128,29 @@ def console() -> Console:
     """Return the console that results are printed on."""
     from rich.console import Console
 
-    # A pipe or a log has no width of its own; 160 columns keep a row of the widest table on one line.
-    # Names and an engine's own words may hold brackets and colons that are no markup.
-    return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
+    plain_where_needed()
+    # Names and an engine's own words may hold brackets and colons that are no markup. A pipe has no width of its own;
+    # what is asked for by COLUMNS is taken there, too.
+    return Console(highlight=False, markup=False, emoji=False)
 
 
-def print_document(document: Document) -> None:
-    """Print a document."""
+def plain_where_needed() -> None:
+    """Write ASCII in place of signs that an output's encoding does not have."""
+    from carom.report.plain import ERRORS
+
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ERRORS)
+
+
+def print_document(document: Document, *, full: bool = False) -> None:
+    """Print a document: the answer, and the evidence where it is asked for in full."""
     from carom.report.render import terminal
 
     out = console()
-    for item in terminal(document):
-        out.print(item, soft_wrap=isinstance(item, str))
+    for item in terminal(document, out.width, full=full):
+        # A sentence that another program reads stays one line.
+        out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
 
 
 def command_line() -> str:
