@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Reach
+from carom.comparator.align import Reach, by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene
@@ -218,15 +217,11 @@ def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
 
     Counted pair by pair: impacts of different pairs at nearly one instant may change places without any harm.
     """
-    numbers: list[dict[tuple[int, int, int], int]] = []
-    for trace in (reference, other):
-        seen: Counter[tuple[int, int]] = Counter()
-        index = {}
-        for k, pair in enumerate(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True)):
-            index[(*pair, seen[pair])] = k
-            seen[pair] += 1
-        numbers.append(index)
-    return np.array([numbers[1].get(key, -1) for key in numbers[0]], dtype=np.intp)
+    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), by_pair(other.impacts)
+    for pair, indices in by_pair(reference.impacts).items():
+        found = others.get(pair, [])[: len(indices)]
+        same[indices[: len(found)]] = found
+    return same
 
 
 def _nudged(scene: Scene, *, positions: bool) -> Scene:

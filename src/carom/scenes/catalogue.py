@@ -22,7 +22,7 @@ from carom.scenes import (
     two_discs,
     walled,
 )
-from carom.scenes.known_answer import CatalogueScene, Tag
+from carom.scenes.entry import CatalogueScene, Tag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping

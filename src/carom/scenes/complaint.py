@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 
-from carom.scenes.known_answer import CatalogueScene, listed
+from carom.scenes.entry import CatalogueScene, listed
 
 __all__ = ["Complaint", "Symptom", "complained"]
 

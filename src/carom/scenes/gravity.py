@@ -10,7 +10,7 @@ import math
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.

@@ -8,7 +8,7 @@ from itertools import combinations
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, Tag, listed
 
 _LINE = frozenset({Tag.IN_LINE, Tag.CHAIN})
 

@@ -7,7 +7,7 @@ import math
 from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import Staged, Tag
+from carom.scenes.entry import Staged, Tag
 
 _TAGS = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
 _OURS = "The thread gives no other sizes; the rest are ours."

@@ -6,7 +6,7 @@ import math
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of, struck_row
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag
+from carom.scenes.entry import KnownAnswer, Staged, Tag
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
 

@@ -8,7 +8,7 @@ import math
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, Tag
 from carom.scenes.walled import bounces_in_a_box, box_walls
 
 _MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"

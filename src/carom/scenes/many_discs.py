@@ -6,7 +6,7 @@ import cmath
 import math
 
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag, listed
+from carom.scenes.entry import KnownAnswer, Staged, Tag, listed
 from carom.scenes.walled import box_walls
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import partial
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, Tag, listed
 
 _FILM_HZ = 24.0
 

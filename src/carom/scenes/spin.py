@@ -189,7 +189,7 @@ def _bounce_to_roll() -> Staged:
 
 
 def _superball(states: int) -> list[tuple[float, float]]:
-    """Return (v, w) of a superball thrown at speed 1 under a table, after each of its impacts: in turn of floor and table."""
+    """Return (v, w) of a superball thrown at speed 1 under a table, after each of its impacts."""
     v, w = Fraction(1), Fraction(0)
     found = []
     for n in range(states):
@@ -257,7 +257,7 @@ def _corner() -> Staged:
     )
     convention = (
         "both walls are hit at one instant, and friction makes their order matter: the side wall first gives "
-        "(22/9, 4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; (time, first, second) puts the side wall first"
+        "(22/9, 4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; (time, first, second) puts that one first"
     )
     known = KnownAnswer(_CROSS, impacts, 2, ((22 / 9, 4 / 3),), final_spin_rad_s=(-22 / 9,), convention=convention)
     return Staged(scene, known)

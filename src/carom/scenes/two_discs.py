@@ -6,7 +6,7 @@ import cmath
 import math
 
 from carom.scenes.closed_forms import answered, disc, impact, meeting, scene_of
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, Tag, listed
 
 _PAIR = frozenset({Tag.TWO_BODIES})
 

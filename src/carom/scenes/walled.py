@@ -16,7 +16,7 @@ from carom.scenes.closed_forms import (
     unit,
     vector,
 )
-from carom.scenes.known_answer import KnownImpact, Staged, Tag, listed
+from carom.scenes.entry import KnownImpact, Staged, Tag, listed
 from carom.trace import wall_body
 
 _WALL = frozenset({Tag.WALLS})

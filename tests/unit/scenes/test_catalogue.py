@@ -8,7 +8,7 @@ import pytest
 from carom.errors import UnknownNameError
 from carom.scene import Need
 from carom.scenes import CatalogueScene, Tag, catalogue, find_scenes
-from carom.scenes.known_answer import Staged
+from carom.scenes.entry import Staged
 
 ENTRIES = list(catalogue().values())
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)

@@ -37,7 +37,7 @@ class Vector(NamedTuple):
     radius: tuple[float, float]
 
 
-class Row(NamedTuple):
+class RecordedImpact(NamedTuple):
     """One impact: its values, their radii (in the same fields), and time and what is after it as decimal numbers."""
 
     values: ImpactRecord
@@ -68,7 +68,7 @@ class Recording:
     def __init__(self, scene: Scene, digits: int) -> None:
         self.digits = digits
         self.bits = math.ceil(digits * BITS_A_DIGIT) + GUARD_BITS
-        self.rows: list[Row] = []
+        self.rows: list[RecordedImpact] = []
         speed = greatest_speed(scene)
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
         self._tolerance = arb(10) ** -digits
@@ -164,7 +164,7 @@ class Recording:
         values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value, spins)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
         told = (time, *after, *(spins_after if self._turns else ())) if self.digits > MOST_FLOAT_DIGITS else ()
-        self.rows.append(Row(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
+        self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
         return True
 
     def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
