@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.scene import Disc, Wall
 from carom.scenes.closed_forms import scene_of
-from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag, listed
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, Tag, listed
 
 if TYPE_CHECKING:
     from carom.trace import Vector
