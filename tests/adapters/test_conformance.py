@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from carom.conformance.suite import USUAL_PROFILES
 from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+from carom.runs.plan import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
 NAMES = sorted(
@@ -24,8 +24,8 @@ PROFILES = {
     "pic": ["tuned"],  # there is nothing to tune: its profiles are the same settings
     "pit": ["tuned"],
     "pymunk": ["tuned", "located"],  # none of its cases fails as shipped either (run by hand)
-    "pybullet": [*USUAL_PROFILES, "cylinder"],
-    "mujoco": [*USUAL_PROFILES, "cylinder"],
+    "pybullet": [*DEFAULT_PROFILES, "cylinder"],
+    "mujoco": [*DEFAULT_PROFILES, "cylinder"],
 }
 #: The cheapest; the others take as long again each, or twice that.
 EACH_TIME = {"pit"}

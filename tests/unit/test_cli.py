@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 import carom
 from carom.cli import app
-from carom.cli.common import resumable
+from carom.cli.shared import resumable
 
 SCENE = """
 name = "mine"

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["CONFIDENCE", "Convergence", "ConvergenceOrder", "fit_order", "fit_power", "student_quantile"]
+__all__ = ["Convergence", "ConvergenceOrder", "fit_order", "fit_power", "student_quantile"]
 
 CONFIDENCE = 0.95
 
@@ -107,16 +107,10 @@ def _student_cdf(t: float, freedom: int) -> float:
     """Return the distribution function by its finite series (Abramowitz and Stegun, 26.7.3 and 26.7.4)."""
     angle = math.atan2(t, math.sqrt(freedom))
     sine, cosine = math.sin(angle), math.cos(angle)
-    if freedom % 2:
-        term, total = cosine, 0.0
-        for k in range(1, freedom - 1, 2):
-            total += term
-            term *= cosine * cosine * (k + 1) / (k + 2)
-        both = (angle + sine * total) * 2.0 / math.pi
-    else:
-        term, total = 1.0, 0.0
-        for k in range(0, freedom - 1, 2):
-            total += term
-            term *= cosine * cosine * (k + 1) / (k + 2)
-        both = sine * total
+    odd = freedom % 2
+    term, total = cosine if odd else 1.0, 0.0
+    for k in range(odd, freedom - 1, 2):
+        total += term
+        term *= cosine * cosine * (k + 1) / (k + 2)
+    both = (angle + sine * total) * 2.0 / math.pi if odd else sine * total
     return 0.5 + 0.5 * both

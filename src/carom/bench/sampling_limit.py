@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["PairLimit", "Window", "direction_limit", "largest_step", "miss_share", "pair_limit"]
+__all__ = ["PairLimit", "Window", "direction_limit", "largest_step", "pair_limit"]
 
 Vector = tuple[float, float]
 
@@ -54,11 +54,6 @@ class Window:
         (nx, ny), (ux, uy) = normal, relative_m_s
         speed = math.hypot(ux, uy)
         return cls(reach_m, speed, reach_m * (nx * uy - ny * ux) / speed, normal, relative_m_s)
-
-
-def miss_share(window_s: float, dt_s: float) -> float:
-    """Return the probability that no look falls into a window, the phase being anything between 0 and a step."""
-    return max(0.0, 1.0 - window_s / dt_s)
 
 
 def largest_step(window_s: float, miss_probability: float) -> float:

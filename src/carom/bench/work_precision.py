@@ -8,10 +8,10 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from carom.bench.axes import ErrorKind, error_of
+from carom.bench.bench_plan import BenchPlan, jobs_of
 from carom.bench.convergence import fit_order
-from carom.bench.error_kind import ErrorKind, error_of
-from carom.bench.plan import BenchPlan, jobs_of
-from carom.bench.results import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import At, SceneTiming, time_scene, timing_key
 from carom.registry import chosen_engines
 from carom.runs.environment import environment

@@ -7,15 +7,13 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded, plain_scenes_named, print_document
-from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
-from carom.cli.progress import progress_bar
+from carom.cli import shared
 from carom.errors import InputError
 
 __all__ = ["advise"]
 
 
-@guarded
+@shared.guarded
 def advise(
     scene: Annotated[str, typer.Argument(help="A scene file (.toml, .json), or one scene of the catalogue by name.")],
     direction_error: Annotated[
@@ -26,13 +24,13 @@ def advise(
         float,
         typer.Option("--miss-probability", help="Share of starts at which an impact may be missed, 0 to below 1."),
     ] = 0.0,
-    engine: EngineNames = None,
-    profile: ProfileNames = None,
+    engine: shared.EngineNames = None,
+    profile: shared.ProfileNames = None,
     phases: Annotated[
         int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each step is tried at.")
     ] = 8,
-    jobs: Jobs = None,
-    time_limit: TimeLimit = 60.0,
+    jobs: shared.Jobs = None,
+    time_limit: shared.TimeLimit = 60.0,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
@@ -42,18 +40,18 @@ def advise(
 
     Examples: `carom advise my-scene.toml`, `carom advise paper/missed --direction-error 5deg --miss-probability 0.1`.
     """
-    from carom.bench.advise import Demand
-    from carom.bench.advise import advise as find
-    from carom.report.advice import advice_document
+    from carom.bench.adviser import Demand
+    from carom.bench.adviser import advise as find
+    from carom.report.small import advice_document
     from carom.runs.pool import LocalPool
 
-    found = plain_scenes_named([scene])
+    found = shared.plain_scenes_named([scene])
     if len(found) != 1:
         raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
     for name, value in (("--budget", budget), ("--time-limit", time_limit)):
         if not value > 0:
             raise InputError(f"{name} must be a positive number of seconds, got {value}")
-    with LocalPool(jobs, time_limit) as pool, progress_bar() as progress:
+    with LocalPool(jobs, time_limit) as pool, shared.progress_bar() as progress:
         advice = find(
             found[0],
             Demand(angle(direction_error), miss_probability),
@@ -64,7 +62,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    print_document(advice_document(advice))
+    shared.print_document(advice_document(advice))
 
 
 def angle(text: str) -> float:

@@ -7,36 +7,21 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.bench.error_kind import ErrorKind
-from carom.cli.common import (
-    command_line,
-    console,
-    guarded,
-    plain_scenes_named,
-    print_document,
-    resumable,
-    seconds,
-)
-from carom.cli.options import EngineNames, Jobs, ProfileNames, TimeLimit
-from carom.cli.progress import progress_bar
+from carom.bench.axes import Diagram, ErrorKind
+from carom.cli import shared
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.bench.plan import BenchPlan
-    from carom.report.bench_figure import Diagram
+    from carom.bench.bench_plan import BenchPlan
     from carom.runs.pool import Pool
-    from carom.scene import Scene
 
 __all__ = ["bench"]
 
 
-@guarded
+@shared.guarded
 def bench(
-    scenes: Annotated[
-        list[str] | None,
-        typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern."),
-    ] = None,
-    engine: EngineNames = None,
+    scenes: Annotated[list[str] | None, shared.SCENE_NAMES] = None,
+    engine: shared.EngineNames = None,
     dt: Annotated[
         list[str] | None,
         typer.Option(
@@ -45,7 +30,7 @@ def bench(
             "By default six steps from each scene's own frame to one 167 times finer.",
         ),
     ] = None,
-    profile: ProfileNames = None,
+    profile: shared.ProfileNames = None,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
     ] = Path("carom-bench"),
@@ -56,10 +41,7 @@ def bench(
     target: Annotated[
         float, typer.Option("--target", help="The error to which the cheapest way is looked for.")
     ] = 1e-3,
-    axes: Annotated[
-        list[str] | None,
-        typer.Option("--axes", help="Diagrams: error-time, error-dt, time-dt; repeatable. All by default."),
-    ] = None,
+    axes: Annotated[list[Diagram] | None, typer.Option("--axes", help="Diagrams, repeatable. All by default.")] = None,
     phases: Annotated[
         int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each run is scored at.")
     ] = 4,
@@ -68,8 +50,8 @@ def bench(
     budget: Annotated[
         float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
     ] = 80.0,
-    time_limit: TimeLimit = 60.0,
-    jobs: Jobs = None,
+    time_limit: shared.TimeLimit = 60.0,
+    jobs: shared.Jobs = None,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
@@ -94,15 +76,16 @@ def bench(
     if grow:
         _grow(scenes or [], engine, profile, discs, out, budget, time_limit, resume=resume)
         return
-    from carom.bench.plan import BenchPlan
+    from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
     from carom.report import require_writable
     from carom.report.bench import bench_document, write_bench
-    from carom.report.bench_figure import Diagram
     from carom.runs.scoring import score_journal
 
-    found = _scenes(scenes or [])
+    if not scenes:
+        raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
+    found = shared.plain_scenes_named(scenes)
     plan = BenchPlan(
         engines=tuple(engine) if engine else None,
         dts=tuple(step for text in dt for step in step_series(text)) if dt else None,
@@ -116,35 +99,34 @@ def bench(
         time_limit_s=time_limit,
         timing=timing,
     )
-    shown = _axes(axes, tuple(Diagram))
     require_writable(out)
     pool = _pool(plan, scheduler, jobs)
     scored = out / "journal.jsonl"
     with (
-        resumable(scored),
+        shared.resumable(scored),
         score_journal(scored, resume=resume) as journal,
         timing_journal(out / "timings.jsonl", resume=resume) as timings,
-        progress_bar() as progress,
+        shared.progress_bar() as progress,
     ):
         result = work_precision(
-            found, plan, pool, journal=journal, timings=timings, progress=progress, command=command_line()
+            found, plan, pool, journal=journal, timings=timings, progress=progress, command=shared.command_line()
         )
-    page = write_bench(result, out, shown)
-    print_document(bench_document(result))
-    console().print(f"page: {page}", soft_wrap=True)
+    page = write_bench(result, out, tuple(axes or Diagram))
+    shared.print_document(bench_document(result))
+    shared.console().print(f"page: {page}", soft_wrap=True)
 
 
 def step_series(text: str) -> tuple[float, ...]:
     """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``."""
-    from carom.bench.plan import STEPS, geometric_steps
+    from carom.bench.bench_plan import STEPS, geometric_steps
 
     if ".." not in text:
-        return (seconds(text),)
+        return (shared.seconds(text),)
     ends, _, count = text.partition(":")
     coarsest, _, finest = ends.partition("..")
     if count and not (count.isascii() and count.isdigit()):
         raise InputError(f"--dt must be a series such as 1/60..1/10000:6, got {text!r}")
-    return geometric_steps(seconds(coarsest), seconds(finest), int(count) if count else STEPS)
+    return geometric_steps(shared.seconds(coarsest), shared.seconds(finest), int(count) if count else STEPS)
 
 
 def _grow(
@@ -168,7 +150,7 @@ def _grow(
         raise InputError(f"--grow runs one profile, got {len(profile)}")
     require_writable(out)
     path = out / "growth.jsonl"
-    with resumable(path), growth_journal(path, resume=resume) as journal, progress_bar() as progress:
+    with shared.resumable(path), growth_journal(path, resume=resume) as journal, shared.progress_bar() as progress:
         found = growth(
             engine,
             profile=profile[0] if profile else "tuned",
@@ -177,27 +159,11 @@ def _grow(
             time_limit_s=time_limit_s,
             journal=journal,
             progress=progress,
-            command=command_line(),
+            command=shared.command_line(),
         )
     page = write_growth(found, out)
-    print_document(growth_document(found))
-    console().print(f"page: {page}", soft_wrap=True)
-
-
-def _scenes(names: list[str]) -> list[Scene]:
-    if not names:
-        raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
-    return plain_scenes_named(names)
-
-
-def _axes(asked: list[str] | None, there_are: tuple[Diagram, ...]) -> tuple[Diagram, ...]:
-    if not asked:
-        return there_are
-    by_name = {str(kind): kind for kind in there_are}
-    for name in asked:
-        if name not in by_name:
-            raise InputError(f"--axes must be one of {', '.join(by_name)}, got {name!r}")
-    return tuple(by_name[name] for name in dict.fromkeys(asked))
+    shared.print_document(growth_document(found))
+    shared.console().print(f"page: {page}", soft_wrap=True)
 
 
 def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import json
-import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import EXIT_INTERRUPTED, EXIT_VIOLATION, guarded, plain_scenes_named, print_document
+from carom.cli import shared
 
 if TYPE_CHECKING:
+    from carom.runs.job import Progress
     from carom.scene import Scene
-    from carom.solvers.certified import CertifiedTrace
 
 __all__ = ["certify"]
 
 
-@guarded
+@shared.guarded
 def certify(
-    scenes: Annotated[
-        list[str],
-        typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern."),
-    ],
+    scenes: Annotated[list[str], shared.SCENE_NAMES],
     digits: Annotated[int, typer.Option("--digits", "-d", min=1, help="Decimal digits to prove.")] = 15,
     max_impacts: Annotated[
         int | None, typer.Option("--max-impacts", "-n", min=0, help="Stop after so many impacts.")
@@ -48,13 +45,22 @@ def certify(
     """
     from carom.report.small import certified_document
     from carom.solvers.certified import Ending, enclosures
+    from carom.solvers.certified import certify as certified
 
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     worst = 0
     documents = []
-    for scene in plain_scenes_named(scenes):
-        found = _certify(scene, digits, max_impacts, time_budget, max_precision)
+    for scene in shared.plain_scenes_named(scenes):
+        with shared.progress_bar() as show_progress:
+            found = certified(
+                scene,
+                digits=digits,
+                max_impacts=max_impacts,
+                time_budget_s=time_budget,
+                max_precision_bits=max_precision,
+                progress=partial(_progress, show_progress, scene, max_impacts),
+            )
         if as_json or out is not None:
             document = enclosures(found)
             documents.append(document)
@@ -62,39 +68,18 @@ def certify(
                 path = out / f"{scene.name.replace('/', '-')}.json"
                 path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
         if not as_json:
-            print_document(certified_document(found, show))
+            shared.print_document(certified_document(found, show))
         if found.ending is Ending.INTERRUPTED:
-            worst = EXIT_INTERRUPTED
+            worst = shared.EXIT_INTERRUPTED
             break
         if found.ending not in (Ending.COMPLETED, Ending.MAX_IMPACTS):
-            worst = EXIT_VIOLATION
+            worst = shared.EXIT_VIOLATION
     if as_json:
         typer.echo(json.dumps(documents if len(documents) > 1 else documents[0], indent=1))
     if worst:
         raise typer.Exit(worst)
 
 
-def _certify(
-    scene: Scene, digits: int, max_impacts: int | None, time_budget: float | None, max_precision: int
-) -> CertifiedTrace:
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    from carom.solvers.certified import certify
-
-    columns = (BarColumn(), TimeElapsedColumn(), TextColumn("{task.description}"))
-    with Progress(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
-        task = bar.add_task(scene.name, total=scene.duration_s if max_impacts is None else max_impacts)
-
-        def progress(impacts: int, time_s: float, bits: int) -> None:
-            done = time_s if max_impacts is None else impacts
-            bar.update(task, completed=done, description=f"{impacts} impacts to {time_s:.4g} s with {bits} bits")
-
-        return certify(
-            scene,
-            digits=digits,
-            max_impacts=max_impacts,
-            time_budget_s=time_budget,
-            max_precision_bits=max_precision,
-            progress=progress,
-        )
+def _progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
+    done, total = (round(100 * time_s / scene.duration_s), 100) if most is None else (impacts, most)
+    show(done, total, f"{impacts} impacts to {time_s:.4g} s with {bits} bits")

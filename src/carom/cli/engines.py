@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.cli.common import guarded, print_document
+from carom.cli.shared import guarded, print_document
 
 __all__ = ["engines"]
 

@@ -8,20 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.common import (
-    EXIT_CRASHED,
-    EXIT_UNAVAILABLE,
-    EXIT_VIOLATION,
-    command_line,
-    console,
-    guarded,
-    print_document,
-    resumable,
-    scenes_named,
-    seconds,
-)
-from carom.cli.options import EngineNames, Jobs, TimeLimit
-from carom.cli.progress import progress_bar
+from carom.cli import shared
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,7 +27,7 @@ class FailOn(StrEnum):
     NEVER = "never"
 
 
-@guarded
+@shared.guarded
 def run(
     scenes: Annotated[
         list[str] | None,
@@ -49,7 +36,7 @@ def run(
             "All of the catalogue by default."
         ),
     ] = None,
-    engine: EngineNames = None,
+    engine: shared.EngineNames = None,
     dt: Annotated[
         list[str] | None,
         typer.Option(
@@ -76,8 +63,8 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a run into the folder of --report that was ended.")
     ] = False,
-    jobs: Jobs = None,
-    time_limit: TimeLimit = 60.0,
+    jobs: shared.Jobs = None,
+    time_limit: shared.TimeLimit = 60.0,
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
@@ -101,6 +88,9 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
+    ] = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -119,7 +109,7 @@ def run(
 
     options = Options(
         engines=engine or None,
-        dts=[seconds(text) for text in dt] if dt else None,
+        dts=[shared.seconds(text) for text in dt] if dt else None,
         profiles=profile or None,
         phases=phases,
         certified=certify,
@@ -129,7 +119,7 @@ def run(
         jobs=jobs,
         time_limit_s=time_limit,
     )
-    plan = plan_of(scenes_named(scenes or []), options)
+    plan = plan_of(shared.scenes_named(scenes or []), options)
     if explain:
         for line in explained(plan):
             typer.echo(line)
@@ -137,23 +127,23 @@ def run(
     if report is None:
         if resume:
             raise InputError("--resume goes on with what lies in the folder of --report: name it")
-        with progress_bar() as progress:
-            results = execute(plan, progress=progress, command=command_line())
-        print_document(cross_check_document(results))
+        with shared.progress_bar() as progress:
+            results = execute(plan, progress=progress, command=shared.command_line())
+        shared.print_document(cross_check_document(results), full=verbose)
     else:
         require_writable(report)
         path = report / "journal.jsonl"
         with (
-            resumable(path),
+            shared.resumable(path),
             observed_journal(path, options, resume=resume) as journal,
-            progress_bar() as progress,
+            shared.progress_bar() as progress,
         ):
-            results = execute(plan, journal=journal, progress=progress, command=command_line())
+            results = execute(plan, journal=journal, progress=progress, command=shared.command_line())
             document = cross_check_document(results)
             page = write_report(results, report, document)
             journal.discard()  # the report holds it all
-        print_document(document)
-        console().print(f"report: {page}", soft_wrap=True)
+        shared.print_document(document, full=verbose)
+        shared.console().print(f"report: {page}", soft_wrap=True)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
         raise typer.Exit(code)
@@ -166,11 +156,11 @@ def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
 
     broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
     if any(row.status in broken for row in results.rows):
-        return EXIT_CRASHED
+        return shared.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
-        return EXIT_UNAVAILABLE
+        return shared.EXIT_UNAVAILABLE
     if all(row.score is None for row in results.rows):  # what was not run does not conform
-        return EXIT_UNAVAILABLE
+        return shared.EXIT_UNAVAILABLE
     if fail_on is not FailOn.NEVER and any(violates(row, Grade[fail_on.name]) for row in results.rows):
-        return EXIT_VIOLATION
+        return shared.EXIT_VIOLATION
     return 0

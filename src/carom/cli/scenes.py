@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import guarded, print_document
+from carom.cli.shared import guarded, print_document
 
 __all__ = ["scenes"]
 

@@ -7,14 +7,12 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.common import EXIT_UNAVAILABLE, command_line, console, guarded, print_document, resumable
-from carom.cli.options import EngineNames, Jobs, ProfileNames
-from carom.cli.progress import progress_bar
+from carom.cli import shared
 
 __all__ = ["stress"]
 
 
-@guarded
+@shared.guarded
 def stress(
     attacks: Annotated[
         list[str] | None,
@@ -23,8 +21,8 @@ def stress(
             "All by default; --list shows them."
         ),
     ] = None,
-    engine: EngineNames = None,
-    profile: ProfileNames = None,
+    engine: shared.EngineNames = None,
+    profile: shared.ProfileNames = None,
     quick: Annotated[
         bool, typer.Option("--quick", help="The quick form: under a minute, with fewer rungs and nearer ends.")
     ] = False,
@@ -39,7 +37,7 @@ def stress(
             "number.",
         ),
     ] = Path("stress"),
-    jobs: Jobs = None,
+    jobs: shared.Jobs = None,
     time_limit: Annotated[
         float | None,
         typer.Option("--time-limit", help="Seconds after which an engine that gives no answer has given way."),
@@ -64,21 +62,21 @@ def stress(
     from carom.report.stress import stress_document, write_stress
 
     require_writable(out)
-    with resumable(out / campaign.JOURNAL), progress_bar() as progress:
+    with shared.resumable(out / campaign.JOURNAL), shared.progress_bar() as progress:
         results = campaign.stress(
             attacks or [],
             engine,
             out=out,
             resume=resume,
             progress=progress,
-            command=command_line(),
+            command=shared.command_line(),
             profiles=tuple(profile or ("default", "tuned")),
             quick=quick,
             jobs=jobs,
             time_limit_s=time_limit,
         )
     page = write_stress(results, out)
-    print_document(stress_document(results))
-    console().print(f"report: {page}", soft_wrap=True)
+    shared.print_document(stress_document(results))
+    shared.console().print(f"report: {page}", soft_wrap=True)
     if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
-        raise typer.Exit(EXIT_UNAVAILABLE)
+        raise typer.Exit(shared.EXIT_UNAVAILABLE)

@@ -19,7 +19,7 @@ from carom.runs.environment import resident_bytes
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Cut", "Leftover", "Make", "Raised", "Watch", "Watched"]
+__all__ = ["Leftover", "Make", "Raised", "Watch", "Watched"]
 
 #: Pools that an engine fills once are full after so many worlds.
 WARM_UP_WORLDS = 10
@@ -139,10 +139,15 @@ class Watch(_Probe):
     Attributes:
         steps: How many steps.
         looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+        cut_s: Length to which each step is cut, seconds, as for a profile that is located; None for whole steps.
+        disturbed: Whether before each step that is cut one of three times the length is tried and taken back, and after
+            each the world is asked what touches.
     """
 
     steps: int
     looks: int = 1
+    cut_s: float | None = None
+    disturbed: bool = False
 
     @_or_raised
     def carry_out(self) -> Watched | Raised:
@@ -151,8 +156,11 @@ class Watch(_Probe):
             given = [_observe(world)]
             copies = [_copy(given[0])]
             for _ in range(self.steps if self.looks else 1):
-                with _calling("advance"):
-                    world.advance(1 if self.looks else self.steps)
+                if self.cut_s is None:
+                    with _calling("advance"):
+                        world.advance(1 if self.looks else self.steps)
+                else:
+                    self._cut(world, self.cut_s)
                 given.append(_observe(world))
                 copies.append(_copy(given[-1]))
                 for _ in range(self.looks - 1):
@@ -167,44 +175,21 @@ class Watch(_Probe):
         )
         return Watched(settings, tuple(copies), next(changed, None))
 
-
-@dataclass(frozen=True)
-class Cut(_Probe):
-    """Run a scene to its end in steps each of which is cut, as for a profile that is located, and hand over each state.
-
-    Attributes:
-        dt_s: Length of each step, seconds.
-        steps: How many.
-        disturbed: Whether before each step one of three times the length is tried and taken back, and after each the
-            world is asked what touches.
-    """
-
-    dt_s: float
-    steps: int
-    disturbed: bool
-
-    @_or_raised
-    def carry_out(self) -> Watched | Raised:
-        """Return what was seen."""
-        with self._world() as world:
-            with _calling("prepare"):
-                if not isinstance(world, CuttableWorld):
-                    raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
-            given = [_observe(world)]
-            for _ in range(self.steps):
-                with _calling("cut"):
-                    if self.disturbed:
-                        state = world.save()
-                        world.cut(3 * self.dt_s)
-                        world.advance(1)
-                        world.touching()
-                        world.restore(state)
-                    world.cut(self.dt_s)
-                    world.advance(1)
-                    if self.disturbed:
-                        world.touching()
-                given.append(_copy(_observe(world)))
-        return Watched({}, tuple(given), None)
+    def _cut(self, world: World, length_s: float) -> None:
+        with _calling("prepare"):
+            if not isinstance(world, CuttableWorld):
+                raise AdapterError(f"{type(world).__name__} lacks one of cut, touching, save and restore")
+        with _calling("cut"):
+            if self.disturbed:
+                state = world.save()
+                world.cut(3 * length_s)
+                world.advance(1)
+                world.touching()
+                world.restore(state)
+            world.cut(length_s)
+            world.advance(1)
+            if self.disturbed:
+                world.touching()
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import TypeVar
 
 import numpy as np
 
 from carom.adapter import Adapter, Capabilities, Observation, unsupported_reason
+from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator import Score, compare
-from carom.conformance.known_answer import trace_of
-from carom.conformance.probe import Cut, Make, Raised, Watch, Watched
+from carom.conformance.probe import Make, Raised, Watch, Watched
+from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.registry import load_adapter
 from carom.runs.job import Job, Method, Status, Task
@@ -62,8 +64,7 @@ class Subject(Closing):
     @property
     def rounding(self) -> float:
         """Relative rounding that a run may add up at the declared width of numbers."""
-        wide, narrow = np.finfo(np.float64).eps, np.finfo(np.float32).eps
-        return ROUNDING_64 * (float(narrow / wide) if self.adapter.capabilities.float_bits < 64 else 1.0)
+        return ROUNDING_64 * 2.0 ** (MANTISSA_BITS[64] - MANTISSA_BITS[self.adapter.capabilities.float_bits])
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
         """Return what is declared for a profile: its own word, or else the adapter's."""
@@ -77,9 +78,9 @@ class Subject(Closing):
         """Return the settings of a profile."""
         return profile_settings(self.adapter, profile, dt_s)
 
-    def watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched:
+    def watch(self, setup: Setup, *, looks: int = 1) -> Watched:
         """Run a scene and return every observation."""
-        answer = self.try_to_watch(setup, looks=looks, **changes)
+        answer = self.try_to_watch(setup, looks=looks)
         if isinstance(answer, Raised):
             raise Violation(
                 f"{answer.where}() raises an error on a scene that the adapter declares to support",
@@ -96,17 +97,28 @@ class Subject(Closing):
             self._seen[key] = self.watch(setup)
         return self._seen[key]
 
-    def try_to_watch(self, setup: Setup, *, looks: int = 1, **changes: Setting) -> Watched | Raised:
-        """Run a scene and return every observation, or the error that the adapter raised."""
-        settings = {**self.settings(setup.profile, setup.dt_s), **changes}
-        steps = setup.scene.step_count(setup.dt_s)
-        return self._ask(Watch(self.name, setup.scene, settings, steps, looks), setup)
+    def try_to_watch(
+        self,
+        setup: Setup,
+        more: Mapping[str, Setting] = MappingProxyType({}),
+        *,
+        looks: int = 1,
+        cut: bool = False,
+        disturbed: bool = False,
+    ) -> Watched | Raised:
+        """Run a scene and return every observation, or the error that the adapter raised.
 
-    def try_to_cut(self, setup: Setup, *, disturbed: bool) -> Watched | Raised:
-        """Run a scene in cut steps, `disturbed` by others that are taken back, or the error that the adapter raised."""
-        settings = self.settings(setup.profile, setup.dt_s)
+        Args:
+            setup: The run.
+            more: Settings beside those of the profile.
+            looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+            cut: Whether to cut the steps, and, `disturbed`, to take others back.
+            disturbed: See `cut`.
+        """
+        settings = {**self.settings(setup.profile, setup.dt_s), **more}
         steps = setup.scene.step_count(setup.dt_s)
-        return self._ask(Cut(self.name, setup.scene, settings, setup.dt_s, steps, disturbed), setup)
+        cut_s = setup.dt_s if cut else None
+        return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
 
     def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
         """Make worlds one after another and return by how much the process has grown; None where nobody tells."""
@@ -153,7 +165,7 @@ STEPS_A_FRAME = 4
 def _sampling(name: str) -> tuple[Trace, Trace, Score]:
     """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
     setup = catalogue_setup(name, "tuned")
-    reference = trace_of(setup.scene, catalogue()[name].known)
+    reference = known_trace(setup.scene, catalogue()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 

@@ -14,13 +14,11 @@ from carom.conformance.known_failures import FILE_NAME, check_names, load_known_
 from carom.conformance.subject import Subject
 from carom.errors import InputError, UnknownNameError
 from carom.registry import ENTRY_POINT_GROUP, EngineInfo, engines
+from carom.runs.plan import DEFAULT_PROFILES
 
-__all__ = ["USUAL_PROFILES", "EnginePlan", "Suite", "make_suite", "selected_engines"]
+__all__ = ["EnginePlan", "Suite", "make_suite", "selected_engines"]
 
 ALL = "all"
-
-#: The profiles that mean the same for every engine, and are held to the suite unless others are asked for.
-USUAL_PROFILES = ("default", "tuned", "located")
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ def make_suite(
 
     Args:
         wanted: What ``--carom-engine`` was given.
-        profiles: What ``--carom-profile`` was given: names, or ``all``; `USUAL_PROFILES` for nothing.
+        profiles: What ``--carom-profile`` was given: names, or ``all``; `carom.runs.plan.DEFAULT_PROFILES` for nothing.
         known_file: The file of known failures; None for the first in `folders` that is there.
         folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
             happens to be the name of a folder, which pytest then takes for its root.
@@ -140,4 +138,4 @@ def _normal(name: str) -> str:
 
 
 def _is_run(profile: str, wanted: Sequence[str]) -> bool:
-    return ALL in wanted or profile in (wanted or USUAL_PROFILES)
+    return ALL in wanted or profile in (wanted or DEFAULT_PROFILES)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.bench.axes import Diagram
 from carom.bench.noise import Spread
-from carom.bench.results import Curve, Point, SceneBench
+from carom.bench.points import Curve, Point, SceneBench
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
@@ -21,25 +21,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["Diagram", "diagram_png", "diagram_svg", "is_floor"]
+__all__ = ["diagram_png", "diagram_svg", "is_floor"]
 
 _WIDTH_IN, _HEIGHT_IN = 7.6, 4.9
 #: An error at rounding is drawn at the foot of the diagram, half a decade below the least of the others.
 _FOOT = 10.0**0.5
-
-
-class Diagram(StrEnum):
-    """What stands on the axes; the value is the name on the command line."""
-
-    ERROR_TIME = "error-time"
-    ERROR_DT = "error-dt"
-    TIME_DT = "time-dt"
-
-    @property
-    def heading(self) -> str:
-        """The diagram's heading."""
-        what = "Run time" if self is Diagram.TIME_DT else "Error"
-        return f"{what} against {'run time' if self is Diagram.ERROR_TIME else 'the step'}"
 
 
 def is_floor(curve: Curve) -> bool:
@@ -78,16 +64,7 @@ def _figure(bench: SceneBench, kind: Diagram, error_label: str, whole: bool, foo
 
 @dataclass(frozen=True)
 class _Drawing:
-    """A diagram while it is drawn.
-
-    Attributes:
-        axes: Where.
-        bench: Of what.
-        kind: What stands on the axes.
-        whole: Whether the preparation is in the run times.
-        floor: Where errors at rounding are drawn.
-        largest: The largest error, and a twentieth at least.
-    """
+    """A diagram while it is drawn: with preparation or not, errors at rounding at the floor, and up to the largest."""
 
     axes: Axes
     bench: SceneBench

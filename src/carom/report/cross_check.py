@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 
 from carom.comparator.thresholds import THRESHOLDS
@@ -12,8 +11,9 @@ from carom.report.document import Document
 from carom.report.files import write_files
 from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
+from carom.report.overview import overview
 from carom.report.picture import pictures
-from carom.report.price import EnginePrice, price_section, prices
+from carom.report.price import price_section, prices
 from carom.report.records import junit, records
 from carom.report.render import html, markdown
 from carom.report.trend import trend_sections
@@ -22,9 +22,6 @@ from carom.runs.results import Results
 
 __all__ = ["cross_check_document", "write_report"]
 
-#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
-MOSTLY = 0.5
-
 
 def cross_check_document(results: Results) -> Document:
     """Return the report of a cross-check."""
@@ -32,8 +29,9 @@ def cross_check_document(results: Results) -> Document:
     found = prices(grid)
     return Document(
         "Carom cross-check",
-        tuple(filter(None, (_reference(results), _counts(grid), _agreement(found)))),
+        (_reference(results), _counts(grid)),
         (
+            *overview(results, grid, found),
             *tables.grid_sections(results, grid),
             price_section(found),
             tables.reference_section(results),
@@ -105,23 +103,6 @@ def _counts(grid: Grid) -> str:
     if not ran:
         sentence = f"No {what} at {grid.step_phrase} could be scored."
     return f"{sentence} Not scored: {'; '.join(others)}." if others else sentence
-
-
-def _agreement(found: Sequence[EnginePrice]) -> str:
-    """Say which engines are PIT."""
-    close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
-    if not close:
-        return ""
-    shares = [
-        f"of {entry.column.name} in {len(entry.equal)} of {wording.count(len(entry.scores), 'scene')}"
-        for entry in close
-    ]
-    largest = wording.number(max(entry.beside_pit for entry in close))
-    does = "it does" if len(close) == 1 else "they do"
-    return (
-        f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "
-        f"to rounding (largest difference {largest})."
-    )
 
 
 def _python_call(results: Results, grid: Grid) -> str:

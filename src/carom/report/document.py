@@ -12,6 +12,8 @@ from enum import Enum
 from typing import Any
 
 __all__ = [
+    "DETAIL",
+    "IN_FULL",
     "ON_PAPER",
     "PAGE",
     "TERMINAL",
@@ -30,6 +32,7 @@ __all__ = [
     "Pairs",
     "Replays",
     "Section",
+    "Share",
     "Table",
     "Text",
 ]
@@ -41,14 +44,28 @@ class Medium(Enum):
     PAGE = "HTML"
     MARKDOWN = "Markdown"
     TERMINAL = "terminal"
+    DETAIL = "terminal, in full"
 
 
 Media = frozenset[Medium]
 EVERYWHERE: Media = frozenset(Medium)
 PAGE: Media = frozenset({Medium.PAGE})
 TERMINAL: Media = frozenset({Medium.TERMINAL})
+DETAIL: Media = frozenset({Medium.DETAIL})
 #: What is written into files, and what there is no room for on a terminal.
 ON_PAPER: Media = frozenset({Medium.PAGE, Medium.MARKDOWN})
+#: The evidence: everywhere but where the answer alone is shown.
+IN_FULL: Media = ON_PAPER | DETAIL
+
+
+@dataclass(frozen=True)
+class Share:
+    """A part of a bar: its class on a page, its size, and the sign and style that a terminal draws it with."""
+
+    css: str
+    size: int
+    symbol: str
+    style: str = ""
 
 
 @dataclass(frozen=True)
@@ -64,7 +81,7 @@ class Cell:
         symbol: A sign before the text, so that colour is never the only one.
         style: Its colours on a terminal.
         link: Where the text leads on a page; empty for nowhere.
-        shares: Parts of a bar below the text, as class and size.
+        shares: Parts of a bar below the text; a terminal shows it in place of the text.
         part: Length of a meter below the text, in parts of the longest; None for no meter.
     """
 
@@ -76,7 +93,7 @@ class Cell:
     symbol: str = ""
     style: str = ""
     link: str = ""
-    shares: tuple[tuple[str, int], ...] = ()
+    shares: tuple[Share, ...] = ()
     part: float | None = None
 
     @property
@@ -227,9 +244,9 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """What a page's script plays: the name of each scene, with its runs as packed by `carom.report.replay`."""
+    """What a page's script plays, packed when a page needs it: the name of each scene, with its runs."""
 
-    items: tuple[tuple[str, str], ...]
+    pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
 
 

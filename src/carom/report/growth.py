@@ -51,7 +51,6 @@ def growth_document(growth: Growth) -> Document:
 
 
 def _tables(growth: Growth) -> tuple[Table, ...]:
-    """Return run time, memory and exponents."""
     sizes = sorted({point.discs for curve in growth.curves for point in curve.points})
 
     def at_each(say: Callable[[GrowthPoint], float]) -> tuple[Column, ...]:

@@ -8,11 +8,24 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from carom.comparator import Score
+from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import ON_PAPER, TERMINAL, Cell, Column, Section, Table, Text
+from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column, Section, Table, Text
 from carom.report.grid import Grid, GridColumn
+from carom.report.svg import MUTED, SURFACE, drawing, finish, line_style, new_figure, render
 
-__all__ = ["EnginePrice", "price_section", "prices"]
+__all__ = ["PRICE_CAPTION", "EnginePrice", "price_chart", "price_section", "prices"]
+
+#: Of the chart, of a line in it, and of the room for names and for what stands below.
+_WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 9.0, 0.24, 1.3, 0.5
+
+#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
+MOSTLY = 0.5
+
+PRICE_CAPTION = (
+    "A ring: the largest velocity error against PIC. A disc: what of it sampling does not explain. Medians over "
+    "scenes; the line between them is the price of sampling."
+)
 
 PRICE_NOTE = (
     "A method that looks once a step is late by up to a step whatever else it does. What it pays is its largest "
@@ -72,6 +85,11 @@ class EnginePrice:
         return [error for error in found if error is not None and not math.isnan(error)]
 
     @property
+    def total(self) -> list[float]:
+        """The largest velocity error against the reference, in each scene that has one."""
+        return [s.total.velocity for s in self.scores.values() if not math.isnan(s.total.velocity)]
+
+    @property
     def local_own(self) -> list[float]:
         """The same of each impact from the engine's own state before it, in scenes that are believed to a horizon."""
         return [
@@ -96,8 +114,60 @@ def prices(grid: Grid) -> tuple[EnginePrice, ...]:
 
 def price_section(found: Sequence[EnginePrice]) -> Section:
     """Return a row an engine: what it pays of the price of sampling, and what is its own."""
-    blocks = (Text(PRICE_NOTE, ON_PAPER), Table(_COLUMNS, found), Text(PRICE_SHORT, TERMINAL)) if found else ()
-    return Section("The price of sampling", blocks, level=3)
+    said = tuple(Text(sentence, IN_FULL) for sentence in (_agreement(found),) if sentence)
+    table: tuple[Block, ...] = (Text(PRICE_NOTE, ON_PAPER), Table(_COLUMNS, found, only=IN_FULL))
+    return Section("The price of sampling", (*said, *table, Text(PRICE_SHORT, DETAIL)) if found else (), level=3)
+
+
+def price_chart(found: Sequence[EnginePrice], label: str) -> str:
+    """Return, for each engine, its velocity error against PIC and what of it is its own, as SVG."""
+    with drawing():
+        shown = [(p, statistics.median(p.total), statistics.median(p.own)) for p in found if p.total and p.own]
+        height = _FOOT_IN + _LINE_IN * max(2, len(shown))
+        figure = new_figure(_WIDTH_IN, height)
+        axes = figure.add_axes(
+            (_NAMES_IN / _WIDTH_IN, _FOOT_IN / height, 0.97 - _NAMES_IN / _WIDTH_IN, 0.96 - _FOOT_IN / height)
+        )
+        errors = [value for _, total, own in shown for value in (total, own) if THRESHOLDS.rounding < value < math.inf]
+        bottom = 10.0 ** math.floor(math.log10(min(errors, default=0.1)))
+        floor, top = bottom / 10.0**0.35, 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
+
+        def along(value: float) -> float:
+            at: float = min(max(value, floor), top) if value > THRESHOLDS.rounding else floor
+            return at
+
+        for k, (_, total, own) in enumerate(shown):
+            colour = line_style(k, pit=False, hollow=False)["color"]
+            axes.plot([along(own), along(total)], [-k, -k], color=colour, linewidth=2.0, alpha=0.6)
+            axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
+            axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
+        axes.set_xscale("log")
+        axes.set_xlim(bottom / 10.0**0.7, top)
+        axes.axvspan(bottom / 10.0**0.7, bottom, color=MUTED, alpha=0.1, linewidth=0)
+        ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
+        axes.set_xticks([floor, *ticks], [f"≤ {wording.number(THRESHOLDS.rounding)}", *map(wording.number, ticks)])
+        axes.minorticks_off()
+        axes.set_yticks([-k for k in range(len(shown))], [price.column.name for price, _, _ in shown])
+        axes.set_xlabel("velocity error, over the scene's greatest speed")
+        finish(axes)
+        return render(figure, label)
+
+
+def _agreement(found: Sequence[EnginePrice]) -> str:
+    """Say which engines are PIT in disguise; nothing where none is."""
+    close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
+    if not close:
+        return ""
+    shares = [
+        f"of {entry.column.name} in {len(entry.equal)} of {wording.count(len(entry.scores), 'scene')}"
+        for entry in close
+    ]
+    largest = wording.number(max(entry.beside_pit for entry in close))
+    does = "it does" if len(close) == 1 else "they do"
+    return (
+        f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "
+        f"to rounding (largest difference {largest})."
+    )
 
 
 def _over(numbers: Callable[[EnginePrice], list[float]]) -> Callable[[EnginePrice], Cell | str]:

@@ -13,6 +13,7 @@ import math
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 import tomli_w
@@ -26,7 +27,7 @@ from carom.runs.results import Results
 from carom.scene import Scene
 from carom.trace import Trace, pair_name
 
-__all__ = ["packed", "replay_data", "scene_replays"]
+__all__ = ["impact_rows", "packed", "replay_data", "replay_link", "scene_replays"]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -41,6 +42,12 @@ def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
         cells = [cell for cell in row.cells if cell.plays]
         if reference is not None and cells:
             yield row.scene.name, packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+
+
+def replay_link(cell: GridCell) -> str:
+    """Return where a page plays a cell; empty where there is nothing to play."""
+    row = cell.row
+    return f"#{quote(f'{row.job.scene.name}/{row.job.engine}/{row.job.profile}')}" if row and cell.plays else ""
 
 
 def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
@@ -83,7 +90,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "dt": trace.dt_s,
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
-                "impacts": list(_impacts(reference, trace, score)),
+                "impacts": list(impact_rows(reference, trace, score)),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
             }
             for trace, score, said in runs
@@ -117,7 +124,7 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     return [columns[0].tolist(), *(np.round(column, places).tolist() for column in columns[1:])]
 
 
-def _impacts(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
     """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
     found = {error.reference: error for error in score.errors}
     rows: list[Json] = []

@@ -13,7 +13,7 @@ from carom.report.files import as_json, write_files
 from carom.report.made import making
 from carom.report.render import html, markdown
 from carom.runs.job import Method, Status
-from carom.stress.results import Line, Spot, SpotEnding, StressResults
+from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["stress_document", "write_stress"]
 
@@ -146,7 +146,6 @@ def _of(results: StressResults, kind: str) -> list[Line]:
 
 
 def _summary(results: StressResults) -> Iterator[str]:
-    """Return what was found, in plain sentences."""
     for kind, what, good in (
         ("attack", "stood as far as the axis goes", SpotEnding.STANDS),
         ("relation", "hold", SpotEnding.HOLDS),

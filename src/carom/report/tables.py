@@ -8,12 +8,13 @@ import statistics
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import NamedTuple
-from urllib.parse import quote
 
 from carom.comparator import Errors, Horizon, ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import (
+    DETAIL,
+    IN_FULL,
     ON_PAPER,
     PAGE,
     TERMINAL,
@@ -22,13 +23,14 @@ from carom.report.document import (
     Column,
     Legend,
     Lines,
+    Media,
     Replays,
     Section,
     Table,
     Text,
 )
-from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, mark_of, reasons_of
-from carom.report.replay import scene_replays
+from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, Unrun, mark_of, reasons_of
+from carom.report.replay import replay_link, scene_replays
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
@@ -39,6 +41,7 @@ __all__ = [
     "cell_sections",
     "grid_sections",
     "known_section",
+    "legend",
     "mark_cell",
     "reference_section",
     "run_time_section",
@@ -49,6 +52,9 @@ __all__ = [
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
+
+#: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
+_TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
     "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene. Where all "
@@ -98,25 +104,34 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
     """Yield every scene on every engine, and what was not run."""
     columns = [Column("scene", partial(_scene, results))]
     for k, column in enumerate(grid.columns.values()):
-        columns.append(Column(column.label, partial(_grid_cell, grid, k), column.profile))
+        columns.append(Column(column.label, partial(_grid_cell, k), column.profile))
     yield Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
-            Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks)),
-            Table(columns, (None, *grid.rows), css="grid"),
+            legend(grid, IN_FULL - PAGE),
+            Table(columns, grid.rows, css="grid", only=IN_FULL),
             Text(FIGURE_NOTE, ON_PAPER),
-            Text(SHORT_NOTE, TERMINAL),
-            Replays(tuple(scene_replays(results, grid))),
+            Text(SHORT_NOTE, DETAIL),
+            Replays(partial(scene_replays, results, grid)),
         ),
     )
-    unrun, missing = Lines(tuple(_unrun(grid))), Lines(tuple(_missing_profiles(results, grid)), ON_PAPER)
-    yield Section("Not scored, and why", tuple(lines for lines in (unrun, missing) if lines.items), level=3)
+    # What can be mended, and what leaves a method with nothing, is part of the answer.
+    telling = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _TO_MEND)
+    lines = (
+        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL),
+        Lines(tuple(map(_unrun, telling)), TERMINAL),
+        Lines(tuple(_missing_profiles(results, grid)), ON_PAPER),
+    )
+    yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
 
 
-def _scene(results: Results, row: GridRow | None) -> Cell | str:
-    """Name a scene, with how far its reference is certified in a few words; None is all of them."""
-    if row is None:
-        return "all scenes"
+def legend(grid: Grid, only: Media) -> Legend:
+    """Return what the marks of a grid stand for."""
+    return Legend(tuple((mark_cell(mark), mark.meaning) for mark in grid.marks), only)
+
+
+def _scene(results: Results, row: GridRow) -> Cell:
+    """Name a scene, with how far its reference is certified in a few words."""
     found = results.certified.get(row.scene.name, "")
     if isinstance(found, Horizon):
         reach = f"certified to impact {found.certified}"
@@ -125,26 +140,21 @@ def _scene(results: Results, row: GridRow | None) -> Cell | str:
     return Cell(row.scene.name, reach, title=row.scene.description)
 
 
-def _grid_cell(grid: Grid, k: int, row: GridRow | None) -> Cell:
-    """Return what came of a scene in the k-th column; of all scenes, how many have which mark."""
-    if row is None:
-        tally = grid.tally(list(grid.columns.values())[k])
-        counts = " ".join(f"{n}{mark.symbol}" for mark, n in tally)
-        return Cell(counts, shares=tuple((mark.css, n) for mark, n in tally))
+def _grid_cell(k: int, row: GridRow) -> Cell:
+    """Return what came of a scene in the k-th column."""
     cell: GridCell = row.cells[k]
     return dataclasses.replace(
         mark_cell(cell.mark),
         note=cell.figure,
-        link=f"#{quote(f'{row.scene.name}/{cell.column.engine}/{cell.column.profile}')}" if cell.plays else "",
+        link=replay_link(cell),
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
         title=f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
     )
 
 
-def _unrun(grid: Grid) -> Iterator[str]:
-    for entry in grid.unrun:
-        where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
-        yield f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+def _unrun(entry: Unrun) -> str:
+    where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
+    return f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
 
 
 def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
@@ -166,7 +176,7 @@ def reference_section(results: Results) -> Section:
             believed = f"{int((times <= until_s).sum())} of {len(times)} impacts, to {wording.seconds(until_s)}"
             said.append(f"believed for {believed}")
         lines.append(f"{name}: {'; '.join(said)}.")
-    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines))) if lines else ()
+    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), IN_FULL)) if lines else ()
     return Section("How far the reference is believed", blocks, level=3)
 
 
@@ -335,7 +345,7 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
     )
     table = Table(columns, results.rows, folded=wording.count(len(results.rows), "cell"), css="cells", only=PAGE)
     yield Section("Every cell, at every step", (table,))
-    yield Section("Impact by impact", tuple(_impact_tables(results)), only=TERMINAL)
+    yield Section("Impact by impact", tuple(_impact_tables(results)), only=DETAIL)
 
 
 class _Found(NamedTuple):
@@ -383,7 +393,7 @@ def _impact_tables(results: Results) -> Iterator[Table]:
             tuple(_impacts(score, trace, reference)),
             title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
             note="\n".join((*reasons_of(row), *more)),
-            only=TERMINAL,
+            only=DETAIL,
         )
 
 

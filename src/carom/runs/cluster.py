@@ -23,7 +23,7 @@ __all__ = ["ClusterError", "ClusterPool"]
 #: How long to wait for the scheduler to answer at all, seconds.
 CONNECT_S = 10
 
-#: What was lost with a worker is tried again so many times by the scheduler, and once more by hand.
+#: What was lost with a worker is tried again so many times by the scheduler.
 RETRIES = 3
 
 T = TypeVar("T")
@@ -81,31 +81,27 @@ class ClusterPool(Pool):
             ClusterError: Items were lost with their workers again and again; all other results came before.
         """
         distributed: Any = importlib.import_module("distributed")
-        todo, lost = list(items), list[tuple[str, Item]]()
-        for attempt in (1, 2):
-            submitted = {
-                self._client.submit(_carry_out, work, entry[1], self._time_limit_s, pure=False, retries=RETRIES): entry
-                for entry in todo
-            }
-            try:
-                for future in distributed.as_completed(list(submitted), loop=self._client.loop):
-                    entry = submitted.pop(future)
-                    try:
-                        results: list[T] = future.result()
-                    except distributed.scheduler.KilledWorker:
-                        lost.append(entry)
-                    else:
-                        yield results
-                    future.release()
-            finally:
-                self._client.cancel(list(submitted))
-            if not lost or attempt == 2:
-                break
-            todo, lost = lost, []
+        submitted = {
+            self._client.submit(_carry_out, work, item, self._time_limit_s, pure=False, retries=RETRIES): name
+            for name, item in items
+        }
+        lost = []
+        try:
+            for future in distributed.as_completed(list(submitted), loop=self._client.loop):
+                name = submitted.pop(future)
+                try:
+                    results: list[T] = future.result()
+                except distributed.scheduler.KilledWorker:
+                    lost.append(name)
+                else:
+                    yield results
+                future.release()
+        finally:
+            self._client.cancel(list(submitted))
         if lost:
             raise ClusterError(
-                f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0][0]}; "
-                "--resume tries them again"
+                f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0]}; --resume "
+                "tries them again"
             )
 
     def _require_same_versions(self, scheduler: str) -> None:

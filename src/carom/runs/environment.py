@@ -51,28 +51,22 @@ def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
         carom=metadata.version("carom"),
         python=f"{platform.python_implementation()} {platform.python_version()}",
         system=" ".join([platform.system(), platform.machine(), *platform.libc_ver()]).strip(),
-        processor=_processor(),
+        processor=_told("/proc/cpuinfo", "model name") or platform.processor() or "unknown",
         cores=available_cores(),
         versions={"numpy": metadata.version("numpy"), **engines},
     )
 
 
-def _processor() -> str:
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    except OSError:
-        pass  # not Linux: what the platform module knows has to do
-    return platform.processor() or "unknown"
-
-
 def resident_bytes(field: str = "VmRSS") -> int | None:
     """Return this process's resident memory: VmRSS is what is so now, VmHWM the most that ever was; None off Linux."""
+    kibibytes = _told("/proc/self/status", field).split()
+    return int(kibibytes[0]) * 1024 if kibibytes else None
+
+
+def _told(path: str, field: str) -> str:
+    """Return what Linux tells of a field; empty elsewhere."""
     try:
-        for line in Path("/proc/self/status").read_text(encoding="ascii").splitlines():
-            if line.startswith(f"{field}:"):
-                return int(line.split()[1]) * 1024
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
     except OSError:
-        pass  # there is no such file
-    return None
+        return ""
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith(field)), "")

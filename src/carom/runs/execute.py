@@ -273,14 +273,14 @@ def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], com
 
 def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
     """Return the rows with their run times over PIT's on the same scene at the same step."""
-    pit = {
+    pit_s = {
         (row.job.scene.name, row.job.dt_s): row.timing.advance_s
         for row in rows
-        if row.job.engine == PIT_METHOD.engine and row.timing is not None
+        if row.job.engine == PIT_METHOD.engine and row.timing
     }
-    return tuple(
-        replace(row, time_ratio=row.timing.advance_s / pit[at])
-        if row.timing is not None and (at := (row.job.scene.name, row.job.dt_s)) in pit
-        else row
-        for row in rows
-    )
+
+    def ratio(row: Row) -> float | None:
+        whole_s = pit_s.get((row.job.scene.name, row.job.dt_s))
+        return row.timing.advance_s / whole_s if row.timing and whole_s is not None else None
+
+    return tuple(replace(row, time_ratio=ratio(row)) for row in rows)

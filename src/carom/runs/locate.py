@@ -11,7 +11,6 @@ Bodies that touch only between two boundaries are not found: where to look is de
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from carom.adapter import CuttableWorld, World
 from carom.errors import AdapterError
@@ -22,7 +21,6 @@ __all__ = ["Cutter"]
 MOST_PIECES = 10_000
 
 
-@dataclass
 class Cutter:
     """Takes a world forward in pieces of steps, and counts.
 
@@ -33,15 +31,11 @@ class Cutter:
         stuck: Whether a step was given up for its pieces without end.
     """
 
-    world: CuttableWorld
-    pieces: int = 0
-    probes: int = 0
-    stuck: bool = False
-
     def __init__(self, world: World) -> None:
         if not isinstance(world, CuttableWorld):
             raise AdapterError("a located profile needs a world with cut, touching, save and restore; this one has not")
         self.world = world
+        self.pieces, self.probes, self.stuck = 0, 0, False
         self._known: frozenset[tuple[int, int]] = frozenset()
 
     def step(self, start_s: float, end_s: float) -> Iterator[float]:

@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
+from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.early_end import FreeFlight
-from carom.runs.impacts import ImpactCollector, gravity_of
 from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
 from carom.scene import Scene
@@ -76,9 +75,10 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         world.observe()  # some engines begin to note their contacts when they are first looked at
         cutter = Cutter(world) if adapter.profiles[profile].located else None
         run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
-        counts = _counts(world, run.taken, run.steps)
+        own = {str(name): int(count) for name, count in getattr(world, "counts", {}).items()}
     finally:
         world.close()
+    counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own}
     if cutter is not None:
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
@@ -91,7 +91,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
 
 
 class _Run:
-    """What has been seen of a run so far."""
+    """What has been seen of a run so far; positions are kept every `stride` steps."""
 
     def __init__(self, scene: Scene, dt_s: float, *, samples: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
@@ -138,6 +138,7 @@ class _Run:
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
+        instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
             method=method,
             scene=self.scene,
@@ -149,15 +150,9 @@ class _Run:
             dt_s=self.dt_s,
             effective_time_s=effective,
             state_before=self.collector.states,
-            samples=_samples(self.positions, self.stride * self.dt_s) if self.samples else None,
+            samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
         )
-
-
-def _counts(world: World, taken: int, steps: int) -> dict[str, int]:
-    """Work counts: the steps, and what the world itself counts, if anything."""
-    own = getattr(world, "counts", {})
-    return {"steps": taken, "steps_skipped": steps - taken, **{str(name): int(count) for name, count in own.items()}}
 
 
 def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterator[float]:
@@ -167,10 +162,6 @@ def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iter
     else:
         world.advance(1)
         yield step * dt_s
-
-
-def _samples(positions: list[NDArray[np.float64]], interval_s: float) -> Samples:
-    return Samples(np.arange(len(positions), dtype=np.float64) * interval_s, np.array(positions))
 
 
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:

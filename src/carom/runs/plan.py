@@ -23,6 +23,7 @@ from carom.scenes import CatalogueScene, KnownAnswer
 from carom.trace import Trace
 
 __all__ = [
+    "DEFAULT_PROFILES",
     "Options",
     "Plan",
     "capabilities_of",
@@ -180,19 +181,17 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options) -> Plan:
     plain, answers = sorted_out(scenes)
     infos = chosen_engines(options.engines)
     profiles = profiles_to_plan(infos, options.profiles)
+    loaded = [(info.name, load_adapter(info.name)) for info in infos if info.profiles]
+    located = {Method(name, profile) for name, of in loaded for profile in of.profiles if of.profiles[profile].located}
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(options.steps_of(scene))
         for method in distinct_methods(info, profiles, dt_s)
-        if options.dts or refinement == 0 or not _is_located(info, method.profile)
+        if options.dts or refinement == 0 or method not in located
     ]
     return Plan(plain, answers, tuple(infos), profiles, tuple(jobs), options)
-
-
-def _is_located(info: EngineInfo, profile: str) -> bool:
-    return bool(info.profiles) and load_adapter(info.name).profiles[profile].located
 
 
 def distinct_methods(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[Method]:

@@ -12,7 +12,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
 from carom.stress.attack import Attack, Judgement, Trial
-from carom.stress.results import Spot, SpotEnding
+from carom.stress.spots import Spot, SpotEnding
 
 __all__ = ["NotRunError", "breaking_point", "save_as"]
 

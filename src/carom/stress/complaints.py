@@ -15,7 +15,7 @@ from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
 from carom.stress.attack import deepest_overlap
-from carom.stress.results import Spot, SpotEnding
+from carom.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace, kinetic_energy
 
 __all__ = ["NOTICED", "complaint_spot", "shows"]

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
-from carom.bench.advise import RESOLUTION, Cause, Demand, advise, hardest_impacts
-from carom.bench.sampling_limit import Window, miss_share, pair_limit
+from carom.bench.adviser import RESOLUTION, Cause, Demand, advise, hardest_impacts
+from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.runs.pool import InProcess
@@ -106,7 +106,7 @@ def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
     assert hard.cause is Cause.GRAZE
     assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
     dt_s = 2 * window_s
-    assert miss_share(window_s, dt_s) == pytest.approx(0.5)
+    assert largest_step(window_s, 0.5) == pytest.approx(dt_s)
     found = [direction_errors(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
     assert sum(found) == 10
 

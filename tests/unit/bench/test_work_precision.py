@@ -15,12 +15,12 @@ import pytest
 from typer.testing import CliRunner
 
 from carom import Disc, Scene
+from carom.bench.axes import ErrorKind
+from carom.bench.bench_plan import BenchPlan, geometric_steps
 from carom.bench.convergence import Convergence
-from carom.bench.error_kind import ErrorKind
 from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
-from carom.bench.plan import BenchPlan, geometric_steps
-from carom.bench.results import Bench, Point, cheapest, pareto_front
+from carom.bench.points import Bench, Point, cheapest, pareto_front
 from carom.bench.rounds import CellTiming, time_scene, timing_journal
 from carom.bench.work_precision import work_precision
 from carom.cli import app
@@ -229,7 +229,10 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("bench",), "name the scenes to bench"),
-        (("bench", "paper/missed", "--axes", "time-error"), "--axes must be one of error-time, error-dt, time-dt"),
+        (
+            ("bench", "paper/missed", "--axes", "time-error"),
+            "'time-error' is not one of 'error-time', 'error-dt'",
+        ),
         (("bench", "paper/missed", "--dt", "1/60..x"), "--dt must be a number of seconds"),
         (("bench", "--grow", "paper/missed"), "takes no scene, got 'paper/missed'"),
         (("advise", "paper/missed", "--direction-error", "1"), "--direction-error must be an angle such as 1deg"),

@@ -71,7 +71,7 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
     document = cross_check_document(results)
     printed = io.StringIO()
     console = Console(file=printed, width=200)
-    for block in terminal(document):
+    for block in terminal(document, 160, full=True):
         console.print(block)
     for text in (html(document), markdown(document), printed.getvalue()):
         assert "price paid, median" in text
@@ -134,7 +134,7 @@ def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkey
     document = cross_check_document(results)
     printed = io.StringIO()
     console = Console(file=printed, width=300)
-    for block in terminal(document):
+    for block in terminal(document, 160, full=True):
         console.print(block)
     for text in (html(document), markdown(document), printed.getvalue()):
         assert "an added column" in text

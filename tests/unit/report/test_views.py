@@ -31,7 +31,7 @@ def said(results: Results) -> str:
     """All that a terminal shows."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=200)
-    for item in terminal(cross_check_document(results)):
+    for item in terminal(cross_check_document(results), 160, full=True):
         console.print(item, soft_wrap=isinstance(item, str), markup=False, highlight=False)
     return buffer.getvalue()
 
@@ -63,10 +63,13 @@ def test_every_cell_that_was_not_run_has_its_reason(
     """The reason stands in the cell and in the list below the grid, once for all cells that share it."""
     grid = build_grid(results)
     section = next(s for s in cross_check_document(results).sections if s.heading == "Not scored, and why")
-    (block,) = section.blocks
+    (block,) = section.shown(Medium.PAGE)
+    (short,) = section.shown(Medium.TERMINAL)
     assert isinstance(block, Lines)
+    assert isinstance(short, Lines)
     lines = block.items
     assert len(lines) == len(not_run)
+    assert short.items == lines
     for engine, (status, reason) in not_run.items():
         cells = grid.cells(next(column for column in grid.columns.values() if column.engine == engine))
         assert {cell.reasons for cell in cells} == {(reason,)}

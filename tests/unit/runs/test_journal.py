@@ -18,7 +18,7 @@ from carom.runs.job import Answer, Method, Status
 from carom.runs.journal import canonical
 from carom.runs.scoring import JobKey, Measures, Scored, score_journal
 from carom.stress.campaign import stress_journal
-from carom.stress.results import Spot, SpotEnding
+from carom.stress.spots import Spot, SpotEnding
 
 KEY = JobKey("ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 

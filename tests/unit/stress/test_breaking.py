@@ -13,7 +13,7 @@ from carom.runs.pool import InProcess
 from carom.stress.attack import Attack
 from carom.stress.breaking import RESOLUTION, breaking_point
 from carom.stress.campaign import attacks
-from carom.stress.results import SpotEnding
+from carom.stress.spots import SpotEnding
 
 METHOD = Method("pic", "tuned")
 

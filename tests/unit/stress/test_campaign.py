@@ -11,7 +11,7 @@ from carom.report.render import terminal
 from carom.report.stress import stress_document, write_stress
 from carom.stress import campaign
 from carom.stress.campaign import JOURNAL, listing, stress
-from carom.stress.results import SpotEnding, StressResults
+from carom.stress.spots import SpotEnding, StressResults
 
 
 @pytest.fixture(scope="module")
@@ -119,7 +119,7 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 
 def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
     """A table for each kind of line that there is, and what was found in plain sentences."""
-    shown = list(terminal(stress_document(results)))
+    shown = list(terminal(stress_document(results), 160))
     assert [str(item.title) for item in shown if not isinstance(item, str)] == [
         "Where each method gives way",
         "Relations that need no truth",

@@ -6,9 +6,11 @@ import math
 from collections.abc import Callable
 
 from carom.adapter import Capabilities
+from carom.adapter.checks import MANTISSA_BITS
 from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import (
+from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import (
     DT_S,
     alone,
     approach,
@@ -19,7 +21,6 @@ from carom.conformance.scenes import (
     posts,
     walled_box,
 )
-from carom.conformance.subject import Subject
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.scene import Scene
 
@@ -112,7 +113,7 @@ def far_as_declared(subject: Subject) -> None:
     """At the greatest declared coordinate a disc hands its velocity over as anywhere else."""
     can = subject.capabilities()
     # Beyond this a coordinate is rounded by more than a thousandth of the disc's radius, whatever the engine.
-    finest = 0.5e-3 / (2.0**-52 if can.float_bits == 64 else 2.0**-23)
+    finest = 0.5e-3 * 2.0 ** MANTISSA_BITS[can.float_bits]
     coordinate = min(can.max_coordinate_m, FAR_M, finest)
     _hands_over(subject, approach(x_m=coordinate - 4.0), f"{coordinate:g} m from the origin")
 

@@ -9,8 +9,8 @@ import numpy as np
 from carom.adapter import Observation
 from carom.conformance.checks.settings import UNKNOWN
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import approach, crowd
 from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import approach, crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 
 __all__ = [
@@ -63,7 +63,7 @@ def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
     setup = _deterministic(subject, Setup(approach(), profile))
     runs = []
     for disturbed in (False, True):
-        answer = subject.try_to_cut(setup, disturbed=disturbed)
+        answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
         if isinstance(answer, Raised):
             what = f"{answer.where}() raises an error, and the profile declares that its steps can be cut"
             found = f"{answer.kind}: {answer.message}"
@@ -100,7 +100,7 @@ def closes_after_errors(subject: Subject) -> None:
     setup = Setup(crowd())
     clean = subject.seen(setup).seen
     subject.growth_bytes(setup, 2, step=False)
-    subject.try_to_watch(setup, **{UNKNOWN: 1})
+    subject.try_to_watch(setup, {UNKNOWN: 1})
     after = subject.watch(setup).seen
     if subject.capabilities().deterministic:
         _require_same(setup, clean, after, "a run differs after a world that was given up")

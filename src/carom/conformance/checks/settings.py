@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from carom.adapter.checks import MANTISSA_BITS
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import crowd
 from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, Violation, require
 
 __all__ = ["refuses_unknown_setting", "settings_are_read_back", "starts_as_written"]
@@ -26,7 +27,7 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
 def refuses_unknown_setting(subject: Subject) -> None:
     """A setting that would be without effect is an AdapterError that names it."""
     setup = Setup(crowd())
-    answer = subject.try_to_watch(setup, **{UNKNOWN: 1})
+    answer = subject.try_to_watch(setup, {UNKNOWN: 1})
     what, expected = "a setting that does not exist is", f"prepare() to raise an AdapterError naming {UNKNOWN!r}"
     if not isinstance(answer, Raised):
         raise Violation(f"{what} accepted", expected=expected, found="a run to the end of the scene", setup=setup)
@@ -39,7 +40,7 @@ def starts_as_written(subject: Subject, profile: str) -> None:
     setup = Setup(crowd(), profile)
     start = subject.seen(setup).seen[0]
     # The nearest number of the declared width is all that can be asked for, and no less can.
-    relative = 2.0**-53 if subject.capabilities().float_bits == 64 else 2.0**-24
+    relative = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
         for field in ("position_m", "velocity_m_s"):
             asked, found = getattr(disc, field), tuple(getattr(start, field)[i].tolist())

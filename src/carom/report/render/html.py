@@ -1,4 +1,4 @@
-"""A document as one HTML file: nothing fetched, every name escaped, and no script but the replay's, by its hash."""
+"""A document as one HTML file: nothing fetched, every name escaped, and no script but the report's, by its hash."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def html(document: Document) -> str:
     )
     sections = list(document.shown(Medium.PAGE))
     plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
-    script = replay_script() if plays else ""
+    script = page_script("replay.js", "table.js") if plays else ""
     return environment.get_template("page.html.j2").render(
         document=document,
         sections=sections,
@@ -43,9 +43,10 @@ def html(document: Document) -> str:
     )
 
 
-def replay_script() -> str:
-    """Return the script that plays replays."""
-    return (resources.files("carom.report") / "templates" / "replay.js").read_text(encoding="utf-8")
+def page_script(*names: str) -> str:
+    """Return scripts of the report's own as one."""
+    folder = resources.files("carom.report") / "templates"
+    return "".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
 def content_policy(script: str) -> str:

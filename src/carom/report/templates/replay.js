@@ -457,7 +457,7 @@
       make("div", { class: "titlebar" },
         make("h2", { id: "replay-title" }, scene.name), others,
         make("span", { class: `badge ${run.css}` }, `${run.symbol} ${run.word}`),
-        make("button", { "aria-label": "Close", title: "Close (Escape)", class: "close", onclick: () => dialog.close() }, "✕")),
+        make("button", { "aria-label": "Close", title: "Close (Escape)", class: "shut", onclick: () => dialog.close() }, "✕")),
       make("p", { class: "note" }, scene.description), body);
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);

@@ -1,4 +1,4 @@
-"""The error of a work-precision diagram: one number without unit, and only where every impact was found."""
+"""What stands on the axes of a bench: which error, one number without unit, and against what."""
 
 from __future__ import annotations
 
@@ -9,7 +9,21 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.runs.scoring import Measures
 
-__all__ = ["ErrorKind", "error_of"]
+__all__ = ["Diagram", "ErrorKind", "error_of"]
+
+
+class Diagram(StrEnum):
+    """What stands on the axes; the value is the name on the command line."""
+
+    ERROR_TIME = "error-time"
+    ERROR_DT = "error-dt"
+    TIME_DT = "time-dt"
+
+    @property
+    def heading(self) -> str:
+        """The diagram's heading."""
+        what = "Run time" if self is Diagram.TIME_DT else "Error"
+        return f"{what} against {'run time' if self is Diagram.ERROR_TIME else 'the step'}"
 
 
 class ErrorKind(StrEnum):

@@ -1,14 +1,15 @@
-"""What every command of `carom` shares: exit codes, errors as sentences, and the reading of steps and scene names."""
+"""What the commands of `carom` share: exit codes, options, errors as sentences, and what is read and printed."""
 
 from __future__ import annotations
 
 import functools
+import io
 import shlex
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from carom.report.document import Document
+    from carom.runs.job import Progress
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
 
@@ -27,11 +29,18 @@ __all__ = [
     "EXIT_INTERRUPTED",
     "EXIT_UNAVAILABLE",
     "EXIT_VIOLATION",
+    "SCENE_NAMES",
+    "EngineNames",
+    "Jobs",
+    "ProfileNames",
+    "TimeLimit",
     "command_line",
     "console",
     "guarded",
     "plain_scenes_named",
+    "plain_where_needed",
     "print_document",
+    "progress_bar",
     "resumable",
     "scenes_named",
     "seconds",
@@ -44,6 +53,23 @@ EXIT_CRASHED = 4
 EXIT_INTERRUPTED = 130  # what a shell reports for a command that Ctrl-C ended
 
 Parameters = ParamSpec("Parameters")
+
+SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
+
+EngineNames = Annotated[list[str] | None, typer.Option("--engine", "-e", help="Engine, repeatable. All by default.")]
+
+ProfileNames = Annotated[
+    list[str] | None,
+    typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
+]
+
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
+]
+
+TimeLimit = Annotated[
+    float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+]
 
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
@@ -81,22 +107,50 @@ def resumable(journal: Path) -> Iterator[None]:
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+        task = bar.add_task("", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=what)
+
+        yield show
+
+
 def console() -> Console:
     """Return the console that results are printed on."""
     from rich.console import Console
 
-    # A pipe or a log has no width of its own; 160 columns keep a row of the widest table on one line.
-    # Names and an engine's own words may hold brackets and colons that are no markup.
-    return Console(width=None if sys.stdout.isatty() else 160, highlight=False, markup=False, emoji=False)
+    plain_where_needed()
+    # Names and an engine's own words may hold brackets and colons that are no markup. A pipe has no width of its own;
+    # what is asked for by COLUMNS is taken there, too.
+    return Console(highlight=False, markup=False, emoji=False)
 
 
-def print_document(document: Document) -> None:
-    """Print a document."""
+def plain_where_needed() -> None:
+    """Write ASCII in place of signs that an output's encoding does not have."""
+    from carom.report.plain import ERRORS
+
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ERRORS)
+
+
+def print_document(document: Document, *, full: bool = False) -> None:
+    """Print a document: the answer, and the evidence where it is asked for in full."""
     from carom.report.render import terminal
 
     out = console()
-    for item in terminal(document):
-        out.print(item, soft_wrap=isinstance(item, str))
+    for item in terminal(document, out.width, full=full):
+        # A sentence that another program reads stays one line.
+        out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
 
 
 def command_line() -> str:

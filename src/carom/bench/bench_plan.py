@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.bench.error_kind import ErrorKind
+from carom.bench.axes import ErrorKind
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.registry import EngineInfo

@@ -12,8 +12,6 @@ from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.comparator.compare import require_scored
 from carom.comparator.shift import even_phases
@@ -99,7 +97,6 @@ class StepTrial:
         lost_share: Share of evenly spread starts at which an impact was missed or invented.
         lost_anywhere: Whether any start, aimed ones among them, missed or invented one.
         direction_error_rad: Largest direction error at any start.
-        starts: How many starts were run.
         reason: Why a start gave no numbers, empty where all did.
     """
 
@@ -108,7 +105,6 @@ class StepTrial:
     lost_share: float
     lost_anywhere: bool
     direction_error_rad: float
-    starts: int
     reason: str = ""
 
 
@@ -121,7 +117,6 @@ class Advised:
         passes: The largest step that meets it; None where none does.
         fails: The next larger one that was tried and does not; None where every step meets it.
         closed_form_s: The step by closed form; None where there is none.
-        trials: How many steps were run.
         reason: Why there is no answer, empty where there is one.
     """
 
@@ -129,7 +124,6 @@ class Advised:
     passes: StepTrial | None
     fails: StepTrial | None
     closed_form_s: float | None
-    trials: int
     reason: str = ""
 
 
@@ -145,7 +139,6 @@ class Advice:
         closed_form_s: PIT's largest step by closed form; None but for two discs without a wall.
         answers: One entry an engine's profile.
         phases: Starts that each step was tried at, aimed ones not counted.
-        elapsed_s: Wall-clock seconds.
     """
 
     scene: Scene
@@ -155,7 +148,6 @@ class Advice:
     closed_form_s: float | None
     answers: tuple[Advised, ...]
     phases: int
-    elapsed_s: float
 
 
 def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
@@ -169,29 +161,20 @@ def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
     first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
         return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), Cause.WALL)
-    before = [_vector(impact[f"velocity_{which}_before"]) for which in ("first", "second")]
-    relative = (before[1][0] - before[0][0], before[1][1] - before[0][1])
+    fields = ("normal", "velocity_first_before", "velocity_second_before")
+    normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
-    window = Window.of(one.radius_m + other.radius_m, _vector(impact["normal"]), relative)
+    window = Window.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
     limit = pair_limit(
         window,
-        (before[0], before[1]),
+        ((ux, uy), (vx, vy)),
         (1.0 / one.mass_kg, 1.0 / other.mass_kg),
         scene.restitution,
         demand.direction_error_rad,
         demand.miss_probability,
     )
-    return HardImpact(at, first, second, limit, _cause(window, limit))
-
-
-def _cause(window: Window, limit: PairLimit) -> Cause:
-    if window.share >= GRAZE:
-        return Cause.GRAZE
-    return Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
-
-
-def _vector(row: np.ndarray) -> tuple[float, float]:
-    return float(row[0]), float(row[1])
+    soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
+    return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
 
 
 def advise(
@@ -266,7 +249,6 @@ def advise(
         closed_form,
         tuple(search.answer() for search in searches.values()),
         phases,
-        time.perf_counter() - started,
     )
 
 
@@ -290,14 +272,12 @@ def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[flo
 
 def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> StepTrial:
     if reason:
-        return StepTrial(dt_s, False, math.nan, False, math.nan, len(measured), reason)
+        return StepTrial(dt_s, False, math.nan, False, math.nan, reason)
     lost = [measures.missed + measures.spurious > 0 or measures.outcome != "completed" for measures in measured]
     direction = max((m.total.direction_rad for m in measured if not math.isnan(m.total.direction_rad)), default=0.0)
     share = sum(lost[:phases]) / phases
     few_enough = share <= demand.miss_probability if demand.miss_probability > 0 else not any(lost)
-    return StepTrial(
-        dt_s, few_enough and direction <= demand.direction_error_rad, share, any(lost), direction, len(measured)
-    )
+    return StepTrial(dt_s, few_enough and direction <= demand.direction_error_rad, share, any(lost), direction)
 
 
 class _Search:
@@ -308,14 +288,13 @@ class _Search:
         self._closed_form = closed_form if method.engine == "pit" else None
         self._passes: StepTrial | None = None
         self._fails: StepTrial | None = None
-        self._trials = 0
         self._reason = ""
-        self._steps = self._search(scene, guess)
+        known = self._closed_form is not None and math.isfinite(self._closed_form)
+        self._steps = self._confirm(self._closed_form or 0.0) if known else self._search(scene, guess)
         self.wanted: float | None = next(self._steps)
 
     def take(self, trial: StepTrial) -> None:
         """Take what came of the step that was wanted."""
-        self._trials += 1
         if trial.reason:
             self.give_up(trial.reason)
             return
@@ -330,20 +309,27 @@ class _Search:
 
     def answer(self) -> Advised:
         """Return what was found."""
-        return Advised(self._method, self._passes, self._fails, self._closed_form, self._trials, self._reason)
+        return Advised(self._method, self._passes, self._fails, self._closed_form, self._reason)
+
+    def _try(self, step: float) -> Generator[float, StepTrial, None]:
+        trial = yield step
+        if trial.meets:
+            self._passes = trial
+        else:
+            self._fails = trial
 
     def _search(self, scene: Scene, guess: float) -> Generator[float, StepTrial, None]:
-        if self._closed_form is not None and math.isfinite(self._closed_form):
-            yield from self._confirm(self._closed_form)
-            return
         step, finest = min(ABOVE * guess, scene.duration_s / 2), guess / BELOW
         while True:
-            yield from self._down(step, finest)
+            while self._passes is None and step >= finest:
+                yield from self._try(step)
+                step /= 2
             if self._passes is None:
                 lowest = self._fails
                 self._reason = "not met" + (f" down to a step of {lowest.dt_s:.3g} s" if lowest else "")
                 return
-            yield from self._bisect()
+            while self._fails is not None and self._fails.dt_s > self._passes.dt_s * RESOLUTION:
+                yield from self._try(math.sqrt(self._passes.dt_s * self._fails.dt_s))
             found = self._passes
             for part in ALSO:
                 trial = yield part * found.dt_s
@@ -352,26 +338,6 @@ class _Search:
                     break
             else:
                 return
-
-    def _down(self, step: float, finest: float) -> Generator[float, StepTrial, None]:
-        while self._passes is None and step >= finest:
-            trial = yield step
-            if trial.meets:
-                self._passes = trial
-            else:
-                self._fails = trial
-            step /= 2
-
-    def _bisect(self) -> Generator[float, StepTrial, None]:
-        while self._passes is not None and self._fails is not None:
-            low, high = self._passes.dt_s, self._fails.dt_s
-            if high <= low * RESOLUTION:
-                return
-            trial = yield math.sqrt(low * high)
-            if trial.meets:
-                self._passes = trial
-            else:
-                self._fails = trial
 
     def _confirm(self, step: float) -> Generator[float, StepTrial, None]:
         """Run the closed form's step, and one a search's resolution above it."""

@@ -1,0 +1,203 @@
+"""The answer first: a line a method, scene groups by method, and one scene's impacts with all methods side by side."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterator
+from functools import partial
+from typing import NamedTuple
+
+from carom.report import wording
+from carom.report.document import (
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Figure,
+    Figures,
+    Section,
+    Share,
+    Table,
+    Text,
+)
+from carom.report.grid import Grid, GridCell, GridColumn, Mark
+from carom.report.price import PRICE_CAPTION, EnginePrice, price_chart
+from carom.report.replay import impact_rows, replay_link
+from carom.report.tables import legend
+from carom.runs.results import Results
+
+__all__ = ["overview"]
+
+#: From best to worst.
+_GRADED = (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG)
+#: With more impacts, a terminal's screen is no place to read them one by one.
+MOST_IMPACTS = 40
+
+HEAT_NOTE = (
+    "Each cell tells the worst grade of a method in a group, of how many of its scenes, and leads to the worst of "
+    "them, played beside the reference; the bar below shows all grades."
+)
+METHOD_NOTE = (
+    "Missed and invented impacts are counted over all scenes. The error is the largest velocity error over PIT's at "
+    "worst over the phases of the same step, median over scenes: 1 pays the price of looking once a step, 0 none of it."
+)
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, median, by PIT's at worst"
+
+
+def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
+    """Yield what stands first: every method, scene groups by method, and of one scene its impacts."""
+    methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
+    if not methods:
+        return
+    what = f"Every method against PIC, at {grid.step_phrase}"
+    title = f"{grid.rows[0].scene.name}: {what.lower()}" if len(grid.rows) == 1 else what
+    signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
+    chart = Figure(partial(price_chart, found, "What sampling costs each engine, and what is its own"), PRICE_CAPTION)
+    blocks: tuple[Block, ...] = (
+        _group_table(grid, methods),
+        legend(grid, PAGE),
+        Text(HEAT_NOTE, PAGE),
+        *((Figures((chart,)),) if any(price.own for price in found) else ()),
+        _method_table(grid, methods),
+        Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),
+        Text(METHOD_SHORT, TERMINAL),
+        Text(METHOD_NOTE, ON_PAPER),
+    )
+    yield Section(title, blocks)
+    if len(grid.rows) == 1:
+        yield Section("Its impacts, every method beside the others", (_impact_table(results, grid),), level=3)
+
+
+def _shares(cells: tuple[GridCell, ...]) -> tuple[Share, ...]:
+    found = [cell.mark for cell in cells]
+    return tuple(Share(m.css, found.count(m), m.symbol, m.style) for m in Mark if m in found)
+
+
+def _worst(cells: tuple[GridCell, ...]) -> GridCell | None:
+    """Return the cell with the worst grade, and of those the one that pays most; None where none is graded."""
+
+    def badness(cell: GridCell) -> tuple[int, int, float]:
+        score = cell.row.score if cell.row else None
+        if score is None:
+            return (-1, 0, 0.0)
+        paid = 0.0 if math.isnan(score.price_paid) else score.price_paid
+        return (_GRADED.index(cell.mark), len(score.missed) + len(score.spurious), paid)
+
+    return max((cell for cell in cells if cell.mark in _GRADED), key=badness, default=None)
+
+
+def _scene_of(cell: GridCell) -> str:
+    return cell.row.job.scene.name if cell.row else ""
+
+
+def _method_table(grid: Grid, methods: list[GridColumn]) -> Table:
+    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst."""
+    columns = (
+        Column("method", lambda method: method.name),
+        Column("scenes by grade", partial(_bar, grid)),
+        Column("impacts", partial(_counted, grid), "- +", number=True),
+        Column("error", partial(_paid, grid), "by PIT's", number=True),
+        Column("worst scene", partial(_worst_scene, grid)),
+    )
+    return Table(columns, methods, css="methods")
+
+
+def _bar(grid: Grid, method: GridColumn) -> Cell:
+    tally = " ".join(f"{count}{mark.symbol}" for mark, count in grid.tally(method))
+    return Cell(tally, shares=_shares(grid.cells(method)))
+
+
+def _counted(grid: Grid, method: GridColumn) -> str:
+    """Say how many impacts a method missed and invented; nothing where it did neither."""
+    scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
+    missed, invented = sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores)
+    return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
+
+
+def _paid(grid: Grid, method: GridColumn) -> str:
+    scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
+    known = [score.price_paid for score in scores if not math.isnan(score.price_paid)]
+    return wording.number(statistics.median(known)) if known else wording.ABSENT
+
+
+def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
+    cell = _worst(grid.cells(method))
+    if cell is None or _GRADED.index(cell.mark) < _GRADED.index(Mark.CLOSE):
+        return Cell("")
+    return Cell(_scene_of(cell), title="; ".join(cell.reasons), link=replay_link(cell))
+
+
+class _Group(NamedTuple):
+    """Scenes of one group, with the cells of each method there."""
+
+    name: str
+    scenes: int
+    cells: dict[GridColumn, tuple[GridCell, ...]]
+
+
+def _group_table(grid: Grid, methods: list[GridColumn]) -> Table:
+    """Return scene groups down and methods across: how many scenes have the worst grade, and a way to the worst one."""
+
+    def group(name: str) -> _Group:
+        rows = [row for row in grid.rows if row.scene.name.startswith(name)]
+        cells = {method: tuple(c for row in rows for c in row.cells if c.column == method) for method in methods}
+        return _Group(name.rstrip("/") or "all", len(rows), cells)
+
+    names = dict.fromkeys("".join(row.scene.name.partition("/")[:2]) for row in grid.rows)
+    groups = [group(name) for name in names]
+    columns = [Column("group", lambda of: Cell(of.name, wording.count(of.scenes, "scene")))]
+    columns += [Column(method.label, partial(_group_cell, method), method.profile) for method in methods]
+    return Table(columns, groups if len(groups) < 2 else (*groups, group("")), css="heat", only=PAGE)
+
+
+def _group_cell(method: GridColumn, group: _Group) -> Cell:
+    cells = group.cells[method]
+    worst = _worst(cells)
+    if worst is None:
+        return Cell("", shares=_shares(cells))
+    same = sum(cell.mark is worst.mark for cell in cells)
+    return Cell(
+        f"{same} of {len(cells)}",
+        title=f"worst: {_scene_of(worst)}, {worst.mark.word}: {'; '.join(worst.reasons)}",
+        css=worst.mark.css,
+        symbol=worst.mark.symbol,
+        style=worst.mark.style,
+        link=replay_link(worst),
+        shares=_shares(cells),
+    )
+
+
+class _Impact(NamedTuple):
+    """Two bodies that meet, or that a method lets meet, with what became of it by method."""
+
+    bodies: str
+    time_s: float | None
+    became: dict[GridColumn, str]
+
+
+def _impact_table(results: Results, grid: Grid) -> Table:
+    """Return the impacts of the one scene that was run, a column a method."""
+    row = grid.rows[0]
+    cells = [cell for cell in row.cells if cell.plays and cell.column.engine != "pic"]
+    found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
+    for cell in cells:
+        if cell.row is not None and cell.row.trace is not None and cell.row.score is not None:
+            for impact in impact_rows(results.references[row.scene.name], cell.row.trace, cell.row.score):
+                when = impact.get("true", impact.get("reported"))
+                found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
+    impacts = sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
+    columns = [
+        Column("bodies", lambda impact: impact.bodies),
+        Column("time, s", lambda impact: "" if impact.time_s is None else f"{impact.time_s:.6g}", number=True),
+    ]
+    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in cells]
+    left_out = len(impacts) - MOST_IMPACTS
+    note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
+    return Table(columns, impacts[:MOST_IMPACTS], note=note)
+
+
+def _became(method: GridColumn, impact: _Impact) -> str:
+    return impact.became.get(method, "")

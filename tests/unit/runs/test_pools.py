@@ -1,0 +1,95 @@
+"""Wherever jobs are carried out, the same comes of them."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, Wall
+from carom.runs.execute import execute
+from carom.runs.job import Status
+from carom.runs.plan import Options, plan_of
+from carom.runs.pool import InProcess, LocalPool, Pool
+from carom.runs.results import Results
+
+#: Engines that a process survives, and such as end it or never answer.
+SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")
+DEADLY = ("aborts", "exits", "hangs")
+#: Long enough for a process to start on a machine that is busy.
+LIMIT_S = 10.0
+
+
+@contextmanager
+def dask() -> Iterator[Pool]:
+    from distributed import LocalCluster
+
+    from carom.runs.cluster import ClusterPool
+
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster,  # type: ignore[no-untyped-call] # distributed has no types
+        ClusterPool(cluster.scheduler_address, LIMIT_S) as pool,
+    ):
+        yield pool
+
+
+CameOf = dict[str, tuple[object, ...]]
+
+POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
+    "in process": InProcess,
+    "one process": lambda: LocalPool(1, LIMIT_S),
+    "three processes": lambda: LocalPool(3, LIMIT_S),
+    "dask": dask,
+}
+
+
+def came_of(results: Results) -> CameOf:
+    """Return what came of each job: its status, why, its trace to the bit, and its score."""
+    found: CameOf = {}
+    for row in results.rows:
+        trace = {} if row.trace is None else vars(row.trace)
+        bits = {
+            name: value.tobytes() if isinstance(value, np.ndarray) else repr(value) for name, value in trace.items()
+        }
+        found[row.job.engine] = (row.status, row.reason, bits, repr(row.score))
+    return found
+
+
+@pytest.fixture
+def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
+    return came_of(execute(plan_of([scene()], options(SOUND)), InProcess()))
+
+
+def scene() -> Scene:
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+        Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
+    ]
+    return Scene(name="oblique", discs=discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=2)
+
+
+def options(engines: tuple[str, ...]) -> Options:
+    return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
+@pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
+def test_a_pool_alters_nothing(where: str, expected: CameOf) -> None:
+    """A crash, a hang and an unsupported scene each are a row, and every other row is that of running it in process."""
+    if where == "dask" and importlib.util.find_spec("distributed") is None:
+        pytest.skip("distributed, extra cluster, is missing")
+    with POOLS[where]() as pool:
+        found = came_of(execute(plan_of([scene()], options((*SOUND, *DEADLY))), pool))
+    for engine, status, words in (
+        ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
+        ("exits", Status.CRASHED, "exit code 7"),
+        ("hangs", Status.TIMED_OUT, f"no answer within {LIMIT_S:g} s"),
+    ):
+        ended, reason, *_ = found.pop(engine)
+        assert ended is status
+        assert words in str(reason)
+    assert found == expected
