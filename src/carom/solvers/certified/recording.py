@@ -34,7 +34,7 @@ class Vector(NamedTuple):
     radius: tuple[float, float]
 
 
-class Row(NamedTuple):
+class RecordedImpact(NamedTuple):
     """One impact: its values, their radii (in the same fields), and time and velocities after as decimal numbers."""
 
     values: ImpactRecord
@@ -65,7 +65,7 @@ class Recording:
     def __init__(self, scene: Scene, digits: int) -> None:
         self.digits = digits
         self.bits = math.ceil(digits * BITS_A_DIGIT) + GUARD_BITS
-        self.rows: list[Row] = []
+        self.rows: list[RecordedImpact] = []
         speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
         self._tolerance = arb(10) ** -digits
@@ -142,7 +142,7 @@ class Recording:
         values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius)
         told = (time, *after) if self.digits > MOST_FLOAT_DIGITS else ()
-        self.rows.append(Row(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
+        self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
         return True
 
     def _normal(self, impact: BallImpact) -> Vector:
