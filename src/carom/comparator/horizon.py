@@ -29,8 +29,8 @@ class Horizon:
     """How far a float64 trace agrees with the certified one.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity or a rim's speed over the greatest
-            of both: at the start or, under gravity, after any impact, where it is greater.
+        tolerance: Largest error of a time over the scene's duration, and of a velocity or a rim's speed over the
+            greatest of these: at the start or, under gravity, after any impact, where it is greater.
         agreed: How many impacts, from the first, agree to the tolerance.
         order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
         certified: How many impacts were certified.
