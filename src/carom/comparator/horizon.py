@@ -29,8 +29,8 @@ class Horizon:
     """How far a float64 trace agrees with the certified one.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity over the greatest speed: that of
-            the start or, under gravity, after any impact, where it is greater.
+        tolerance: Largest error of a time over the scene's duration, and of a velocity or a rim's speed over the
+            greatest of these: at the start or, under gravity, after any impact, where it is greater.
         agreed: How many impacts, from the first, agree to the tolerance.
         order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
         certified: How many impacts were certified.
@@ -97,7 +97,8 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
     if not 0 < tolerance < math.inf:
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
-    found = _in_certified_order(certified, trace)
+    order = _certified_order(certified, trace)
+    found = trace.impacts[order]
     complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
     same = truth[["first", "second"]][:common] == found[["first", "second"]][:common]
@@ -109,7 +110,15 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
     if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
         speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
-    error = _apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end])
+    rims = np.zeros(end)
+    if trace.spins is not None and certified.trace.spins is not None and certified.spin_radii is not None:
+        speed = max(speed, float(np.abs(scene.arrays.surface_speed_m_s).max()))
+        for side in ("first", "second"):
+            spins = [rows[f"{side}_after"][:end] for rows in (trace.spins[order], certified.trace.spins)]
+            radius = np.append(scene.arrays.radius_m, 0.0)[np.maximum(truth[side][:end], -1)]
+            off = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
+            rims = np.maximum(rims, radius * off / speed)
+    error = np.maximum(_apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims)
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
     whole = complete and agreed == len(truth) and order_differs is None
@@ -128,15 +137,15 @@ def _apart(
     return found
 
 
-def _in_certified_order(certified: CertifiedTrace, trace: Trace) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-    """Return the trace's impacts; two that commute stand as the certified run has them."""
-    found, truth = trace.impacts.copy(), certified.trace.impacts
+def _certified_order(certified: CertifiedTrace, trace: Trace) -> NDArray[np.intp]:
+    """Return which of the trace's impacts come where: two that commute stand as the certified run has them."""
+    found, truth, order = trace.impacts.copy(), certified.trace.impacts, np.arange(len(trace.impacts))
     bodies = ["first", "second"]
     for a, b in certified.commuted:
         swapped = b < len(found) and found[a][bodies] == truth[b][bodies] and found[b][bodies] == truth[a][bodies]
         if swapped:
-            found[[a, b]] = found[[b, a]]
-    return found
+            found[[a, b]], order[[a, b]] = found[[b, a]], order[[b, a]]
+    return order
 
 
 def reach_of(reference: Trace, horizon: float | None) -> Reach:

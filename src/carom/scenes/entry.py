@@ -54,6 +54,8 @@ class KnownImpact:
         second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Metres a second.
         velocity_second_after: Metres a second; None for a wall, which has none.
+        spin_first_after: Radians a second; None where it is not known, or nothing turns.
+        spin_second_after: The same.
     """
 
     time_s: float
@@ -61,6 +63,8 @@ class KnownImpact:
     second: int
     velocity_first_after: Vector | None = None
     velocity_second_after: Vector | None = None
+    spin_first_after: float | None = None
+    spin_second_after: float | None = None
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,7 @@ class KnownAnswer:
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
+        final_spin_rad_s: Final spin of each disc, where known.
         convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
             it has one.
     """
@@ -87,6 +92,7 @@ class KnownAnswer:
     final_position_m: tuple[Vector, ...] | None = None
     final_kinetic_energy_j: float | None = None
     convention: str = ""
+    final_spin_rad_s: tuple[float, ...] | None = None
 
 
 class Staged(NamedTuple):
@@ -214,7 +220,24 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
             told.append((found[name], getattr(expected, name), scale))
     if (energy := known.final_kinetic_energy_j) is not None:
         told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
+    told += _told_of_spin(trace, known, scene, speed)
     return (_apart(found, expected, scale) for found, expected, scale in told if expected is not None)
+
+
+def _told_of_spin(
+    trace: Trace, known: KnownAnswer, scene: Scene, speed: float
+) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
+    """Yield spins told, known, and what they are held against; infinity where a method does not tell what is known."""
+    for k, expected in enumerate(known.impacts):
+        for side, disc in (("first", expected.first), ("second", expected.second)):
+            spin = getattr(expected, f"spin_{side}_after")
+            if spin is not None:
+                found = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield found, spin, speed / scene.discs[disc].radius_m
+    if known.final_spin_rad_s is not None:
+        radius = scene.arrays.radius_m
+        spins = math.inf if trace.final_spin_rad_s is None else trace.final_spin_rad_s
+        yield radius * spins, radius * known.final_spin_rad_s, speed
 
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
