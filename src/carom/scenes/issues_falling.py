@@ -49,7 +49,6 @@ def _dropped(
 @complained(
     _TAGS,
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
     reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
     "bounce until it bounces to some 4.5 m.",
@@ -93,7 +92,6 @@ def _rapier_974() -> Staged:
 @complained(
     _TAGS,
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/issues/76",
     reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
     symptom=Symptom.GAINS_ENERGY,
@@ -107,7 +105,6 @@ def _box2d_76() -> Staged:
 @complained(
     _TAGS,
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/issues/167",
     reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
     symptom=Symptom.GAINS_ENERGY,

@@ -41,7 +41,6 @@ def _head_on(
 @complained(
     _FAST | {Tag.IMMOVABLE},
     about="MuJoCo",
-    engine="mujoco",
     thread="https://github.com/google-deepmind/mujoco/issues/441",
     reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
     "cup or a smaller step.",
@@ -58,7 +57,6 @@ def _mujoco_441() -> Staged:
 @complained(
     _PAIR | {Tag.INELASTIC},
     about="MuJoCo",
-    engine="mujoco",
     thread="https://github.com/google-deepmind/mujoco/issues/2080",
     reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
     made="The thread has no scene; all sizes are ours.",
@@ -71,7 +69,6 @@ def _mujoco_2080() -> Staged:
 @complained(
     _FAST | {Tag.IMMOVABLE},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/2228",
     reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
     "detection switched on.",
@@ -147,7 +144,6 @@ def _hardspheredynamics_8() -> Staged:
 @complained(
     frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
     about="Newton (MuJoCo Warp)",
-    engine="mujoco",
     thread="https://github.com/newton-physics/newton/issues/3233",
     reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
     "one step instead of one after the other.",
@@ -178,7 +174,6 @@ def _pooltool_257() -> Staged:
 @complained(
     frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/pull/1094",
     reported="Restitution is worked out from the approach velocity of the step before.",
     made="The thread has code alone; this scene makes that velocity out of date within a step.",

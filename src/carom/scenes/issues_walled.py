@@ -34,7 +34,6 @@ def _wall_on_the_right(
 @complained(
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
     reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
     "contacts, and settings that cure it.",
@@ -49,7 +48,6 @@ def _bullet3_3094() -> Staged:
 @complained(
     _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/4341",
     reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
     at_least=0.25,
@@ -63,7 +61,6 @@ def _bullet3_4341() -> Staged:
 @complained(
     _WALL | {Tag.TWO_BODIES},
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/pull/654",
     reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
     "restitution; this change lets users set it.",
