@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.scene import Need
 from carom.trace import kinetic_energy
 
 if TYPE_CHECKING:
@@ -108,19 +109,19 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing it costs nothing: the scene and its answer are built when first asked for.
+    """A scene of the catalogue. Listing it costs nothing: scene, answer and tags are made when first asked for.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: What it shows, in one sentence; the scene's own description.
         build: Makes the scene, but for its name, and its answer.
-        tags: Words to choose scenes by.
+        marks: Tags that can't be told from the scene and its answer.
     """
 
     name: str
     shows: str
     build: Builder
-    tags: frozenset[Tag] = frozenset()
+    marks: tuple[Tag, ...] = ()
 
     @cached_property
     def _staged(self) -> Staged:
@@ -142,22 +143,45 @@ class CatalogueScene:
         """The part before the stroke."""
         return self.name.partition("/")[0]
 
+    @cached_property
+    def tags(self) -> frozenset[Tag]:
+        """Words to choose scenes by."""
+        scene, known = self._staged
+        masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
+        frame_s = 1.0 / scene.frame_rate_hz
+        off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
+        told = {
+            Tag.WALLS: Need.WALLS in scene.needs,
+            Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
+            Tag.INELASTIC: Need.RESTITUTION in scene.needs,
+            Tag.GRAVITY: Need.GRAVITY in scene.needs,
+            Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # which lead off it
+            Tag.CHAIN: known.count is None or known.count > 1,
+            Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
+            Tag.MASS_RATIO: max(masses) >= 100 * min(masses),
+            Tag.NO_IMPACT: known.count == 0,
+            Tag.CONVENTION: bool(known.convention),
+            Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
+        }
+        return frozenset(tag for tag, is_so in told.items() if is_so).union(self.marks)
+
 
 def listed(
-    group: str, tags: frozenset[Tag] = frozenset(), kind: type[CatalogueScene] = CatalogueScene, **more: Any
+    group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
 ) -> Callable[[Builder], CatalogueScene]:
     """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
 
     Args:
         group: The group of the scene.
-        tags: Its tags.
+        marks: Tags that can't be told from the scene and its answer.
         kind: What kind of entry it is.
         more: Fields of that kind.
     """
 
     def enter(build: Builder) -> CatalogueScene:
         name = build.__name__.strip("_").replace("_", "-")
-        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, tags, **more)
+        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, marks, **more)
 
     return enter
 

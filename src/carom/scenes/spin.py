@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.scene import Disc, Wall
 from carom.scenes.closed_forms import scene_of
-from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, Tag, listed
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
 
 if TYPE_CHECKING:
     from carom.trace import Vector
@@ -25,8 +25,6 @@ _GARWIN = (
 )
 
 _FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
-_WALL = frozenset({Tag.WALLS, Tag.TWO_BODIES})
-_PAIR = frozenset({Tag.TWO_BODIES})
 #: When the first impact of a scene is, seconds.
 _FIRST_S = 0.5
 #: A coefficient at which no impact of these scenes slides.
@@ -66,19 +64,19 @@ def _two(
     return Staged(scene, KnownAnswer(_ALCIATORE, (hit,), 1, after, final_spin_rad_s=spins_after))
 
 
-@listed("spin", _WALL | {Tag.INELASTIC})
+@listed("spin")
 def _grip() -> Staged:
     """A disc that does not spin hits a floor so rough that it leaves rolling."""
     return _on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
 
 
-@listed("spin", _WALL | {Tag.INELASTIC})
+@listed("spin")
 def _slide() -> Staged:
     """A disc slides through its impact on a floor: friction takes a tenth of the push, and turns it a little."""
     return _on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
 
 
-@listed("spin", _WALL | {Tag.INELASTIC})
+@listed("spin")
 def _edge() -> Staged:
     """A disc hits a floor exactly between stick and slide, where both give the same."""
     return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
@@ -87,46 +85,46 @@ def _edge() -> Staged:
 _LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom that can't turn: f (1 + e) w_n at most"
 
 
-@listed("spin", _WALL | {Tag.INELASTIC})
+@listed("spin")
 def _striker_stick() -> Staged:
     """A striker that can't turn is held by the cushion's friction: its speed along it is gone."""
     fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
     return _on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
-@listed("spin", _WALL | {Tag.INELASTIC})
+@listed("spin")
 def _striker_slide() -> Staged:
     """A striker that can't turn slides along the cushion, and keeps 4.3 of 10 m/s."""
     fields = {"wall_friction": 0.3, "wall_restitution": 0.9}
     return _on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
 
 
-@listed("spin", _PAIR)
+@listed("spin")
 def _throw_slide() -> Staged:
     """A cut shot with little friction: the object disc is thrown off the line of centres by 2.86 degrees."""
     after = ((42 / 25, -56 / 25), (83 / 25, 56 / 25))
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
 
 
-@listed("spin", _PAIR)
+@listed("spin")
 def _throw_stick() -> Staged:
     """A cut shot with much friction: the discs grip each other, and the throw is 7.13 degrees."""
     return _two((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
 
 
-@listed("spin", _PAIR)
+@listed("spin")
 def _gearing() -> Staged:
     """A cut shot with just the spin at which the discs roll on each other: no friction acts, however large."""
     return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
 
 
-@listed("spin", _PAIR)
+@listed("spin")
 def _english_stick() -> Staged:
     """A spinning disc hits another head-on and throws it aside: the discs grip each other."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
 
 
-@listed("spin", _PAIR)
+@listed("spin")
 def _english_slide() -> Staged:
     """A spinning disc hits another head-on and throws it aside a little: the discs slide past each other."""
     return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
@@ -157,7 +155,7 @@ def _between_plates(
     return Staged(scene, known)
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN}))
+@listed("spin")
 def _plates() -> Staged:
     """Between two rough plates the speed along them falls to a third at every bounce: it looks like a lost velocity."""
     states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
@@ -165,7 +163,7 @@ def _plates() -> Staged:
     return _between_plates(states, 3.0, 2.0, 1.0, source)
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN, Tag.GRAVITY, Tag.INELASTIC, Tag.TWO_BODIES}))
+@listed("spin")
 def _bounce_to_roll() -> Staged:
     """A disc thrown along a floor slides at three bounces, grips at the fourth, and ends rolling on the floor."""
     pull, drop = 2.0, 0.25  # impact speed 1, after half a second; later flights are 1/2, 1/4, ... of a second
@@ -199,13 +197,13 @@ def _superball(states: int) -> list[tuple[float, float]]:
     return found
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN}))
+@listed("spin")
 def _superball_table() -> Staged:
     """A superball thrown under a table comes back to the hand: floor, table, floor."""
     return _between_plates(_superball(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN, Tag.GRAVITY, Tag.TWO_BODIES}))
+@listed("spin")
 def _superball_hop() -> Staged:
     """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
     pull, drop, duration = 8.0, 1.0, 2.75  # impact speed 4, after half a second; a hop takes one
@@ -229,7 +227,7 @@ def _superball_hop() -> Staged:
     return Staged(scene, KnownAnswer(_GARWIN, tuple(impacts), 3, (velocity,), (end,), final_spin_rad_s=(-2.0,)))
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN}))
+@listed("spin")
 def _strip() -> Staged:
     """A superball between two plates, 500 impacts: it never gets away along them, but turns to and fro."""
     turn, rounds = math.acos(-7 / 9), 250
@@ -245,7 +243,7 @@ def _strip() -> Staged:
     return _between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
 
 
-@listed("spin", frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONVENTION}))
+@listed("spin")
 def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once: with friction their order decides what follows."""
     walls = [_FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
