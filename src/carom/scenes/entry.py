@@ -149,13 +149,14 @@ class CatalogueScene:
         scene, known = self._staged
         masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
         frame_s = 1.0 / scene.frame_rate_hz
+        off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
         told = {
             Tag.WALLS: Need.WALLS in scene.needs,
             Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
             Tag.INELASTIC: Need.RESTITUTION in scene.needs,
             Tag.GRAVITY: Need.GRAVITY in scene.needs,
             Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
-            Tag.IN_LINE: not any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1])),
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # which lead off it
             Tag.CHAIN: known.count is None or known.count > 1,
             Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
             Tag.MASS_RATIO: max(masses) >= 100 * min(masses),

@@ -84,7 +84,7 @@ def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: f
 
 def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64], duration_s: float) -> Scene:
     discs = [
-        Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=disc.radius_m, mass_kg=disc.mass_kg)
+        Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v)})
         for disc, p, v in zip(base.discs, position.tolist(), velocity.tolist(), strict=True)
     ]
     return _with(base, discs, duration_s=duration_s)

@@ -105,6 +105,7 @@ TAGS = {
     "classics/deflection": "immovable two-bodies",
     "gravity/free-fall": "gravity no-impact",
     "gravity/ladder": "chain gravity inelastic two-bodies walls",
+    "spin/english-stick": "two-bodies",
     "issues/mujoco-441": "fast immovable in-line two-bodies",
     "issues/pooltool-154": "chain conserved",
     "issues/rapier-974": "gravity inelastic two-bodies walls",
