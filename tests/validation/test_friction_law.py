@@ -83,7 +83,7 @@ def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
 
 
 def test_impacts_of_extreme_sizes_are_those_of_the_exact_law() -> None:
-    """So they are with masses, inertias, radii, speeds, spins and friction anywhere in what is computed with as it is."""
+    """So they are with masses, inertias, radii, speeds, spins and friction anywhere within the ordinary sizes."""
     rng = random.Random(5)
     for number in range(400):
         angle, size, speed = rng.uniform(0, 2 * math.pi), 2.0 ** rng.uniform(-190, 190), 2.0 ** rng.uniform(-190, 190)
