@@ -128,12 +128,6 @@ class DiscArrays:
         return len(self.position_m)
 
     @property
-    def largest_reach(self) -> float:
-        """Largest contact distance of two discs, metres."""
-        largest = np.partition(self.radius_m, -2)[-2:] if len(self) > 1 else self.radius_m * 2
-        return math.fsum(largest)
-
-    @property
     def movable(self) -> NDArray[np.bool_]:
         """Whether an impact moves each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)

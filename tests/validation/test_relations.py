@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 
 from carom import Disc, Scene, solve_pic, solve_pit
 from carom.scenes import CatalogueScene, Tag, catalogue
-from carom.stress.relations import HOLDS, RUNS, base_scene, deviation_of, relations
+from carom.stress.relations import HOLDS, Relation, base_scene, relations
 
 STABLE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.UNSTABLE, Tag.GRAVITY}]
 each_stable = pytest.mark.parametrize("entry", STABLE, ids=lambda entry: entry.name)
 FEWER = settings(max_examples=settings().max_examples // 5)
 ROUNDING = 1e-12
 
-NAMES = [relation.name for relation in relations()] + list(RUNS)
+each_relation = pytest.mark.parametrize("relation", relations(), ids=lambda relation: relation.name)
 
 
 def growth(entry: CatalogueScene) -> float:
@@ -34,19 +34,19 @@ def with_discs(scene: Scene, discs: list[Disc], **fields: object) -> Scene:
     return Scene(**{**dict(scene), "discs": discs, **fields})
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_pic_holds_every_relation(name: str) -> None:
+@each_relation
+def test_pic_holds_every_relation(relation: Relation) -> None:
     """PIC holds each relation to a few hundred roundings, and those that change no digit to the bit."""
-    deviation = deviation_of(name, base_scene(), solve_pic)
+    deviation = relation.deviation(base_scene(), solve_pic)
     assert deviation <= 1e-13
-    if name in {"mirror", "relabelling", "units-of-two", "far-disc"}:
+    if relation.name in {"mirror", "relabelling", "units-of-two", "far-disc"}:
         assert deviation == 0.0
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_pit_holds_every_relation(name: str) -> None:
+@each_relation
+def test_pit_holds_every_relation(relation: Relation) -> None:
     """Sampling changes what is found, but not by the unit, the frame of reference or the numbering."""
-    assert deviation_of(name, base_scene(), solve_pit) <= HOLDS
+    assert relation.deviation(base_scene(), solve_pit) <= HOLDS
 
 
 @each_stable

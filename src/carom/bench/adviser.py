@@ -62,10 +62,20 @@ class Demand:
     Attributes:
         direction_error_rad: No disc's direction after any impact may be wrong by more.
         miss_probability: Share of starts at which an impact may be missed or invented.
+
+    Raises:
+        InputError: A number is out of range.
     """
 
     direction_error_rad: float
     miss_probability: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.direction_error_rad < math.pi:
+            degrees = math.degrees(self.direction_error_rad)
+            raise InputError(f"the direction error must be above 0 and below 180 degrees, got {degrees:g} degrees")
+        if not 0 <= self.miss_probability < 1:
+            raise InputError(f"the miss probability must be 0 or more and below 1, got {self.miss_probability:g}")
 
 
 @dataclass(frozen=True)
@@ -205,7 +215,6 @@ def advise(
         UnknownNameError: There is no such engine.
     """
     started = time.perf_counter()
-    _require_demand(demand)
     require_scored(scene)
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
@@ -250,14 +259,6 @@ def advise(
         tuple(search.answer() for search in searches.values()),
         phases,
     )
-
-
-def _require_demand(demand: Demand) -> None:
-    if not 0 < demand.direction_error_rad < math.pi:
-        degrees = math.degrees(demand.direction_error_rad)
-        raise InputError(f"the direction error must be above 0 and below 180 degrees, got {degrees:g} degrees")
-    if not 0 <= demand.miss_probability < 1:
-        raise InputError(f"the miss probability must be 0 or more and below 1, got {demand.miss_probability:g}")
 
 
 def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[float]:

@@ -42,7 +42,7 @@ def advise(
     """
     from carom.bench.adviser import Demand
     from carom.bench.adviser import advise as find
-    from carom.report.advice import advice_document
+    from carom.report.small import advice_document
     from carom.runs.pool import LocalPool
 
     found = shared.plain_scenes_named([scene])

@@ -80,7 +80,7 @@ def bench(
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
     from carom.report import require_writable
-    from carom.report.bench import bench_document, write_bench
+    from carom.report.bench_document import bench_document, write_bench
     from carom.runs.scoring import score_journal
 
     if not scenes:
@@ -142,7 +142,7 @@ def _grow(
 ) -> None:
     from carom.bench.growth import growth, growth_journal
     from carom.report import require_writable
-    from carom.report.growth import growth_document, write_growth
+    from carom.report.growth_document import growth_document, write_growth
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")

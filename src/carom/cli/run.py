@@ -17,14 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["FailOn", "run"]
 
 
-class FailOn(StrEnum):
-    """The best grade that counts as a violation."""
-
-    CLOSE = "close"
-    SAMPLED = "sampled"
-    INACCURATE = "inaccurate"
-    WRONG = "wrong"
-    NEVER = "never"
+#: The best grade that counts as a violation.
+FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 
 @shared.guarded

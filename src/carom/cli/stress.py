@@ -59,7 +59,7 @@ def stress(
     if time_limit is not None and not time_limit > 0:
         raise InputError(f"--time-limit must be a number of seconds above 0, got {time_limit}")
     from carom.report import require_writable
-    from carom.report.stress import stress_document, write_stress
+    from carom.report.stress_document import stress_document, write_stress
 
     require_writable(out)
     with shared.resumable(out / campaign.JOURNAL), shared.progress_bar() as progress:

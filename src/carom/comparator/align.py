@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from carom.trace import Trace
 
-__all__ = ["Alignment", "Reach", "align"]
+__all__ = ["Alignment", "Reach", "align", "by_pair"]
 
 #: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
 LATEST_STAMP_STEPS = 2
@@ -80,16 +79,13 @@ def align(reference: Trace, observed: Trace) -> Alignment:
     slack = LATEST_STAMP_STEPS * observed.dt_s
     windows = _windows(reference, slack)
     timed = np.isfinite(observed.impacts["time_s"])  # what comes at no time is no impact of the reference
-    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in _by_pair(observed.impacts).items()}
+    observed_by_pair = {pair: [o for o in found if timed[o]] for pair, found in by_pair(observed.impacts).items()}
+    times = (reference.impacts["time_s"], observed.impacts["time_s"])
     matched: list[tuple[int, int]] = []
-    for pair, expected in _by_pair(reference.impacts).items():
-        found = observed_by_pair.get(pair, [])
-        for part, candidates in _independent(expected, found, observed.impacts["time_s"], windows):
-            times = (reference.impacts["time_s"], observed.impacts["time_s"])
-            matched += _align_pair(part, candidates, *times, windows)
+    for pair, expected in by_pair(reference.impacts).items():
+        matched += _align_pair(expected, observed_by_pair.get(pair, []), *times, windows)
     matched.sort()
-    hit = {r for r, _ in matched}
-    used = {o for _, o in matched}
+    hit, used = {r for r, _ in matched}, {o for _, o in matched}
     unmatched = [r for r in range(len(reference.impacts)) if r not in hit]
     # A run is as long as the scene; an impact in its last steps may have no later step in which it could be reported.
     last_reportable = observed.end_time_s - slack
@@ -120,7 +116,8 @@ def _has_passed(impact: np.void, observed: Trace) -> bool:
     return bool(apart @ moving >= 0.0)
 
 
-def _by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
+def by_pair(impacts: NDArray[np.void]) -> dict[Pair, list[int]]:
+    """Return the indices of the impacts of each pair of bodies, in order."""
     indices: dict[Pair, list[int]] = defaultdict(list)
     for k, (first, second) in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
         indices[first, second].append(k)
@@ -150,21 +147,6 @@ def _windows(reference: Trace, slack: float) -> list[tuple[float, float]]:
             latest = min(latest, mine[after] if after < len(mine) else math.inf)
         windows.append((earliest - slack, latest + slack))
     return windows
-
-
-def _independent(
-    expected: list[int], found: list[int], observed_time: NDArray[np.float64], windows: list[tuple[float, float]]
-) -> Iterator[tuple[list[int], list[int]]]:
-    """Cut one pair's impacts where no window reaches across, so that a long history costs no more than its parts."""
-    start = 0
-    ends = np.maximum.accumulate([windows[r][1] for r in expected]).tolist()
-    times = observed_time[found]
-    for k in range(1, len(expected) + 1):
-        if k == len(expected) or windows[expected[k]][0] > ends[k - 1]:
-            early = min(windows[r][0] for r in expected[start:k])
-            within = np.flatnonzero((times >= early) & (times <= ends[k - 1]))
-            yield expected[start:k], [found[c] for c in within]
-            start = k
 
 
 def _align_pair(

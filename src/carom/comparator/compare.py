@@ -16,8 +16,9 @@ from carom.comparator.horizon import reach_of
 from carom.comparator.local import LocalErrors, local_errors
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
-from carom.comparator.sampling import paid_by, paid_of, price_of_sampling
+from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, scales_of
+from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, Finding, Verdict, findings
 from carom.errors import InputError
 from carom.scene import Need, Scene
@@ -202,5 +203,11 @@ def _price_paid(evidence: Evidence) -> float:
         return math.nan
     if evidence.broken:
         return math.inf
+    if not evidence.reach.impacts:
+        return math.nan
     paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.reach.impacts)
-    return paid_by(paid, evidence.price, evidence.rounding)
+    most, worst = float(np.max(paid)), evidence.price.worst
+    # 0 over 0 is 0, and an error where sampling costs none is infinitely worse.
+    if most <= evidence.rounding:
+        return 0.0
+    return most / worst if worst > THRESHOLDS.rounding else math.inf

@@ -1,16 +1,7 @@
 """Whether a run agrees with itself: what a method reports of its impacts, and its own states.
 
-Between two impacts a disc flies freely, so the velocity before an impact is that after the one before it, and where the
-disc is follows from them; after its last impact, so do the final velocity and position. The step that reports a contact
-says within which times its stamp must lie, and an impact without friction changes velocities along its normal alone. So
-a disc that drifts, turns or slows down between impacts shows, and so does a stamp, a normal or a velocity that is not
-what happened: in every run, beyond any horizon, without any reference. Two discs that strike each other keep their
-momentum, so a velocity after their impact that is wrong on one side alone shows as well.
-
-What sampling explains is no fault. A contact that is noticed within a step may move bodies by as much as they close in
-on each other in a step: pushed apart where they overlap, or held back where they would. `Consistency.excess` is what
-lies beyond that. Under gravity an engine's velocities are those of its step boundaries and its path may be a polygon;
-across the pull both are uniform all the same, and along it a velocity changes by no more than gravity gives it.
+What is asked, and what of it sampling and gravity explain, stands in `docs/scoring.md`, section 4. It is asked of every
+run, beyond any horizon, without any reference.
 """
 
 from __future__ import annotations
@@ -74,12 +65,9 @@ class Consistency:
 
 
 def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> Consistency:
-    """Hold a run against itself.
+    """Hold a run, whose numbers are finite where they are known, against itself, up to a time, over its scales.
 
-    Args:
-        trace: The run; all its numbers are finite where they are known.
-        scales: What deviations are divided by.
-        until_s: What happens later does not count: where a disc comes to rest, free flight has ended.
+    What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
     """
     flights = np.concatenate(list(_flights(trace, until_s)))
     across, normal_rad = _normals(trace, scales)

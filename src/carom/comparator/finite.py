@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from carom.trace import IMPACT_DTYPE, Trace
+from carom.trace import IMPACT_DTYPE, Trace, velocities
 
 __all__ = ["finite_impacts", "not_finite"]
 
@@ -16,9 +17,7 @@ _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name]
 
 def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return for each impact whether all of its own numbers are finite, shape ``(m,)``."""
-    sound = np.ones(len(trace.impacts), dtype=np.bool_)
-    for name in _NUMBERS:
-        sound &= _rows(trace.impacts[name])
+    sound: NDArray[np.bool_] = np.all([_rows(trace.impacts[name]) for name in _NUMBERS], axis=0)
     return sound
 
 
@@ -32,33 +31,26 @@ def not_finite(trace: Trace) -> str:
 
 
 def _broken(trace: Trace) -> Iterator[str]:
-    impacts, state, effective = trace.impacts, trace.state_before, trace.effective_time_s
+    impacts, state, effective, samples = trace.impacts, trace.state_before, trace.effective_time_s, trace.samples
     for name in _NUMBERS:
-        yield from _named(f"{name} of impact", impacts[name], _rows(impacts[name]))
-    known = np.ones(len(impacts), dtype=np.bool_)
+        yield from _named(f"{name} of impact", impacts[name])
+    unknown = np.zeros(len(impacts), dtype=np.bool_)
     if state is not None:
         places = np.concatenate([state["position_first"], state["position_second"]], axis=1)
         unknown = np.isnan(places).all(axis=1) & ~np.isinf(state["time_s"])
-        known = ~unknown
         for name in state.dtype.names or ():
-            yield from _named(f"{name} of the state before impact", state[name], _rows(state[name]) | unknown)
+            yield from _named(f"{name} of the state before impact", state[name], unknown)
     if effective is not None:
-        changed = np.zeros(len(impacts), dtype=np.bool_)
-        for body in ("first", "second"):
-            changed |= np.any(impacts[f"velocity_{body}_before"] != impacts[f"velocity_{body}_after"], axis=1)
-        sound = np.isfinite(effective) | (np.isnan(effective) & ~(known & changed))
-        yield from _named("effective_time_s of impact", effective, sound)
-    for name, values in (
-        ("final_position_m of disc", trace.final_position_m),
-        ("final_velocity_m_s of disc", trace.final_velocity_m_s),
-    ):
-        yield from _named(name, values, _rows(values))
-    for name, value in (("end_time_s", trace.end_time_s), ("dt_s", trace.dt_s)):
-        if not np.isfinite(value):
-            yield f"{name} is {value}"
-    if trace.samples is not None:
-        yield from _named("time_s of sample", trace.samples.time_s, _rows(trace.samples.time_s))
-        yield from _named("position_m of sample", trace.samples.position_m, _rows(trace.samples.position_m))
+        changed = np.any(velocities(impacts, "before") != velocities(impacts, "after"), axis=(0, 2))
+        yield from _named("effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed))
+    yield from _named("final_position_m of disc", trace.final_position_m)
+    yield from _named("final_velocity_m_s of disc", trace.final_velocity_m_s)
+    for name in ("end_time_s", "dt_s"):
+        if not math.isfinite(getattr(trace, name)):
+            yield f"{name} is {getattr(trace, name)}"
+    if samples is not None:
+        yield from _named("time_s of sample", samples.time_s)
+        yield from _named("position_m of sample", samples.position_m)
 
 
 def _rows(values: ArrayLike) -> NDArray[np.bool_]:
@@ -67,7 +59,8 @@ def _rows(values: ArrayLike) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(array).all(axis=tuple(range(1, array.ndim))), dtype=np.bool_)
 
 
-def _named(what: str, values: ArrayLike, sound: NDArray[np.bool_]) -> Iterator[str]:
-    for row in np.flatnonzero(~sound)[:1].tolist():
+def _named(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
+    """Yield the first row that is not finite, unless it is allowed not to be."""
+    for row in np.flatnonzero(~(_rows(values) | allowed))[:1].tolist():
         shown = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
         yield f"{what} {row} is {shown}"

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.align import Reach
+from carom.comparator.align import Reach, by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene
@@ -17,16 +16,12 @@ from carom.solvers.certified import CertifiedTrace, certify
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector, velocities
 
-__all__ = ["DEFAULT_TOLERANCE", "Horizon", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
+__all__ = ["Horizon", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
 
-#: Where two runs that began an ulp apart differ by this part of the scene's speed (velocities) or duration (times), the
-#: reference is no longer believed. A thousand times the rounding threshold of the verdicts, and a thousandth of what
-#: sampling costs at any usual step, so that neither depends on where exactly the line is drawn.
+#: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
+#: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
+#: that neither depends on where exactly the line is drawn; and enough beside engines in float32 (1e-7).
 BELIEVED = 1e-9
-
-#: Times over the scene's duration, velocities over its greatest speed: what a reference should be good for beside
-#: engines that compute in float32 (1e-7).
-DEFAULT_TOLERANCE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -34,8 +29,8 @@ class Horizon:
     """How far a float64 trace agrees with the certified one.
 
     Attributes:
-        tolerance: Largest error of a time over the scene's duration, and of a velocity over the greatest speed: that of
-            the start or, under gravity, after any impact, where it is greater.
+        tolerance: Largest error of a time over the scene's duration, and of a velocity or a rim's speed over the
+            greatest of these: at the start or, under gravity, after any impact, where it is greater.
         agreed: How many impacts, from the first, agree to the tolerance.
         order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
         certified: How many impacts were certified.
@@ -69,7 +64,7 @@ class Horizon:
 def horizon(
     scene: Scene,
     *,
-    tolerance: float = DEFAULT_TOLERANCE,
+    tolerance: float = BELIEVED,
     max_impacts: int | None = None,
     time_budget_s: float | None = None,
 ) -> Horizon:
@@ -77,7 +72,7 @@ def horizon(
 
     Args:
         scene: The scene.
-        tolerance: Largest error of a time over the scene's duration, and of a velocity over the greatest speed.
+        tolerance: As in `Horizon`.
         max_impacts: Look no further than this impact; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
 
@@ -89,7 +84,7 @@ def horizon(
     return horizon_of(certified, solve_pic(scene, max_impacts=max_impacts), tolerance=tolerance)
 
 
-def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DEFAULT_TOLERANCE) -> Horizon:
+def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BELIEVED) -> Horizon:
     """Return how far a trace agrees with a certified run of the same scene.
 
     Impacts whose order makes no difference may stand either way round.
@@ -102,7 +97,8 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DE
     if not 0 < tolerance < math.inf:
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
-    found = _in_certified_order(certified, trace)
+    order = _certified_order(certified, trace)
+    found = trace.impacts[order]
     complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
     same = truth[["first", "second"]][:common] == found[["first", "second"]][:common]
@@ -114,7 +110,15 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = DE
     if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
         speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
-    error = _apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end])
+    rims = np.zeros(end)
+    if trace.spins is not None and certified.trace.spins is not None and certified.spin_radii is not None:
+        speed = max(speed, float(np.abs(scene.arrays.surface_speed_m_s).max()))
+        for side in ("first", "second"):
+            spins = [rows[f"{side}_after"][:end] for rows in (trace.spins[order], certified.trace.spins)]
+            radius = np.append(scene.arrays.radius_m, 0.0)[np.maximum(truth[side][:end], -1)]
+            off = np.abs(spins[0] - spins[1]) + certified.spin_radii[f"{side}_after"][:end]
+            rims = np.maximum(rims, radius * off / speed)
+    error = np.maximum(_apart(found[:end], truth[:end], scene.duration_s, speed, certified.radii[:end]), rims)
     beyond = np.flatnonzero(~(error <= tolerance))
     agreed = int(beyond[0]) if len(beyond) else end
     whole = complete and agreed == len(truth) and order_differs is None
@@ -133,23 +137,19 @@ def _apart(
     return found
 
 
-def _in_certified_order(certified: CertifiedTrace, trace: Trace) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-    """Return the trace's impacts; two that commute stand as the certified run has them."""
-    found, truth = trace.impacts.copy(), certified.trace.impacts
+def _certified_order(certified: CertifiedTrace, trace: Trace) -> NDArray[np.intp]:
+    """Return which of the trace's impacts come where: two that commute stand as the certified run has them."""
+    found, truth, order = trace.impacts.copy(), certified.trace.impacts, np.arange(len(trace.impacts))
     bodies = ["first", "second"]
     for a, b in certified.commuted:
         swapped = b < len(found) and found[a][bodies] == truth[b][bodies] and found[b][bodies] == truth[a][bodies]
         if swapped:
-            found[[a, b]] = found[[b, a]]
-    return found
+            found[[a, b]], order[[a, b]] = found[[b, a]], order[[b, a]]
+    return order
 
 
 def reach_of(reference: Trace, horizon: float | None) -> Reach:
-    """Return what of a reference lies within a horizon.
-
-    Args:
-        reference: The reference.
-        horizon: A number of impacts (an int), a time in seconds (a float), or None for the whole run.
+    """Return what of a reference lies within a horizon, given as in `carom.compare`.
 
     Raises:
         InputError: It is negative or not a number.
@@ -171,14 +171,11 @@ def reach_of(reference: Trace, horizon: float | None) -> Reach:
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a PIC trace may be believed; None where that is the whole of it.
+    """Estimate the time up to which a trace by `carom.solve_pic` may be believed; None where that is the whole of it.
 
     The scene is solved again with every number of its start moved by one unit in the last place. Rounding does about as
     much to a run at each impact, so where the two part, neither is to be believed. That is an estimate and no proof:
     `carom certify` proves.
-
-    Args:
-        reference: A trace by `carom.solve_pic`.
     """
     scene = reference.scene
     if reference.ambiguous or not len(reference.impacts):
@@ -208,32 +205,24 @@ def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
 
     Counted pair by pair: impacts of different pairs at nearly one instant may change places without any harm.
     """
-    numbers: list[dict[tuple[int, int, int], int]] = []
-    for trace in (reference, other):
-        seen: Counter[tuple[int, int]] = Counter()
-        index = {}
-        for k, pair in enumerate(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True)):
-            index[(*pair, seen[pair])] = k
-            seen[pair] += 1
-        numbers.append(index)
-    return np.array([numbers[1].get(key, -1) for key in numbers[0]], dtype=np.intp)
+    same, others = np.full(len(reference.impacts), -1, dtype=np.intp), by_pair(other.impacts)
+    for pair, indices in by_pair(reference.impacts).items():
+        found = others.get(pair, [])[: len(indices)]
+        same[indices[: len(found)]] = found
+    return same
 
 
 def _nudged(scene: Scene, *, positions: bool) -> Scene:
     """Return the scene with every velocity, and every position where asked for, moved by one unit in the last place."""
     signs = np.random.default_rng(0).choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
-    discs = tuple(
-        Disc(
-            **{
-                **dict(disc),
-                "position_m": _moved(disc.position_m, sign[:2]) if positions else disc.position_m,
-                "velocity_m_s": _moved(disc.velocity_m_s, sign[2:]),
-            }
-        )
-        if not disc.immovable
-        else disc
-        for disc, sign in zip(scene.discs, signs, strict=True)
-    )
+
+    def moved(disc: Disc, sign: list[float]) -> Disc:
+        if disc.immovable:
+            return disc
+        place = _moved(disc.position_m, sign[:2]) if positions else disc.position_m
+        return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": _moved(disc.velocity_m_s, sign[2:])})
+
+    discs = tuple(map(moved, scene.discs, signs))
     return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
 
 

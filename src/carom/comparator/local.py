@@ -4,9 +4,8 @@ Chaos ends the meaning of any comparison with the reference's trajectory. But th
 before an impact is an exact input: two discs on straight lines, whose instant, normal and velocities after have closed
 forms. So each impact of a run, however long, can be scored on its own.
 
-What sampling alone would have made of the same state is a closed form, too: PIT collides the pair at the first step
-boundary at or after contact, along the line of centres there. So the local error, too, is told apart into sampling and
-solver.
+What PIT makes of the same state is one, too: it collides the pair at the first step boundary at or after contact, along
+the line of centres there. So the local error is told apart into sampling and solver.
 """
 
 from __future__ import annotations

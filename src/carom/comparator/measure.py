@@ -71,18 +71,11 @@ def _called(name: str) -> float:
 class Errors:
     """The metrics: the largest error of each kind, of one trace against another. NaN where there is none.
 
-    A metric is a field here, filled below and named in `docs/scoring.md`: tables and JSON lines have all of them. Those
-    with a sign are observed less reference. Of what ends, nothing is measured beyond a horizon, nor where the two runs
-    end at different times.
+    A metric is a field here, filled below and named in `docs/scoring.md`: tables and JSON lines have all of them. The
+    first seven are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs. Of what
+    ends, nothing is measured beyond a horizon, nor where the two runs end at different times.
 
     Attributes:
-        time_s: Effective time (reported where that is not known), seconds, with its sign.
-        reported_time_s: Reported time, seconds, with its sign.
-        velocity: Velocity after an impact, the worse of the two bodies, over the scene's speed.
-        along_normal: Its part along the normal.
-        across_normal: Its part across it.
-        restitution: Effective coefficient of restitution, with its sign.
-        direction_rad: Direction after an impact.
         energy: Final kinetic energy, over that at the start, with its sign; 0 where nothing moved at the start.
         momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
         final_position: Distance of a disc from its final place, over the scene's length.
@@ -102,16 +95,14 @@ class Errors:
     final_velocity: float = _called("final velocity")
 
 
+_OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "along_normal", "across_normal", "direction_rad")
+
+
 @dataclass(frozen=True)
 class Measured:
-    """All that is measured of one trace against a reference; what it means is for the verdict to say.
+    """All that is measured of a trace against a reference: which impact is which, its error, the largest of each kind.
 
     An error of a number that is itself NaN or infinite is infinite.
-
-    Attributes:
-        alignment: Which impact is which.
-        errors: One entry a matched impact.
-        largest: The largest of each kind, and those of the end.
     """
 
     alignment: Alignment
@@ -137,13 +128,8 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
         alignment=alignment,
         errors=errors,
         largest=Errors(
-            time_s=largest(error.time_s for error in errors),
-            reported_time_s=largest(error.reported_time_s for error in errors),
-            velocity=largest(error.velocity for error in errors),
-            along_normal=largest(error.along_normal for error in errors),
-            across_normal=largest(error.across_normal for error in errors),
+            **{name: largest(getattr(error, name) for error in errors) for name in _OF_IMPACTS},
             restitution=largest(e.restitution_error for e in errors if not math.isnan(e.restitution_error)),
-            direction_rad=largest(error.direction_rad for error in errors),
             energy=_energy_error(reference, observed, scales) if together or conserved else 0.0,
             momentum=momentum,
             final_position=position,

@@ -30,11 +30,6 @@ class Order:
     edits: int
     inverted: tuple[tuple[int, int], ...]
 
-    @property
-    def out_of_place(self) -> frozenset[int]:
-        """The reference's impacts that are part of an inversion."""
-        return frozenset(index for pair in self.inverted for index in pair)
-
 
 def order_of(reference: Trace, observed: Trace, alignment: Alignment) -> Order:
     """Compare the order of the impacts of an alignment, which may end at a horizon.

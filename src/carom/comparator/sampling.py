@@ -18,7 +18,7 @@ from carom.comparator.align import Reach
 from carom.comparator.finite import not_finite
 from carom.comparator.measure import Measured, measure, worse
 from carom.comparator.scales import Scales, scales_of
-from carom.comparator.shift import even_phases, shifted
+from carom.comparator.shift import even_phases, shifted_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.scene import Scene
@@ -26,7 +26,7 @@ from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Trace, velocities
 
-__all__ = ["Price", "changes", "paid_by", "paid_of", "price_of_sampling"]
+__all__ = ["Price", "changes", "paid_of", "price_of_sampling"]
 
 Array = NDArray[np.float64]
 
@@ -91,22 +91,6 @@ def paid_of(reference: Trace, measured: Measured, scales: Scales, believed: int)
     return paid
 
 
-def paid_by(paid: Array, price: Price, rounding: float) -> float:
-    """Return the largest velocity error of a run over PIT's at worst over the phases of the step; NaN without impacts.
-
-    Args:
-        paid: The run's, impact by impact.
-        price: PIT's.
-        rounding: What counts as no error: 0 over 0 is 0, and an error where sampling costs none is infinitely worse.
-    """
-    if not len(paid):
-        return math.nan
-    most = float(np.max(paid))
-    if most <= rounding:
-        return 0.0
-    return most / price.worst if price.worst > THRESHOLDS.rounding else math.inf
-
-
 def changes(reference: Trace, scales: Scales) -> Array:
     """Return what each impact of a reference changes of a velocity, the more changed one, over the scene's speed."""
     return worse(velocities(reference.impacts, "after") - velocities(reference.impacts, "before")) / scales.speed_m_s
@@ -116,11 +100,7 @@ def changes(reference: Trace, scales: Scales) -> Array:
 def _at_other_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tuple[Price, ...]:
     """Return the price at each phase but that of the scene itself, as far as the same impacts happen there.
 
-    Args:
-        scene: The scene.
-        dt_s: The step, seconds.
-        believed: How many impacts are asked for.
-        cut: Whether there are more, beyond a horizon; then nothing is known of the end.
+    `cut` says that there are more than the `believed` impacts, beyond a horizon: then nothing is known of the end.
     """
     reference = solve_pic(scene, max_impacts=believed if cut else None)
     return tuple(_prices(reference, dt_s, believed, cut))
@@ -128,10 +108,7 @@ def _at_other_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tup
 
 def _prices(reference: Trace, dt_s: float, believed: int, cut: bool) -> Iterator[Price]:
     scales, bodies = scales_of(reference.scene, reference), reference.impacts[["first", "second"]][:believed]
-    for phase in even_phases(THRESHOLDS.phases)[1:]:
-        moved = shifted(reference, dt_s, phase)
-        if moved is None:
-            continue
+    for moved in shifted_scenes(reference, dt_s, even_phases(THRESHOLDS.phases)[1:]):
         try:
             truth = solve_pic(moved, max_impacts=believed + 1)
             pit = solve_pit(moved, frame_rate_hz=1.0 / dt_s)

@@ -6,7 +6,7 @@ One phase makes a step look lucky or unlucky: where in a step an impact falls is
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector
 
-__all__ = ["begun_earlier", "even_phases", "shifted", "shifted_references"]
+__all__ = ["begun_earlier", "even_phases", "shifted_references", "shifted_scenes"]
 
 
 def even_phases(count: int) -> tuple[float, ...]:
@@ -30,8 +30,8 @@ def even_phases(count: int) -> tuple[float, ...]:
     return tuple(k / count for k in range(count))
 
 
-def shifted(reference: Trace, dt_s: float, phase: float) -> Scene | None:
-    """Return a scene shifted along its own motion to a phase; None where it can't be.
+def shifted_scenes(reference: Trace, dt_s: float, phases: Iterable[float]) -> Iterator[Scene]:
+    """Yield a scene shifted along its own motion to each phase; what can't be shifted is left out.
 
     All discs are taken ``phase * dt`` ahead along their paths, and the duration is shortened by as much; where an
     impact comes before that, they are taken back by the rest of the step instead.
@@ -39,38 +39,33 @@ def shifted(reference: Trace, dt_s: float, phase: float) -> Scene | None:
     Args:
         reference: The scene's PIC trace.
         dt_s: The step, seconds.
-        phase: Part of a step, 0 to 1.
+        phases: Parts of a step, 0 to 1.
     """
     scene = reference.scene
     first = float(reference.impacts["time_s"][0]) if len(reference.impacts) else math.inf
-    ahead = phase * dt_s
-    try:
-        return _shifted(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
-    except SceneError:
-        return None
+    for phase in phases:
+        ahead = phase * dt_s
+        try:
+            yield _shifted(scene, ahead if ahead < min(first, scene.duration_s) else ahead - dt_s)
+        except SceneError:
+            continue
 
 
-def shifted_references(reference: Trace, dt_s: float, phases: Sequence[float]) -> tuple[Trace, ...]:
-    """Return the references of a scene shifted along its own motion to each phase; what can't be shifted is left out.
+def shifted_references(reference: Trace, dt_s: float, phases: Iterable[float]) -> tuple[Trace, ...]:
+    """Return the references of the scenes of `shifted_scenes`.
 
     A shift that changes which impacts happen (because the way back leads through another body, or the last impact falls
-    past the end) is none.
-
-    Args:
-        reference: The scene's PIC trace.
-        dt_s: The step, seconds.
-        phases: Parts of a step, 0 to 1.
+    past the end) is none, and left out, too.
     """
-    found = []
-    for phase in phases:
-        moved = shifted(reference, dt_s, phase)
-        if moved is None:
-            continue
-        trace = solve_pic(moved, max_impacts=len(reference.impacts) + 1)
-        same = np.array_equal(trace.impacts[["first", "second"]], reference.impacts[["first", "second"]])
-        if same and not not_finite(trace):
-            found.append(trace)
-    return tuple(found)
+    bodies = ["first", "second"]
+    traces = (
+        solve_pic(moved, max_impacts=len(reference.impacts) + 1) for moved in shifted_scenes(reference, dt_s, phases)
+    )
+    return tuple(
+        trace
+        for trace in traces
+        if np.array_equal(trace.impacts[bodies], reference.impacts[bodies]) and not not_finite(trace)
+    )
 
 
 def begun_earlier(scene: Scene, by_s: float) -> Scene:
@@ -98,13 +93,10 @@ def begun_earlier(scene: Scene, by_s: float) -> Scene:
 
 def _nothing_meets(scene: Scene, shift_s: float) -> bool:
     """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
-    ahead = scene if shift_s > 0 else _reversed(scene)
-    return len(solve_pic(ahead, max_impacts=1, until_s=abs(shift_s)).impacts) == 0
-
-
-def _reversed(scene: Scene) -> Scene:
-    """Return the scene that runs the path before the start backwards; a parabola is the same one either way."""
-    return _with_states(scene, [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1])) for d in scene.discs])
+    if shift_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
+        back = [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1])) for d in scene.discs]
+        scene = _with_states(scene, back)
+    return len(solve_pic(scene, max_impacts=1, until_s=abs(shift_s)).impacts) == 0
 
 
 def _shifted(scene: Scene, shift_s: float) -> Scene:

@@ -63,22 +63,15 @@ class Finding:
 
 @dataclass(frozen=True)
 class Evidence:
-    """All that a verdict is derived from.
+    """All that a verdict is derived from: what a `Score` shows, and what that was found from.
 
     Attributes:
-        reference: The reference.
-        observed: The trace that is judged.
-        scales: The scene's own scales.
         reach: What of the reference is believed.
-        measured: What was measured of the trace against it.
+        measured: What was measured of the observed trace against it.
         sampling: What was measured of PIT at the same step; None where that was not run.
-        against_pit: What was measured of the trace against that PIT; None as well.
+        against_pit: What was measured of the observed trace against that PIT; None as well.
         price: What PIT pays at worst over the phases of that step; None as well.
-        order: The order of the impacts.
-        local: Each impact against the analytic answer from the run's own state before it.
-        convention: Which admissible outcome it took, where the scene has no unique answer.
-        consistency: How far it is from what its own impacts and states lead to; None where it has a number that is
-            NaN or infinite.
+        consistency: None where the observed trace has a number that is NaN or infinite.
         broken: Which number that is, empty where there is none.
     """
 
@@ -129,8 +122,9 @@ class Evidence:
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    rules = (_soundness, _convention, _hits, _order, _timing, _motion, _end, _own_path)
-    found = [finding for rule in rules for finding in rule(evidence)]
+    rules = (_convention, _hits, _order, _timing, _motion, _end, _own_path)
+    found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
+    found += [finding for rule in rules for finding in rule(evidence)]
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared:
@@ -141,11 +135,6 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.reach.impacts} impacts found{floats}"))
     return tuple(found)
-
-
-def _soundness(evidence: Evidence) -> Iterator[Finding]:
-    if evidence.broken:
-        yield Finding(Verdict.NOT_FINITE, evidence.broken)
 
 
 def _convention(evidence: Evidence) -> Iterator[Finding]:
@@ -204,7 +193,8 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
 
 def _timing(evidence: Evidence) -> Iterator[Finding]:
     # Two impacts that have changed places are each at the other's time: that is said already.
-    errors = [e.time_s for e in evidence.measured.errors if e.reference not in evidence.order.out_of_place]
+    swapped = {index for pair in evidence.order.inverted for index in pair}
+    errors = [error.time_s for error in evidence.measured.errors if error.reference not in swapped]
     for verdict, sign in ((Verdict.LATE, 1.0), (Verdict.EARLY, -1.0)):
         worst = largest((sign * error for error in errors if sign * error > 0.0), default=0.0)
         if worst > evidence.rounding_s:
@@ -212,20 +202,18 @@ def _timing(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _motion(evidence: Evidence) -> Iterator[Finding]:
-    errors = evidence.measured.errors
-    turned = largest((error.direction_rad for error in errors), default=0.0)
-    worst = max(errors, key=lambda error: error.velocity, default=None)
+    worst = max(evidence.measured.errors, key=lambda error: error.velocity, default=None)
     if worst is not None and worst.velocity > evidence.rounding:
         reason = f"by up to {worst.velocity:.3g} of the scene's speed"
         if worst.normal_rad > evidence.rounding:
             reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
+    turned, energy = evidence.measured.largest.direction_rad, evidence.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
-    energy_error = evidence.measured.largest.energy
-    if abs(energy_error) > THRESHOLDS.energy:
-        verdict = Verdict.ENERGY_GAINED if energy_error > 0 else Verdict.ENERGY_LOST
-        yield Finding(verdict, f"{abs(energy_error):.3g} of the energy at the start")
+    if abs(energy) > THRESHOLDS.energy:
+        verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
+        yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
 
 
 def _end(evidence: Evidence) -> Iterator[Finding]:
@@ -255,27 +243,18 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
     own, rounding = evidence.consistency, evidence.rounding
     if own is None:
         return
-    speed, degrees = "of the scene's speed", math.degrees(own.normal_rad)
-    turns, momentum = f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}", f"{own.momentum:.3g} {speed}"
+    speed, two_discs = "of the scene's speed", "for the centre of mass of the two discs"
+    degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
     for verdict, size, allowed, reason in (
-        (Verdict.TURNS, own.velocity.size, rounding, f"by up to {turns}"),
-        (Verdict.MOMENTUM, own.momentum, rounding, f"by up to {momentum}, for the centre of mass of the two discs"),
-        (
-            Verdict.WRONG_STAMP,
-            own.stamp_s,
-            rounding * evidence.scales.time_s,
-            f"by up to {_seconds(own.stamp_s, evidence)}",
-        ),
-        (
-            Verdict.WRONG_NORMAL,
-            own.across,
-            rounding,
-            f"by up to {degrees:.3g} degrees from what the velocities change by",
-        ),
-        (Verdict.WRONG_NORMAL, own.normal_length, rounding, f"their length is up to {own.normal_length:.3g} off 1"),
+        (Verdict.TURNS, own.velocity.size, rounding, f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}"),
+        (Verdict.MOMENTUM, own.momentum, rounding, f"{own.momentum:.3g} {speed}, {two_discs}"),
+        (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, _seconds(own.stamp_s, evidence)),
+        (Verdict.WRONG_NORMAL, own.across, rounding, f"{degrees:.3g} degrees from what the velocities change by"),
     ):
         if not size <= allowed:
-            yield Finding(verdict, reason)
+            yield Finding(verdict, f"by up to {reason}")
+    if not own.normal_length <= rounding:
+        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {own.normal_length:.3g} off 1")
 
 
 def _seconds(time_s: float, evidence: Evidence) -> str:

@@ -9,8 +9,8 @@ from itertools import product
 from typing import Any
 
 from carom.conformance.checks import accuracy, capability, conduct, contacts, declaration, invariants, settings
-from carom.conformance.scenes import CATALOGUE_SCENES, LOCATED_SCENES
 from carom.conformance.subject import Subject, catalogue_setup
+from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
 
 __all__ = ["Case", "cases"]
 

@@ -83,7 +83,7 @@ class CaseItem(pytest.Item):
         if not setup.catalogued:
             cache = getattr(self.config, "cache", None)  # there is none with -p no:cacheprovider
             if cache is None:
-                return f"the scene {scene!r} of carom.conformance.scenes"
+                return f"the scene {scene!r} of carom.conformance.suite_scenes"
             path = cache.mkdir("carom") / f"{scene}.toml"
             save_scene(setup.scene, path)
             scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)

@@ -6,16 +6,10 @@ With it, the suite's cases join whatever else pytest collects, be it nothing: th
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
-if TYPE_CHECKING:
-    from carom.conformance.suite import Suite
-
-__all__ = ["plan_key"]
-
-plan_key: pytest.StashKey[Suite] = pytest.StashKey()
+__all__ = ["pytest_addoption", "pytest_configure"]
 
 MARKER = "carom_conformance: a case of Carom's conformance suite; `-m carom_conformance` runs nothing else"
 
@@ -64,7 +58,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from carom.errors import CaromError
 
     try:
-        config.stash[plan_key] = make_suite(
+        suite = make_suite(
             wanted,
             config.getoption("carom_profile"),
             config.getoption("carom_known_failures"),
@@ -75,4 +69,4 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"--carom-engine: {error}") from error
     from carom.conformance.nodes import ConformanceRun
 
-    config.pluginmanager.register(ConformanceRun(config.stash[plan_key]), "carom-conformance")
+    config.pluginmanager.register(ConformanceRun(suite), "carom-conformance")

@@ -13,8 +13,8 @@ import numpy as np
 from carom.adapter import Adapter, Capabilities, Observation, unsupported_reason
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator import Score, compare
-from carom.conformance.known_answer import trace_of
 from carom.conformance.probe import Make, Raised, Watch, Watched
+from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.registry import load_adapter
 from carom.runs.job import Job, Method, Status, Task
@@ -165,7 +165,7 @@ STEPS_A_FRAME = 4
 def _sampling(name: str) -> tuple[Trace, Trace, Score]:
     """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
     setup = catalogue_setup(name, "tuned")
-    reference = trace_of(setup.scene, catalogue()[name].known)
+    reference = known_trace(setup.scene, catalogue()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from carom.conformance.scenes import DT_S
+from carom.conformance.suite_scenes import DT_S
 from carom.errors import CaromError
 from carom.scene import Scene
 

@@ -64,16 +64,7 @@ def _figure(bench: SceneBench, kind: Diagram, error_label: str, whole: bool, foo
 
 @dataclass(frozen=True)
 class _Drawing:
-    """A diagram while it is drawn.
-
-    Attributes:
-        axes: Where.
-        bench: Of what.
-        kind: What stands on the axes.
-        whole: Whether the preparation is in the run times.
-        floor: Where errors at rounding are drawn.
-        largest: The largest error, and a twentieth at least.
-    """
+    """A diagram while it is drawn: with preparation or not, errors at rounding at the floor, and up to the largest."""
 
     axes: Axes
     bench: SceneBench

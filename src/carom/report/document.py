@@ -244,9 +244,9 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replays:
-    """What a page's script plays: the name of each scene, with its runs as packed by `carom.report.replay`."""
+    """What a page's script plays, packed when a page needs it: the name of each scene, with its runs."""
 
-    items: tuple[tuple[str, str], ...]
+    pack: Callable[[], Iterable[tuple[str, str]]]
     only: Media = PAGE
 
 

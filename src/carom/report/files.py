@@ -13,10 +13,10 @@ from pathlib import Path
 
 from carom.errors import InputError, MissingExtraError
 
-__all__ = ["FORMAT", "as_json", "plain", "require_report_extra", "require_writable", "write_files"]
+__all__ = ["FORMATS", "as_json", "plain", "require_report_extra", "require_writable", "write_files"]
 
 #: By kind of file. Raised when a field changes its meaning or goes; a new field does not raise it.
-FORMAT = {"results": 2, "bench": 1, "growth": 1, "stress": 1}
+FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 1}
 
 
 def require_report_extra() -> None:
@@ -61,7 +61,7 @@ def plain(value: object) -> object:
 
 def as_json(kind: str, **content: object) -> str:
     """Return a file of strict JSON of a kind that has a format."""
-    fields = plain({"format": FORMAT[kind], **content})
+    fields = plain({"format": FORMATS[kind], **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.trace import Trace, free_flights
+from carom.report.tracks import Track, reference_tracks
+from carom.trace import Trace
 
-__all__ = ["Paths", "Stand", "exact_paths", "observed_paths"]
+__all__ = ["Paths", "Stand", "exact_paths", "extent_of", "observed_paths"]
 
 #: The chord of a 24th of a parabola leaves it by 1/576 of its sagitta: less than a line's width in any picture.
 _PIECES_OF_A_PARABOLA = 24
@@ -57,20 +59,23 @@ def exact_paths(trace: Trace) -> Paths:
 
     A free flight is straight without gravity, and a parabola with it, drawn as a chain of short lines.
     """
-    pieces = _PIECES_OF_A_PARABOLA if any(trace.scene.gravity_m_s2) else 1
-    times = [[0.0] for _ in trace.scene.discs]
-    points = [[np.array(disc.position_m, dtype=np.float64)] for disc in trace.scene.discs]
-    stands = []
-    for flight in free_flights(trace):
-        for time in np.linspace(flight.begin_s, flight.end_s, pieces + 1)[1:].tolist():
-            times[flight.disc].append(time)
-            points[flight.disc].append(flight.at(time))
-        if flight.impact < len(trace.impacts):
-            stands.append(Stand(flight.disc, flight.end_s, points[flight.disc][-1]))
-    for disc, place in enumerate(trace.final_position_m):
-        points[disc][-1] = place
-    lines = tuple((np.array(times[i]), np.array(points[i])) for i in range(len(points)))
-    return Paths(lines, tuple(stands))
+    tracks = reference_tracks(trace)
+    turns = _turns(trace, trace.impacts["time_s"])
+    stands = tuple(Stand(disc, time, tracks[disc].at(np.array([time]))[0]) for disc, time in turns)
+    return Paths(tuple(map(_line, tracks)), stands)
+
+
+def _line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    pieces = _PIECES_OF_A_PARABOLA if track.pull_m_s2.any() else 1
+    parts = np.arange(pieces) / pieces
+    times = np.append(track.time_s[:-1, None] + np.diff(track.time_s)[:, None] * parts, track.time_s[-1])
+    return times, track.at(times)
+
+
+def _turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
+    """Yield each disc of each impact, with the impact's time."""
+    for impact, time in zip(trace.impacts, time_s.tolist(), strict=True):
+        yield from ((int(impact[side]), time) for side in ("first", "second") if impact[side] >= 0)
 
 
 def observed_paths(trace: Trace) -> Paths:
@@ -82,12 +87,14 @@ def observed_paths(trace: Trace) -> Paths:
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
-    lines = tuple((times, positions[:, disc]) for disc in range(positions.shape[1]))
-    paths = Paths(lines, (), positions, times)
-    effective = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
-    stands = []
-    for impact, turned in zip(trace.impacts, effective, strict=True):
-        time = float(turned if np.isfinite(turned) else impact["time_s"])
-        discs = [int(impact[side]) for side in ("first", "second") if impact[side] >= 0]
-        stands += [Stand(disc, time, paths.at(disc, time)) for disc in discs]
-    return Paths(lines, tuple(stands), positions, times)
+    paths = Paths(tuple((times, positions[:, disc]) for disc in range(positions.shape[1])), (), positions, times)
+    reported = trace.impacts["time_s"]
+    effective = reported if trace.effective_time_s is None else trace.effective_time_s
+    turns = _turns(trace, np.where(np.isfinite(effective), effective, reported))
+    return replace(paths, stands=tuple(Stand(disc, time, paths.at(disc, time)) for disc, time in turns))
+
+
+def extent_of(trace: Trace) -> float:
+    """Return the larger side of the box round all that a trace's discs cover, metres."""
+    low, high = exact_paths(trace).bounds()
+    return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

@@ -17,7 +17,7 @@ from xml.etree import ElementTree as ET
 from carom.comparator import Score, Verdict
 from carom.errors import InputError
 from carom.report import wording
-from carom.report.files import FORMAT, plain
+from carom.report.files import FORMATS, plain
 from carom.report.grid import Mark, mark_of, reasons_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row
@@ -36,7 +36,7 @@ def records(results: Results) -> str:
     """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
     scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
     head = {
-        "format": FORMAT["results"],
+        "format": FORMATS["results"],
         "rows": len(results.rows),
         "environment": results.environment,
         "command": results.command,
@@ -69,7 +69,7 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """
     lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
-    found, wanted = head.get("format"), FORMAT["results"]
+    found, wanted = head.get("format"), FORMATS["results"]
     if found != wanted or head.get("rows") != len(rows):
         what = f"has {len(rows)} of {head.get('rows')} rows" if found == wanted else f"is of format {found}"
         raise InputError(

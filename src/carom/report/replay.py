@@ -22,7 +22,8 @@ from carom.comparator import Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.grid import Grid, GridCell
-from carom.report.tracks import Track, extent_of, observed_tracks, reference_tracks
+from carom.report.paths import extent_of
+from carom.report.tracks import Track, observed_tracks, reference_tracks
 from carom.runs.results import Results
 from carom.scene import Scene
 from carom.trace import Trace, pair_name

@@ -112,7 +112,7 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
             Table(columns, grid.rows, css="grid", only=IN_FULL),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(SHORT_NOTE, DETAIL),
-            Replays(tuple(scene_replays(results, grid))),
+            Replays(partial(scene_replays, results, grid)),
         ),
     )
     # What can be mended, and what leaves a method with nothing, is part of the answer.

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.report.paths import exact_paths
 from carom.trace import Trace, free_flights
 
-__all__ = ["SHARPNESS", "Track", "extent_of", "observed_tracks", "reference_tracks"]
+__all__ = ["SHARPNESS", "Track", "observed_tracks", "reference_tracks"]
 
 Array = NDArray[np.float64]
 
@@ -83,12 +82,6 @@ def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
     return tuple(_thinned(times, places[:, disc], track.pull_m_s2, near) for disc, track in enumerate(flown))
-
-
-def extent_of(trace: Trace) -> float:
-    """Return the larger side of the box round all that a trace's discs cover, metres."""
-    low, high = exact_paths(trace).bounds()
-    return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:

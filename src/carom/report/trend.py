@@ -23,9 +23,6 @@ __all__ = ["Trend", "build_trend", "trend_sections"]
 
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
-#: By scene, column of the grid, and refinement.
-_Rows = Mapping[tuple[str, GridColumn, int], Row]
-
 
 @dataclass(frozen=True)
 class TrendPoint:
@@ -86,21 +83,23 @@ def build_trend(results: Results, grid: Grid) -> Trend:
     A median is of use only over the same scenes at every step, so the scenes are chosen once: those in which PIT, at
     every step that was run, finds an impact and gets its velocity wrong by more than rounding.
     """
-    rows = {(row.job.scene.name, grid.columns[row.job.method], row.job.refinement): row for row in results.rows}
-    refinements = sorted({row.job.refinement for row in results.rows})
-    names = [row.scene.name for row in grid.rows]
-    coarsest = {name: row.job.dt_s for (name, _, refinement), row in rows.items() if refinement == 0}
-    chosen, left_out = _choose(rows, names)
+    by_scene: dict[str, list[Row]] = {}
+    by_place: dict[tuple[GridColumn, int], list[Row]] = {}
+    for row in results.rows:
+        by_scene.setdefault(row.job.scene.name, []).append(row)
+        by_place.setdefault((grid.columns[row.job.method], row.job.refinement), []).append(row)
+    refinements = sorted({refinement for _, refinement in by_place})
+    coarsest = {row.job.scene.name: row.job.dt_s for row in results.rows if row.job.refinement == 0}
+    parts: dict[int, list[float]] = {k: [] for k in refinements}
+    for row in results.rows:
+        if row.job.scene.name in coarsest:
+            parts[row.job.refinement].append(row.job.dt_s / coarsest[row.job.scene.name])
+    chosen, left_out = _choose(by_scene)
     return Trend(
-        parts=tuple(
-            statistics.median(
-                row.job.dt_s / coarsest[name] for (name, _, at), row in rows.items() if at == k and name in coarsest
-            )
-            for k in refinements
-        ),
+        parts=tuple(map(statistics.median, parts.values())),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
         series=tuple(
-            Series(column, tuple(_point(rows, column, k, names, chosen) for k in refinements))
+            Series(column, tuple(_point(by_place.get((column, k), ()), chosen) for k in refinements))
             for column in grid.columns.values()
         ),
         scenes=tuple(chosen),
@@ -108,13 +107,12 @@ def build_trend(results: Results, grid: Grid) -> Trend:
     )
 
 
-def _choose(rows: _Rows, names: list[str]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
+def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
     chosen, exact, missed, without, other = [], [], [], [], []
-    for name in names:
-        own = [row for (scene, _, _), row in rows.items() if scene == name]
-        scores = [row.score for row in own if row.score is not None]
+    for name, rows in by_scene.items():
+        scores = [row.score for row in rows if row.score is not None]
         sampling = [math.nan if score.sampling is None else score.sampling.velocity for score in scores]
-        if not scores or any(mark_of(row) is Mark.UNGRADED for row in own):
+        if not scores or any(mark_of(row) is Mark.UNGRADED for row in rows):
             other.append(name)
         elif not scores[0].expected:
             without.append(name)
@@ -133,14 +131,10 @@ def _choose(rows: _Rows, names: list[str]) -> tuple[list[str], tuple[tuple[str, 
     return chosen, tuple((why, tuple(names)) for why, names in reasons if names)
 
 
-def _point(rows: _Rows, column: GridColumn, refinement: int, names: list[str], chosen: list[str]) -> TrendPoint:
-    own = {name: rows[name, column, refinement] for name in names if (name, column, refinement) in rows}
-    marks = [mark_of(row) for row in own.values()]
-    errors = [
-        score.total.velocity
-        for name in chosen
-        if name in own and (score := own[name].score) is not None and not math.isnan(score.total.velocity)
-    ]
+def _point(rows: Sequence[Row], chosen: Sequence[str]) -> TrendPoint:
+    marks = [mark_of(row) for row in rows]
+    scores = [row.score for row in rows if row.job.scene.name in chosen and row.score is not None]
+    errors = [score.total.velocity for score in scores if not math.isnan(score.total.velocity)]
     return TrendPoint(
         median=statistics.median(errors) if errors else None,
         low=min(errors, default=0.0),

@@ -30,14 +30,14 @@ def explain(plan: Plan) -> Iterator[str]:
     options = plan.options
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
-        steps = sorted({job.dt_s for job in jobs}, reverse=True)
+        steps = options.steps_of(scene)
         yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
         reference = reference_trace(scene)
         if isinstance(reference, str):
             yield f"  nothing is run: {reference}"
             continue
         yield f"  PIC: {_pic(scene, reference)}"
-        for dt_s in steps:
+        for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
             yield f"  PIT at {dt_s:.6g} s: {_pit(scene, dt_s)}"
         yield f"  engines: {_engines(scene, reference, steps[0])}"
         yield f"  states: {_samples(scene, drawn=options.samples)}"
@@ -48,7 +48,7 @@ def explain(plan: Plan) -> Iterator[str]:
         for info in plan.engines:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if job.method == Method(info.name, profile)]
-                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(options.steps_of(scene)))}"
+                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(steps))}"
 
 
 def _bodies(scene: Scene) -> str:

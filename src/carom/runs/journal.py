@@ -21,10 +21,10 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from carom.errors import InputError
 from carom.runs.pool import Closing
 
-__all__ = ["FORMAT", "Journal", "canonical"]
+__all__ = ["Journal", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
-FORMAT = 2
+JOURNAL_FORMAT = 2
 
 T = TypeVar("T")
 
@@ -64,7 +64,7 @@ class Journal(Closing, Generic[T]):
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)
-            self._entries = self._read({"journal": kind.__name__, "format": FORMAT, **stamp})
+            self._entries = self._read({"journal": kind.__name__, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
@@ -137,8 +137,9 @@ def canonical(path: Path) -> list[bytes]:
 
 
 def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
-    if there.get("format") != FORMAT:
-        return f"it is of format {there.get('format')}, as another version of Carom wrote it, and this one is {FORMAT}"
+    if there.get("format") != JOURNAL_FORMAT:
+        of = f"it is of format {there.get('format')}, as another version of Carom wrote it"
+        return f"{of}, and this one is {JOURNAL_FORMAT}"
     name = next(name for name in (*here, *there) if there.get(name) != here.get(name))
     return f"its {name} is {there.get(name)}, and this one's {here.get(name)}"
 

@@ -10,8 +10,8 @@ import numpy as np
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
+from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.early_end import FreeFlight
-from carom.runs.impacts import ImpactCollector, gravity_of
 from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
 from carom.scene import Scene

@@ -2,7 +2,7 @@
 
 from carom.scenes.catalogue import all_scenes, catalogue, find_scenes
 from carom.scenes.complaint import Complaint, Symptom
-from carom.scenes.known_answer import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
+from carom.scenes.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
 
 __all__ = [
     "CatalogueScene",

@@ -18,10 +18,11 @@ from carom.scenes import (
     issues_walled,
     many_discs,
     paper,
+    spin,
     two_discs,
     walled,
 )
-from carom.scenes.known_answer import CatalogueScene, Tag
+from carom.scenes.entry import CatalogueScene, Tag
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -31,9 +32,9 @@ __all__ = ["all_scenes", "catalogue", "find_scenes"]
 
 _TAG_PREFIX = "tag:"
 
-#: What runs by default, and the scenes from real complaints, in the order in which reports list them.
+#: What runs by default, and the scenes from real complaints and of friction, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, spin)
 
 
 @cache

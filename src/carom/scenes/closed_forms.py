@@ -13,7 +13,7 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from carom.scene import Disc, Scene
-from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

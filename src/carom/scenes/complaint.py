@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
 
-from carom.scenes.known_answer import CatalogueScene, listed
+from carom.scenes.entry import CatalogueScene, listed
 
 __all__ = ["Complaint", "Symptom", "complained"]
 
@@ -24,13 +24,15 @@ class Symptom(StrEnum):
     NEVER_ENDS = "the run does not come to its end"
 
 
+_ADAPTERS = {"Box2D": "box2d", "Bullet": "pybullet", "MuJoCo": "mujoco", "Newton (MuJoCo Warp)": "mujoco"}
+
+
 @dataclass(frozen=True)
 class Complaint(CatalogueScene):
     """A scene of the group `issues`.
 
     Attributes:
         about: What the thread is about: an engine or package by its own name.
-        engine: Name of Carom's adapter that drives it; empty where there is none.
         thread: Address of the thread.
         reported: What the thread reports, in our words.
         symptom: What to look for in a trace.
@@ -40,12 +42,16 @@ class Complaint(CatalogueScene):
     """
 
     about: str = ""
-    engine: str = ""
     thread: str = ""
     reported: str = ""
     symptom: Symptom = Symptom.WRONG_VELOCITY
     at_least: float = 0.01
     made: str = ""
+
+    @property
+    def engine(self) -> str:
+        """Name of Carom's adapter that drives what the thread is about; empty where there is none."""
+        return _ADAPTERS.get(self.about, "")
 
 
 #: Makes of a builder, as `listed` does, a complaint with the fields given by name.

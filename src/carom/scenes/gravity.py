@@ -10,14 +10,11 @@ import math
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, listed
 from carom.scenes.walled import box_walls
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
-
-_FALLS = frozenset({Tag.GRAVITY})
-_WALL = _FALLS | {Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN}
 
 
 def _fallen(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
@@ -25,7 +22,7 @@ def _fallen(position: complex, velocity: complex, time_s: float, pull: complex =
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
 
-@listed("gravity", _FALLS | {Tag.NO_IMPACT})
+@listed("gravity")
 def _free_fall() -> Staged:
     """A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone."""
     start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
@@ -69,20 +66,20 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     return answered(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
 
 
-@listed("gravity", _WALL)
+@listed("gravity")
 def _bouncing_ball() -> Staged:
     """An elastic ball falls on the floor and bounces to the same height, for ever."""
     return _bouncing(0.5, 1.0, 2.75)
 
 
-@listed("gravity", _WALL | {Tag.INELASTIC})
+@listed("gravity")
 def _ladder() -> Staged:
     """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
     # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
     return _bouncing(0.35, 0.8, 1.93)
 
 
-@listed("gravity", _FALLS | {Tag.WALLS, Tag.CHAIN})
+@listed("gravity")
 def _box() -> Staged:
     """A ball is thrown in a box: floor and side walls, in an order that only right times give."""
     radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
@@ -120,7 +117,7 @@ def _box() -> Staged:
     return answered(scene, impacts, source, final=[final])
 
 
-@listed("gravity", _FALLS | {Tag.TWO_BODIES, Tag.INELASTIC})
+@listed("gravity")
 def _falling_pair() -> Staged:
     """Two discs collide while they fall, as they would without gravity."""
     m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
@@ -142,7 +139,7 @@ def _falling_pair() -> Staged:
     return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
 
 
-@listed("gravity", _WALL | {Tag.INELASTIC})
+@listed("gravity")
 def _incline() -> Staged:
     """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
     radius, height, e, duration = 0.25, 0.9, 0.75, 2.3

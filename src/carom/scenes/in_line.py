@@ -8,12 +8,10 @@ from itertools import combinations
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
-from carom.scenes.known_answer import Staged, Tag, listed
-
-_LINE = frozenset({Tag.IN_LINE, Tag.CHAIN})
+from carom.scenes.entry import Staged, Tag, listed
 
 
-@listed("classics", _LINE)
+@listed("classics")
 def _sorting() -> Staged:
     """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
     # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
@@ -47,7 +45,7 @@ def _sorting() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _LINE | {Tag.WALLS, Tag.MASS_RATIO, Tag.UNSTABLE})
+@listed("classics", Tag.UNSTABLE)
 def _galperin_100() -> Staged:
     """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
     light, heavy, speed = 1.0, 100.0, 1.5
@@ -83,7 +81,7 @@ def _galperin_100() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _LINE)
+@listed("classics")
 def _three_in_line() -> Staged:
     """Three unequal masses on a line collide six times, the most that their masses allow."""
     m0, m1, m2 = 3.0, 0.5, 2.0
@@ -123,7 +121,7 @@ def _three_in_line() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _LINE | {Tag.IMMOVABLE, Tag.UNSTABLE})
+@listed("classics", Tag.UNSTABLE)
 def _between_fixed() -> Staged:
     """A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit."""
     radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
@@ -148,13 +146,13 @@ def _between_fixed() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _LINE)
+@listed("classics")
 def _cradle_gaps() -> Staged:
     """Newton's cradle with gaps: the velocity runs from disc to disc."""
     return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
 
 
-@listed("classics", _LINE | {Tag.CONVENTION})
+@listed("classics")
 def _cradle_touching() -> Staged:
     """Newton's cradle with touching discs: four impacts at one instant."""
     # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.

@@ -7,9 +7,8 @@ import math
 from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import Staged, Tag
+from carom.scenes.entry import Staged
 
-_TAGS = frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.CHAIN, Tag.GRAVITY})
 _OURS = "The thread gives no other sizes; the rest are ours."
 
 
@@ -47,9 +46,7 @@ def _dropped(
 
 
 @complained(
-    _TAGS,
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
     reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
     "bounce until it bounces to some 4.5 m.",
@@ -62,7 +59,6 @@ def _bullet3_1530() -> Staged:
 
 
 @complained(
-    _TAGS,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/97",
     reported="A ball dropped on a static box, both with restitution 1, bounces higher and higher.",
@@ -75,7 +71,6 @@ def _rapier_97() -> Staged:
 
 
 @complained(
-    frozenset({Tag.WALLS, Tag.TWO_BODIES, Tag.INELASTIC, Tag.GRAVITY}),
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/974",
     reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square of it.",
@@ -91,9 +86,7 @@ def _rapier_974() -> Staged:
 
 
 @complained(
-    _TAGS,
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/issues/76",
     reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
     symptom=Symptom.GAINS_ENERGY,
@@ -105,9 +98,7 @@ def _box2d_76() -> Staged:
 
 
 @complained(
-    _TAGS,
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/issues/167",
     reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
     symptom=Symptom.GAINS_ENERGY,
@@ -119,7 +110,6 @@ def _box2d_167() -> Staged:
 
 
 @complained(
-    _TAGS,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
     reported="With restitution 1 and no damping every bounce goes higher than the one before.",
@@ -132,7 +122,6 @@ def _jolt_1286() -> Staged:
 
 
 @complained(
-    _TAGS,
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/594",
     reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the impact.",

@@ -6,14 +6,11 @@ import math
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of, struck_row
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag
+from carom.scenes.entry import KnownAnswer, Staged
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
 
 _CONVENTION = "Touching discs share one instant; impacts are taken one pair at a time, the limit of vanishing gaps"
-
-_PAIR = frozenset({Tag.TWO_BODIES, Tag.IN_LINE})
-_FAST = frozenset({Tag.TWO_BODIES, Tag.IN_LINE, Tag.FAST})
 
 
 def _head_on(
@@ -39,9 +36,7 @@ def _head_on(
 
 
 @complained(
-    _FAST | {Tag.IMMOVABLE},
     about="MuJoCo",
-    engine="mujoco",
     thread="https://github.com/google-deepmind/mujoco/issues/441",
     reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
     "cup or a smaller step.",
@@ -56,9 +51,7 @@ def _mujoco_441() -> Staged:
 
 
 @complained(
-    _PAIR | {Tag.INELASTIC},
     about="MuJoCo",
-    engine="mujoco",
     thread="https://github.com/google-deepmind/mujoco/issues/2080",
     reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
     made="The thread has no scene; all sizes are ours.",
@@ -69,9 +62,7 @@ def _mujoco_2080() -> Staged:
 
 
 @complained(
-    _FAST | {Tag.IMMOVABLE},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/2228",
     reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
     "detection switched on.",
@@ -87,7 +78,6 @@ def _bullet3_2228() -> Staged:
 
 
 @complained(
-    _FAST,
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/984",
     reported="Two fast bodies, both with continuous detection, pass through each other.",
@@ -100,7 +90,6 @@ def _rapier_984() -> Staged:
 
 
 @complained(
-    _PAIR,
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
     reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
@@ -114,7 +103,6 @@ def _jolt_1403() -> Staged:
 
 
 @complained(
-    _PAIR,
     about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
     reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
@@ -130,7 +118,6 @@ def _reactphysics3d_96() -> Staged:
 
 
 @complained(
-    _PAIR | {Tag.IMMOVABLE},
     about="HardSphereDynamics.jl",
     thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
     reported="The impact law divides infinity by infinity for a ball of infinite mass.",
@@ -145,9 +132,7 @@ def _hardspheredynamics_8() -> Staged:
 
 
 @complained(
-    frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.CONVENTION}),
     about="Newton (MuJoCo Warp)",
-    engine="mujoco",
     thread="https://github.com/newton-physics/newton/issues/3233",
     reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
     "one step instead of one after the other.",
@@ -162,7 +147,6 @@ def _newton_3233() -> Staged:
 
 
 @complained(
-    frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/257",
     reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
@@ -176,9 +160,7 @@ def _pooltool_257() -> Staged:
 
 
 @complained(
-    frozenset({Tag.IN_LINE, Tag.CHAIN}),
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/pull/1094",
     reported="Restitution is worked out from the approach velocity of the step before.",
     made="The thread has code alone; this scene makes that velocity out of date within a step.",
@@ -189,7 +171,6 @@ def _box2d_1094() -> Staged:
 
 
 @complained(
-    frozenset({Tag.NO_IMPACT}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/354",
     reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
@@ -232,7 +213,6 @@ def _visualchemeng_10() -> Staged:
 
 
 @complained(
-    frozenset({Tag.IN_LINE, Tag.CHAIN, Tag.INELASTIC, Tag.CONVENTION}),
     about="DynamO",
     thread="https://github.com/dynamomd/DynamO/issues/57",
     reported="An event-driven run of inelastic spheres does not go on after inelastic collapse.",

@@ -8,12 +8,10 @@ import math
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.known_answer import KnownAnswer, KnownImpact, Staged, Tag
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.scenes.walled import bounces_in_a_box, box_walls
 
 _MIRROR = "Each wall turns round the part of the velocity across it, times its restitution"
-
-_WALL = frozenset({Tag.WALLS})
 
 
 def _wall_on_the_right(
@@ -32,9 +30,7 @@ def _wall_on_the_right(
 
 
 @complained(
-    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
     reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
     "contacts, and settings that cure it.",
@@ -47,9 +43,7 @@ def _bullet3_3094() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Bullet",
-    engine="pybullet",
     thread="https://github.com/bulletphysics/bullet3/issues/4341",
     reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
     at_least=0.25,
@@ -61,9 +55,7 @@ def _bullet3_4341() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.TWO_BODIES},
     about="Box2D",
-    engine="box2d",
     thread="https://github.com/erincatto/box2d/pull/654",
     reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
     "restitution; this change lets users set it.",
@@ -76,7 +68,6 @@ def _box2d_654() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.TWO_BODIES, Tag.IN_LINE, Tag.INELASTIC},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/919",
     reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
@@ -90,7 +81,6 @@ def _rapier_919() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.CHAIN},
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/615",
     reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
@@ -108,7 +98,6 @@ def _rapier_615() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.CHAIN},
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
     reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
@@ -125,7 +114,6 @@ def _pooltool_217() -> Staged:
 
 
 @complained(
-    _WALL,
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
     reported="A ball placed against a cushion and shot towards it goes through, too.",
@@ -144,7 +132,6 @@ def _pooltool_217_touching() -> Staged:
 
 
 @complained(
-    _WALL | {Tag.IN_LINE, Tag.CHAIN},
     about="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
     reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
@@ -173,7 +160,6 @@ def _nimble_143() -> Staged:
 
 
 @complained(
-    frozenset({Tag.CHAIN, Tag.CONSERVED}),
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/154",
     reported="In a break the cue ball goes through another ball: the collision is missed.",

@@ -6,11 +6,11 @@ import cmath
 import math
 
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
-from carom.scenes.known_answer import KnownAnswer, Staged, Tag, listed
+from carom.scenes.entry import KnownAnswer, Staged, listed
 from carom.scenes.walled import box_walls
 
 
-@listed("classics", frozenset({Tag.CHAIN, Tag.CONVENTION}))
+@listed("classics")
 def _one_into_two() -> Staged:
     """A disc strikes two touching discs at one instant."""
     radius, speed, start_x = 0.25, 1.0, -1.1
@@ -40,7 +40,7 @@ def _one_into_two() -> Staged:
     return answered(scene, impacts, source, convention)
 
 
-@listed("classics", frozenset({Tag.WALLS, Tag.CHAIN, Tag.CONSERVED}))
+@listed("classics")
 def _gas() -> Staged:
     """Sixteen discs in a box: energy stays, and reversed velocities lead back to the start."""
     side, radius, pitch, speed = 4, 0.1, 0.5, 1.5

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import partial
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
-from carom.scenes.known_answer import Staged, Tag, listed
+from carom.scenes.entry import Staged, listed
 
 _FILM_HZ = 24.0
 
@@ -22,21 +22,21 @@ _BACKWARDS = (
 _seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
 
 
-@listed("paper", frozenset({Tag.TWO_BODIES}))
+@listed("paper")
 def _missed() -> Staged:
     """Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3)."""
     # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
     return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
 
 
-@listed("paper", frozenset({Tag.TWO_BODIES}))
+@listed("paper")
 def _late() -> Staged:
     """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
     # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
     return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
 
 
-@listed("paper", frozenset({Tag.CHAIN}))
+@listed("paper")
 def _wrong_direction() -> Staged:
     """Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7)."""
     radius, heavy = 0.3, 4.0
@@ -61,7 +61,7 @@ def _wrong_direction() -> Staged:
     return answered(scene, impacts, _BACKWARDS)
 
 
-@listed("paper", frozenset({Tag.CHAIN}))
+@listed("paper")
 def _multiple() -> Staged:
     """A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9)."""
     heavy, radius, small = 8.0, 0.35, 0.12

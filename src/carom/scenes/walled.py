@@ -16,10 +16,8 @@ from carom.scenes.closed_forms import (
     unit,
     vector,
 )
-from carom.scenes.known_answer import KnownImpact, Staged, Tag, listed
+from carom.scenes.entry import KnownImpact, Staged, listed
 from carom.trace import wall_body
-
-_WALL = frozenset({Tag.WALLS})
 
 
 def box_walls(width_m: float, height_m: float) -> list[Wall]:
@@ -59,7 +57,7 @@ def bounces_in_a_box(
     return impacts
 
 
-@listed("classics", _WALL | {Tag.CHAIN})
+@listed("classics")
 def _box() -> Staged:
     """One disc in a box: its many bounces are one straight line, unfolded."""
     radius, width, height = 0.2, 2.4, 1.6
@@ -76,7 +74,7 @@ def _box() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _WALL | {Tag.INELASTIC, Tag.CHAIN})
+@listed("classics")
 def _restitution_ladder() -> Staged:
     """A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
     radius, width, e = 0.1, 1.7, 0.8
@@ -103,7 +101,7 @@ def _restitution_ladder() -> Staged:
     return answered(scene, impacts, source)
 
 
-@listed("classics", _WALL | {Tag.TWO_BODIES, Tag.INELASTIC})
+@listed("classics")
 def _slanted_wall() -> Staged:
     """A disc bounces off a slanted wall of restitution 3/4."""
     radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
@@ -120,7 +118,7 @@ def _slanted_wall() -> Staged:
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
 
 
-@listed("classics", _WALL | {Tag.CHAIN})
+@listed("classics")
 def _bank_shot() -> Staged:
     """A disc bounces off a wall and then strikes another disc."""
     radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87

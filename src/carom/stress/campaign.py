@@ -22,7 +22,7 @@ from carom.stress.breaking import breaking_point
 from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.pairs import RATE_HZ, pair_attacks
-from carom.stress.relations import HOLDS, RUNS, relation_spot, relations
+from carom.stress.relations import HOLDS, relation_spot, relations
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["JOURNAL", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
@@ -152,12 +152,14 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
         ladder = attack.ladder(quick)
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
-    stated = {relation.name: relation.states for relation in relations()} | RUNS
     truth = "none is needed: the two runs of the method are held against each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
     tasks += [
-        (Line("relation", name, states, truth, fails), partial(relation_spot, name, scenes=scenes))
-        for name, states in stated.items()
+        (
+            Line("relation", relation.name, relation.states, truth, fails),
+            partial(relation_spot, relation, scenes=scenes),
+        )
+        for relation in relations()
     ]
     tasks += [
         (_complaint_line(entry), partial(complaint_spot, entry, scenes=scenes))

@@ -24,7 +24,7 @@ from carom.stress.breaking import NotRunError, save_as
 from carom.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
-__all__ = ["HOLDS", "Relation", "base_scene", "deviation_of", "relation_spot", "relations"]
+__all__ = ["HOLDS", "Relation", "base_scene", "relation_spot", "relations"]
 
 #: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
 #: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
@@ -41,14 +41,16 @@ class Relation:
     Attributes:
         name: Short name, the one given on the command line.
         states: What must hold, in one sentence.
-        change: Makes the changed scene.
-        undo: Takes the final positions and velocities of the changed scene back to where those of the base scene are.
+        deviation: Has a base scene and another run by a method; returns how far that method is off, over the scene's
+            length or speed, whichever is worse. Raises SceneError where the state that the first run left is none that
+            a scene can start from.
+        of_runs: Whether the other scene is made from the method's own first run.
     """
 
     name: str
     states: str
-    change: Callable[[Scene], Scene]
-    undo: Callable[[State], State]
+    deviation: Callable[[Scene, Run], float]
+    of_runs: bool = False
 
 
 def base_scene() -> Scene:
@@ -71,9 +73,6 @@ def base_scene() -> Scene:
     )
 
 
-SPLIT_S = 1.0
-
-
 def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
     return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
@@ -81,6 +80,49 @@ def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
 def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
     """Return the scene with some fields of each disc changed."""
     return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
+
+
+def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64], duration_s: float) -> Scene:
+    discs = [
+        Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v)})
+        for disc, p, v in zip(base.discs, position.tolist(), velocity.tolist(), strict=True)
+    ]
+    return _with(base, discs, duration_s=duration_s)
+
+
+def _apart(base: Scene, found: State, expected: State) -> float:
+    length = max(disc.radius_m for disc in base.discs)
+    speed = max(math.hypot(*disc.velocity_m_s) for disc in base.discs)
+    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found, expected, strict=True))
+    deviation = float(np.maximum(place / length, velocity / speed))
+    return math.inf if math.isnan(deviation) else deviation
+
+
+def _end(trace: Trace) -> State:
+    return trace.final_position_m, trace.final_velocity_m_s
+
+
+def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
+    """Return the relation of a scene and a changed one, whose end `undo` takes back to that of the first."""
+
+    def deviation(base: Scene, run: Run) -> float:
+        first = _end(run(base))
+        return _apart(base, undo(_end(run(change(base)))), first)
+
+    return Relation(name, states, deviation)
+
+
+def _reversal(base: Scene, run: Run) -> float:
+    place, velocity = _end(run(base))
+    back, velocity_back = _end(run(_from_state(base, place, -velocity, base.duration_s)))
+    start = np.array([disc.position_m for disc in base.discs]), np.array([disc.velocity_m_s for disc in base.discs])
+    return _apart(base, (back, -velocity_back), start)
+
+
+def _split(base: Scene, run: Run, at_s: float = 1.0) -> float:
+    whole = _end(run(base))
+    half = _end(run(_with(base, base.discs, duration_s=at_s)))
+    return _apart(base, _end(run(_from_state(base, *half, base.duration_s - at_s))), whole)
 
 
 def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
@@ -99,7 +141,7 @@ def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, ma
             frame_rate_hz=scene.frame_rate_hz / time,
         )
 
-    return Relation(name, states, change, lambda state: (state[0] / length, state[1] / speed))
+    return _changed(name, states, change, lambda state: (state[0] / length, state[1] / speed))
 
 
 def _boost(velocity: tuple[float, float]) -> Relation:
@@ -112,7 +154,7 @@ def _boost(velocity: tuple[float, float]) -> Relation:
         return state[0] - np.array(velocity) * base_scene().duration_s, state[1] - np.array(velocity)
 
     states = f"A common velocity of ({u:g}, {v:g}) m/s changes nothing else."
-    return Relation("boost", states, lambda scene: _each(scene, faster), undo)
+    return _changed("boost", states, lambda scene: _each(scene, faster), undo)
 
 
 def _rotation(angle_rad: float) -> Relation:
@@ -127,7 +169,7 @@ def _rotation(angle_rad: float) -> Relation:
         return np.stack([z.real, z.imag], axis=1)
 
     states = f"Turning the scene by {angle_rad:g} rad turns its answer."
-    return Relation("rotation", states, lambda scene: _each(scene, turned), lambda at: (back(at[0]), back(at[1])))
+    return _changed("rotation", states, lambda scene: _each(scene, turned), lambda at: (back(at[0]), back(at[1])))
 
 
 def _mirrored(disc: Disc) -> dict[str, object]:
@@ -136,18 +178,18 @@ def _mirrored(disc: Disc) -> dict[str, object]:
 
 
 def relations() -> list[Relation]:
-    """Return the relations of a scene and a changed one; reversal and splitting, of runs, are `relation_spot`'s own."""
+    """Return all relations, in the order of the table."""
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
     return [
         _boost((11.0, -7.0)),
         _rotation(0.7),
-        Relation(
+        _changed(
             "mirror",
             "The mirror image of the scene has the mirror image of its answer.",
             lambda scene: _each(scene, _mirrored),
             lambda state: (state[0] * [1.0, -1.0], state[1] * [1.0, -1.0]),
         ),
-        Relation(
+        _changed(
             "relabelling",
             "Listing the discs the other way round changes nothing.",
             lambda scene: _with(scene, scene.discs[::-1]),
@@ -164,25 +206,24 @@ def relations() -> list[Relation]:
         _units("millimetres", "Measured in millimetres, nothing but the unit changes.", length=1e3),
         _units("slow-motion", "A thousandfold slower, frames and all, nothing but the unit of time changes.", time=1e3),
         _units("light", "Masses a millionfold smaller change nothing.", mass=1e-6),
-        Relation(
+        _changed(
             "far-disc",
             "A disc a kilometre away, at rest, changes nothing.",
             lambda scene: _with(scene, [*scene.discs, far]),
             lambda state: (state[0][:-1], state[1][:-1]),
         ),
+        Relation("reversal", "With all velocities reversed at the end, the start comes back.", _reversal, of_runs=True),
+        Relation(
+            "split",
+            "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
+            _split,
+            of_runs=True,
+        ),
     ]
 
 
-#: Relations of two runs, by name, with what each states.
-RUNS = {
-    "reversal": "With all velocities reversed at the end, the start comes back.",
-    "split": "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
-}
-
-
-def relation_spot(name: str, method: Method, asker: Asker, *, scenes: Path) -> Spot:
+def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: Path) -> Spot:
     """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
-    base = base_scene()
     used: list[Scene] = []
 
     def run(scene: Scene) -> Trace:
@@ -198,69 +239,27 @@ def relation_spot(name: str, method: Method, asker: Asker, *, scenes: Path) -> S
 
     value = None
     try:
-        value = deviation_of(name, base, run)
+        value = relation.deviation(base_scene(), run)
         reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
     except NotRunError as error:
-        return Spot("relation", name, method.name, SpotEnding.NOT_RUN, reason=str(error))
+        return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error))
     except _StoppedError as error:
         reason = str(error)
     except InputError as error:
         reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
-    ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(name, method, used, scenes)
-    return Spot("relation", name, method.name, ending, value, reason=reason, scenes=files, runs=len(used))
+    ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(relation, method, used, scenes)
+    return Spot("relation", relation.name, method.name, ending, value, reason=reason, scenes=files, runs=len(used))
 
 
 class _StoppedError(Exception):
     """A run of a relation gave no answer."""
 
 
-def deviation_of(name: str, base: Scene, run: Run) -> float:
-    """Return how far a method is off a relation, over the scene's length or speed, whichever is worse.
-
-    Raises:
-        SceneError: The state that a run left is none that a scene can start from.
-    """
-    first = run(base)
-    if name == "reversal":
-        back = run(_from_state(base, first.final_position_m, -first.final_velocity_m_s, base.duration_s))
-        start = np.array([disc.position_m for disc in base.discs]), np.array([d.velocity_m_s for d in base.discs])
-        return _apart(base, (back.final_position_m, -back.final_velocity_m_s), start)
-    if name == "split":
-        half = run(_with(base, base.discs, duration_s=SPLIT_S))
-        rest = run(_from_state(base, half.final_position_m, half.final_velocity_m_s, base.duration_s - SPLIT_S))
-        found = rest.final_position_m, rest.final_velocity_m_s
-    else:
-        relation = next(relation for relation in relations() if relation.name == name)
-        changed = run(relation.change(base))
-        found = relation.undo((changed.final_position_m, changed.final_velocity_m_s))
-    return _apart(base, found, (first.final_position_m, first.final_velocity_m_s))
-
-
-def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64], duration_s: float) -> Scene:
-    discs = [
-        Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=disc.radius_m, mass_kg=disc.mass_kg)
-        for disc, p, v in zip(base.discs, position.tolist(), velocity.tolist(), strict=True)
-    ]
-    return _with(base, discs, duration_s=duration_s)
-
-
-def _apart(base: Scene, found: State, expected: State) -> float:
-    length = max(disc.radius_m for disc in base.discs)
-    speed = max(math.hypot(*disc.velocity_m_s) for disc in base.discs)
-    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found, expected, strict=True))
-    deviation = float(np.maximum(place / length, velocity / speed))
-    return math.inf if math.isnan(deviation) else deviation
-
-
-def _stated(name: str) -> str:
-    return RUNS.get(name) or next(relation.states for relation in relations() if relation.name == name)
-
-
-def _save(name: str, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
+def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
     """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
     files = []
     for k, scene in enumerate(used):
-        own = name in RUNS and k > 0
-        stem = f"{name}-{method.engine}-{method.profile}-{k}" if own else name if k else "relations-base"
-        files.append(save_as(stem, scene, f"{scene.description} {_stated(name)}" if k else scene.description, scenes))
+        own = f"{relation.name}-{method.engine}-{method.profile}-{k}" if relation.of_runs else relation.name
+        stem, shows = (own, f"{scene.description} {relation.states}") if k else ("relations-base", scene.description)
+        files.append(save_as(stem, scene, shows, scenes))
     return tuple(files)

@@ -75,10 +75,12 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
     """Return the true motion of a scene.
 
     Raises:
-        UndecidedError: The scene has gravity or more impacts than `most_impacts`, or its order can't be decided.
+        UndecidedError: The scene has gravity, friction or more impacts than `most_impacts`, or its order can't be
+            decided.
     """
-    if Need.GRAVITY in scene.needs:
-        raise UndecidedError("the true motion under gravity is not worked out here")
+    beyond = sorted(scene.needs & {Need.GRAVITY, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
+    if beyond:
+        raise UndecidedError(f"the true motion under {' and '.join(beyond)} is not worked out here")
     rough, fine = (_Motion(scene, digits) for digits in (DIGITS, 2 * DIGITS))
     rough.run(most_impacts)
     fine.run(most_impacts)

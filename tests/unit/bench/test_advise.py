@@ -145,13 +145,14 @@ def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails(
 @pytest.mark.parametrize(
     ("demand", "words"),
     [
-        (Demand(0.0), "direction error must be above 0"),
-        (Demand(math.pi), "below 180 degrees, got 180"),
-        (Demand(DEGREE, 1.0), "miss probability must be 0 or more and below 1, got 1"),
-        (Demand(DEGREE, -0.1), "got -0.1"),
+        ((0.0,), "direction error must be above 0"),
+        ((math.nan,), "got nan degrees"),
+        ((math.pi,), "below 180 degrees, got 180"),
+        ((DEGREE, 1.0), "miss probability must be 0 or more and below 1, got 1"),
+        ((DEGREE, -0.1), "got -0.1"),
     ],
 )
-def test_a_demand_that_is_none_is_refused(demand: Demand, words: str) -> None:
+def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str) -> None:
     """A demand out of range is refused by name and value before anything runs."""
-    with InProcess() as pool, pytest.raises(InputError, match=words):
-        advise(pair(), demand, pool)
+    with pytest.raises(InputError, match=words):
+        Demand(*demand)

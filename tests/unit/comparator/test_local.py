@@ -93,7 +93,7 @@ def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
     stands alone in its step.
     """
     from carom.adapter import Contact, Observation
-    from carom.runs.impacts import ImpactCollector
+    from carom.runs.collect import ImpactCollector
 
     for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
         if name not in catalogue():

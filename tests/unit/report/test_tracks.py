@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import carom
-from carom.report.tracks import SHARPNESS, extent_of, observed_tracks, reference_tracks
+from carom.report.paths import extent_of
+from carom.report.tracks import SHARPNESS, observed_tracks, reference_tracks
 from carom.runs.reference import reference_trace
 from carom.scenes import all_scenes
 from carom.trace import Trace

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -131,6 +132,14 @@ def test_what_is_explained_is_what_is_run(
             if profile in planned.profiles and f"{info.name} {profile}" not in there
         ]
         assert set(others) <= {"skipped: another profile has the very same settings"}
+
+
+def test_a_plan_of_no_jobs_says_so() -> None:
+    """Where no engine has any of the usual profiles nothing is run, and each profile says that it is not there."""
+    without = replace(plan_of([catalogue()["paper/late"]], Options(["pymunk"])), jobs=(), profiles=("absent",))
+    lines = list(explain(without))
+    assert lines[-1] == "  pymunk absent: skipped: it has no such profile"
+    assert not any(line.startswith("  PIT at") for line in lines)
 
 
 def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,7 +3,6 @@ from __future__ import annotations
 import re
 
 import pytest
-from tests.unit.scenes import test_catalogue as suite
 
 from carom import load_scene, save_scene, solve_pic
 from carom.errors import UnknownNameError
@@ -23,12 +22,6 @@ def test_there_are_twenty_and_more_each_with_its_thread() -> None:
         assert entry.reported.endswith(".")
         assert entry.made.endswith(".")
         assert entry.about
-
-
-@each_complaint
-def test_tags_of_complaints_say_what_the_scene_is(entry: Complaint) -> None:
-    """Complaints bear tags by the same rules as the suite."""
-    suite.test_tags_say_what_the_scene_is(entry)
 
 
 @each_complaint

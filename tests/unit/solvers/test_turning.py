@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from tests.forms import needs_extension, plain_form
 
-from carom import Disc, DiscArrays, Scene, Wall, certify, compare, solve_pic
+from carom import Disc, DiscArrays, Scene, Wall, compare, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
 from carom.errors import InputError
 from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
 from carom.solvers.event_driven import EventDrivenRun
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import kinetic_energy
+from carom.trace import Outcome, kinetic_energy
 
 
 def pair(**fields: Any) -> Scene:
@@ -132,6 +132,39 @@ def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
         assert end == pytest.approx(expected, rel=1e-14)
 
 
+def test_pit_leaves_a_wall_with_the_velocities_of_pic() -> None:
+    """Late by whatever a frame costs, PIT's friction acts at full radius, so velocities and spins are PIC's."""
+    walls = [Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 3), normal=(0, -1))]
+    disc = Disc(position_m=(0, 1), velocity_m_s=(3, -2.7), radius_m=0.4, spin_rad_s=1.0)
+    fields = {"wall_friction": 0.2, "wall_restitution": 0.9}
+    scene = Scene(name="strip", discs=[disc], walls=walls, duration_s=4.0, **fields)
+    late, right = solve_pit(scene, frame_rate_hz=24.0), solve_pic(scene)
+    assert len(right.impacts) > 3
+    most = min(len(late.impacts), len(right.impacts))
+    assert most >= len(right.impacts) - 1
+    assert late.spins is not None
+    assert right.spins is not None
+    for name in ("velocity_first_before", "velocity_first_after"):
+        assert late.impacts[name][:most].tolist() == right.impacts[name][:most].tolist()
+    assert late.spins[:most].tolist() == right.spins[:most].tolist()
+
+
+@needs_extension
+def test_inelastic_collapse_has_its_outcome_with_friction_and_the_tc_model_ends_it() -> None:
+    """A gas of restitution .3 that goes on without friction collapses with it; not where impacts take time."""
+    velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()
+    discs = [
+        Disc(position_m=(k // 4 + 0.5, k % 4 + 0.5), velocity_m_s=v, radius_m=0.35) for k, v in enumerate(velocity)
+    ]
+    edges = [((0, 0), (1, 0)), ((4, 0), (-1, 0)), ((0, 0), (0, 1)), ((0, 4), (0, -1))]
+    walls = [Wall(point_m=point, normal=normal) for point, normal in edges]
+    smooth = Scene(name="gas", discs=discs, walls=walls, restitution=0.3, duration_s=1e4)
+    rough = Scene(**{**smooth.model_dump(), "friction": 0.5, "wall_friction": 0.5})
+    assert solve_pic(smooth).outcome is Outcome.COMPLETED
+    assert solve_pic(rough).outcome is Outcome.STANDSTILL
+    assert solve_pic(rough, contact_duration_s=1e-3).outcome is Outcome.COMPLETED
+
+
 def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
     """An impact soon after the last of its disc is elastic and without friction: both are one contact."""
     scene = in_box(friction=0.3, wall_friction=0.4, restitution=0.5, wall_restitution=0.5)
@@ -177,10 +210,8 @@ def test_a_state_without_spins_is_not_taken_up_by_a_run_with_friction() -> None:
 
 @pytest.mark.parametrize("fields", [{}, {"friction": 0.5}])
 def test_who_has_no_friction_and_spin_yet_says_so(fields: dict[str, float]) -> None:
-    """Certified runs, ensembles and scores refuse such a scene by name; a method is skipped by what it declares."""
+    """Ensembles and scores refuse such a scene by name; a method is skipped by what it declares."""
     scene = pair(**fields)
-    with pytest.raises(InputError, match="spinning discs, which a certified run does not support yet"):
-        certify(scene)
     trace = solve_pic(scene)
     with pytest.raises(InputError, match="traces of it are not scored yet"):
         compare(trace, trace)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,8 +54,17 @@ def test_a_collapse_has_no_true_motion() -> None:
         true_motion(Scene(name="collapse", discs=discs, restitution=0.05, duration_s=2.0), most_impacts=50)
 
 
-def test_gravity_is_refused() -> None:
-    """The true motion under gravity is not worked out, and that is said."""
-    scene = Scene(name="fall", discs=[Disc(position_m=(0.0, 1.0), radius_m=0.5)], gravity_m_s2=(0, -10), duration_s=1.0)
-    with pytest.raises(UndecidedError, match="gravity"):
+@pytest.mark.parametrize(
+    ("named", "field"),
+    [
+        ("gravity", {"gravity_m_s2": (0, -10)}),
+        ("friction", {"friction": 0.3}),
+        ("tangential restitution", {"friction": 0.3, "tangential_restitution": 0.5}),
+    ],
+)
+def test_what_is_not_worked_out_is_refused(named: str, field: dict[str, Any]) -> None:
+    """The true motion under gravity or friction is not worked out, and that is said."""
+    discs = [Disc(position_m=(x, 1.0), radius_m=0.5) for x in (0.0, 2.0)]
+    scene = Scene(name="beyond", discs=discs, duration_s=1.0, **field)
+    with pytest.raises(UndecidedError, match=named):
         true_motion(scene)

@@ -9,7 +9,8 @@ from carom.adapter import Capabilities
 from carom.adapter.checks import MANTISSA_BITS
 from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import (
+from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import (
     DT_S,
     alone,
     approach,
@@ -20,7 +21,6 @@ from carom.conformance.scenes import (
     posts,
     walled_box,
 )
-from carom.conformance.subject import Subject
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.scene import Scene
 

@@ -9,8 +9,8 @@ import numpy as np
 from carom.adapter import Observation
 from carom.conformance.checks.settings import UNKNOWN
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import approach, crowd
 from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import approach, crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 
 __all__ = [

@@ -10,8 +10,8 @@ import numpy as np
 
 from carom.adapter import Contact, ContactTimes, Observation, Stamp
 from carom.conformance.checks.common import numbers
-from carom.conformance.scenes import mixed_contacts
 from carom.conformance.subject import Subject, greatest_speed, masses
+from carom.conformance.suite_scenes import mixed_contacts
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.trace import wall_index
 

@@ -7,8 +7,8 @@ import subprocess
 import sys
 
 from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
-from carom.conformance.scenes import DT_S
 from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import DT_S
 from carom.conformance.violation import require
 
 __all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]

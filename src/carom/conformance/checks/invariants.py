@@ -6,8 +6,8 @@ import math
 
 from carom.adapter import Observation
 from carom.conformance.checks.common import numbers
-from carom.conformance.scenes import crowd
 from carom.conformance.subject import Subject, greatest_speed, masses, momentum
+from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, require
 from carom.trace import kinetic_energy
 

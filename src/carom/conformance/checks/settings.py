@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from carom.adapter.checks import MANTISSA_BITS
 from carom.conformance.probe import Raised
-from carom.conformance.scenes import crowd
 from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, Violation, require
 
 __all__ = ["refuses_unknown_setting", "settings_are_read_back", "starts_as_written"]

@@ -5,20 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from carom.report.document import (
-    Block,
-    Code,
-    Document,
-    Facts,
-    Figures,
-    Legend,
-    Lines,
-    Medium,
-    Pairs,
-    Replays,
-    Table,
-    Text,
-)
+from carom.report import document as blocks
+from carom.report.document import Block, Document, Medium, Table
 
 __all__ = ["markdown"]
 
@@ -43,21 +31,21 @@ def _block(block: Block) -> Iterator[str]:
     match block:
         case Table():
             yield from _table(block)
-        case Text():
+        case blocks.Text():
             yield _text(block.text)
-        case Lines():
+        case blocks.Lines():
             yield from (f"- {_text(line)}" for line in block.items)
-        case Facts():
+        case blocks.Facts():
             yield from _rows(("", ""), block.items)
-        case Legend():
+        case blocks.Legend():
             yield from (f"- {mark.symbol} **{mark.text}**: {_text(meaning)}" for mark, meaning in block.items)
-        case Code():
+        case blocks.Code():
             yield from (f"    {line}" for line in block.text.splitlines())
-        case Pairs():
+        case blocks.Pairs():
             for pair in block.items:
                 sides = ", ".join(pair.sides)
                 yield f"- **{_text(pair.heading)}** ({_text(sides)}). {_text(' '.join(pair.caption))}"
-        case Figures() | Replays():  # a page's alone: the tables hold the same numbers
+        case blocks.Figures() | blocks.Replays():  # a page's alone: the tables hold the same numbers
             pass
 
 

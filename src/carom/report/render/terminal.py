@@ -11,22 +11,8 @@ from rich.measure import Measurement
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
-from carom.report.document import (
-    Cell,
-    Code,
-    Column,
-    Document,
-    Facts,
-    Figures,
-    Legend,
-    Lines,
-    Medium,
-    Pairs,
-    Replays,
-    Share,
-    Table,
-    Text,
-)
+from carom.report import document as blocks
+from carom.report.document import Cell, Column, Document, Medium, Share, Table
 
 __all__ = ["terminal"]
 
@@ -51,15 +37,15 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
                     note = "\n".join(filter(None, (block.note, caption)))
                     yield from _tables(block, medium, block.title or heading, note, width)
                     caption = ""
-                case Legend():
+                case blocks.Legend():
                     caption = "\n".join(f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items)
-                case Lines():
+                case blocks.Lines():
                     yield from block.items
-                case Text() | Code():
+                case blocks.Text() | blocks.Code():
                     yield block.text
-                case Facts():
+                case blocks.Facts():
                     yield from (f"{name}: {value}" for name, value in block.items)
-                case Figures() | Pairs() | Replays():  # a page's alone
+                case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
     yield from document.lead
 

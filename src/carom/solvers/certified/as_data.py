@@ -11,7 +11,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
-from carom.trace import IMPACT_DTYPE, Outcome, Trace
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -49,6 +49,7 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
         **{name: getattr(trace, name).tolist() for name in _FINAL},
         **{name: getattr(certified, name).tolist() for name in _FINAL_RADII},
         **{name: getattr(certified, name) for name in _NUMBERS},
+        **_turning(certified),
     }
 
 
@@ -72,6 +73,7 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
         settings={"digits": document["digits"], "precision_bits": document["precision_bits"]},
         counts={"impacts": len(document["impacts"])},
         **final,
+        **_read(document, "spins", "final_spin_rad_s"),
     )
     trouble = document["degeneracy"]
     if trouble is not None:
@@ -86,7 +88,29 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
         degeneracy=trouble,
         commuted=tuple((a, b) for a, b in document["commuted"]),
         **same,
+        **_read(document, "spin_radii", "final_spin_radius_rad_s"),
     )
+
+
+def _turning(certified: CertifiedTrace) -> dict[str, Any]:
+    """Return what there is in a scene in which something turns."""
+    trace = certified.trace
+    if trace.spins is None or certified.spin_radii is None:
+        return {}
+    final = {"final_spin_rad_s": trace.final_spin_rad_s, "final_spin_radius_rad_s": certified.final_spin_radius_rad_s}
+    return {
+        "spins": _plain(trace.spins),
+        "spin_radii": _plain(certified.spin_radii),
+        **{name: spin.tolist() for name, spin in final.items() if spin is not None},
+    }
+
+
+def _read(document: Mapping[str, Any], rows: str, final: str) -> dict[str, Any]:
+    if rows not in document:
+        return {}
+    spins = np.array([tuple(row) for row in document[rows]], dtype=SPIN_DTYPE)
+    spins.flags.writeable = False
+    return {rows: spins, final: np.array(document[final])}
 
 
 def _plain(rows: NDArray[np.void]) -> list[list[Any]]:

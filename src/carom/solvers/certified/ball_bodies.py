@@ -18,9 +18,16 @@ from flint import arb, ctx
 from carom.scene import Scene
 from carom.trace import wall_index
 
-__all__ = ["ZERO", "BallBodies", "PairLaw", "WallLaw"]
+__all__ = ["ZERO", "BallBodies", "PairLaw", "WallLaw", "greatest_speed"]
 
 ZERO = arb(0)
+
+
+def greatest_speed(scene: Scene) -> float:
+    """Return the greatest speed of a disc, or of a spinning disc's rim, at the start; 1 where nothing moves."""
+    discs = scene.discs
+    speeds = (max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in discs)
+    return max(speeds) or 1.0
 
 
 class PairLaw(NamedTuple):
@@ -57,6 +64,10 @@ class BallBodies:
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
+        turns: Whether spins are kept: see `carom.DiscArrays.turns`.
+        spin: Radians a second.
+        ease: How easily each disc turns: 1/k, 0 for one that does not.
+        inverse_mass: 0 for a disc that never moves.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
             0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
@@ -70,12 +81,16 @@ class BallBodies:
         self.vx, self.vy = ([arb(disc.velocity_m_s[k]) for disc in discs] for k in (0, 1))
         self.time = [0.0] * len(discs)
         self.movable = [not disc.immovable for disc in discs]
+        self.turns, self.rubs = scene.arrays.turns, scene.arrays.rubs
+        self.spin = [arb(disc.spin_rad_s) for disc in discs]
+        self.ease = [ZERO if math.isinf(disc.inertia_factor) else 1 / arb(disc.inertia_factor) for disc in discs]
+        self.inverse_mass = [ZERO if disc.immovable else 1 / arb(disc.mass_kg) for disc in discs]
         self.met: list[dict[int, arb]] = [{} for _ in discs]
         self.last_met = [0.0] * len(discs)
         self.partner: list[int | None] = [None] * len(discs)
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
-        self._speed = arb(max(math.hypot(*disc.velocity_m_s) for disc in discs) or 1.0)
+        self._speed = arb(greatest_speed(scene))
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
         self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
         self._wall_laws: dict[tuple[int, float], WallLaw] = {}
@@ -97,6 +112,9 @@ class BallBodies:
         spread = (x - x.mid()) + (y - y.mid())
         spread_v = (self.vx[i] - self.vx[i].mid()) + (self.vy[i] - self.vy[i].mid())
         known = min((size + spread).rel_accuracy_bits(), (self._speed + spread_v).rel_accuracy_bits())
+        if self.rubs:
+            rim = radius * self.spin[i]
+            known = min(known, (self._speed + (rim - rim.mid())).rel_accuracy_bits())
         return max(0, min(int(ctx.prec), known))
 
     def worst_accuracy_bits(self) -> int:
@@ -129,7 +147,7 @@ class BallBodies:
         """Return when disc `i` last met anybody whose impact could bear on one with `second`; 0 if never.
 
         An impact on a wall exactly orthogonal to another changes neither the distance from that other nor the speed
-        towards it.
+        towards it, unless there is friction.
         """
         latest = ZERO
         for key, time in self.met[i].items():
@@ -143,7 +161,9 @@ class BallBodies:
         return times[0].max(times[-1]) if times else None
 
     def orthogonal(self, wall: int, other: int) -> bool:
-        """Whether two walls, by body number, are exactly orthogonal."""
+        """Whether impacts on two walls, by body number, are exactly orthogonal, so that neither bears on the other."""
+        if self.scene.arrays.rubs_walls:
+            return False
         (ax, ay), (bx, by) = (self.scene.walls[wall_index(body)].normal for body in (wall, other))
         products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
         return bool((products[0] + products[1]).is_zero())
@@ -168,6 +188,14 @@ class BallBodies:
         if not (self.falls and self.movable[i]):
             return self.vx[i], self.vy[i]
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
+
+    def surface(self, i: int) -> arb:
+        """Return the speed of the rim of disc `i` as seen from its centre, counterclockwise."""
+        return arb(self.scene.discs[i].radius_m) * self.spin[i]
+
+    def turn(self, i: int, impulse: arb) -> None:
+        """Let disc `i` be turned back by an impulse over its mass, along its rim."""
+        self.spin[i] = self.spin[i] - impulse * self.ease[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:
         """Return the constants of discs `i` and `j`.

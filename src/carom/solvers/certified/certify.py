@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
-from carom.scene import Need
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -54,7 +53,7 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed.
-        InputError: The scene has immovable discs under gravity, friction or spin, or an option is outside its range.
+        InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
     if count("digits", digits, least=1) > 10_000:
         raise InputError(f"digits must be 1 to 10000, got {digits}")
@@ -65,7 +64,6 @@ def certify(
     count("max_precision_bits", max_precision_bits, least=64)
     count("tie_bits", tie_bits, least=64)
     _refuse_quartics(scene)
-    refuse_turning(scene)
     try:
         import flint  # noqa: F401 - what follows needs it
     except ModuleNotFoundError:
@@ -80,17 +78,6 @@ def certify(
 
     run.advance_to(scene.duration_s, max_impacts, report, time_budget_s)
     return run.result()
-
-
-def refuse_turning(scene: Scene) -> None:
-    """Refuse a scene with friction or spin.
-
-    Raises:
-        InputError: Its message names which.
-    """
-    if turning := scene.needs & {Need.FRICTION, Need.SPIN}:
-        what = " and ".join(sorted(need.value for need in turning))
-        raise InputError(f"the scene has {what}, which a certified run does not support yet; solve_pic does")
 
 
 def _refuse_quartics(scene: Scene) -> None:

@@ -1,7 +1,9 @@
 """What an impact does to discs in ball arithmetic.
 
 Linear cases are computed by their linear identities, in which errors do not grow: walls, and discs that move exactly on
-one line parallel to an axis. A state after an impact is that of `Meeting.at`, before it, on the new path backwards.
+one line parallel to an axis. Friction comes on top: where it is not decided whether two bodies stick or slide, the hull
+of both is taken, since friction is continuous between the two. A state after an impact is that of `Meeting.at`, before
+it, on the new path backwards.
 """
 
 from __future__ import annotations
@@ -18,7 +20,7 @@ __all__ = ["BallImpact", "carry_out"]
 
 
 class BallImpact(NamedTuple):
-    """One certified impact: balls for time, normal (from first to second, of the given length) and velocities after.
+    """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
 
     Velocities `before` are given under gravity only; without it they are those after the impact before.
     """
@@ -31,20 +33,28 @@ class BallImpact(NamedTuple):
     length: arb
     after: tuple[arb, arb, arb, arb]
     before: tuple[arb, arb, arb, arb] | None = None
+    spins_after: tuple[arb, arb] = (ZERO, ZERO)
 
 
 def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     """Give both bodies the state after an impact that is certain, and return it."""
     before = _velocities(bodies, meeting) if bodies.falls else None
+    start = bodies.scene.arrays
     if isinstance(meeting.near, PairApproach):
         normal = _collide(bodies, meeting, meeting.near)
+        if start.rubs_discs:
+            _rub_pair(bodies, meeting, meeting.near, normal)
     else:
+        velocity = bodies.velocity(meeting.first, meeting.time)
         normal = _bounce(bodies, meeting, meeting.near)
+        if start.rubs_walls:
+            _rub_wall(bodies, meeting, velocity)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
             bodies.note(disc, other, at, time, latest)
-    return BallImpact(first, second, time, *normal, _velocities(bodies, meeting), before)
+    spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
+    return BallImpact(first, second, time, *normal, _velocities(bodies, meeting), before, spins)
 
 
 def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
@@ -108,3 +118,49 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> 
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
     bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i] = x, y, vx, vy
     return ZERO - law.nx, ZERO - law.ny, law.length
+
+
+def _friction_impulse(friction: float, restitution: float, slip: arb, yielding: arb, pressed: arb) -> arb:
+    """Return the impulse of `carom.physics.friction.friction_impulse`; the hull of both branches where undecided."""
+    held = (arb(restitution) + 1) * slip / yielding
+    most = arb(friction) * pressed
+    return held.min(most).max(ZERO - most)
+
+
+def _rub_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
+    """Let friction act on two discs that collide: as `carom.physics.friction.pair_rub`, at contact."""
+    i, j = meeting.first, meeting.second
+    nx, ny, reach = normal
+    law, scene = bodies.pair_law(i, j), bodies.scene
+    w_i, w_j = bodies.inverse_mass[i], bodies.inverse_mass[j]
+    # u x d does not change along straight paths.
+    slip = near.ux * near.dy - near.uy * near.dx + reach * (bodies.surface(i) + bodies.surface(j))
+    yielding = (w_i * (1 + bodies.ease[i]) + w_j * (1 + bodies.ease[j])) * law.reach2
+    pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
+    rub = _friction_impulse(scene.friction, scene.tangential_restitution, slip, yielding, pressed)
+    _change_velocity(bodies, i, rub * w_i * ny, ZERO - rub * w_i * nx, near.wait)
+    _change_velocity(bodies, j, ZERO - rub * w_j * ny, rub * w_j * nx, near.wait)
+    bodies.turn(i, rub * reach * w_i)
+    bodies.turn(j, rub * reach * w_j)
+
+
+def _rub_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -> None:
+    """Let the friction of a wall act on a disc that came at a velocity, as seen from the wall."""
+    i, scene = meeting.first, bodies.scene
+    law = bodies.wall_law(wall_index(meeting.second), scene.discs[i].radius_m)
+    nx, ny = law.nx / law.length, law.ny / law.length
+    vx, vy = velocity
+    approach = meeting.near.root / law.length if isinstance(meeting.near, WallApproach) else ZERO - vx * nx - vy * ny
+    slip = vx * ny - vy * nx + bodies.surface(i)
+    pressed = (arb(scene.wall_restitution) + 1) * approach
+    regain = scene.wall_tangential_restitution
+    rub = _friction_impulse(scene.wall_friction, regain, slip, 1 + bodies.ease[i], pressed)
+    _change_velocity(bodies, i, ZERO - rub * ny, rub * nx, meeting.time - meeting.at)
+    bodies.turn(i, rub)
+
+
+def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:
+    """Change the velocity of a disc at its impact, which comes `wait` after the instant that its centre is of."""
+    if bodies.movable[i]:
+        bodies.vx[i], bodies.vy[i] = bodies.vx[i] + dvx, bodies.vy[i] + dvy
+        bodies.x[i], bodies.y[i] = bodies.x[i] - dvx * wait, bodies.y[i] - dvy * wait

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
+from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
-from carom.trace import ImpactRecord, impact_array
+from carom.trace import ImpactRecord, impact_array, spin_array
 
 if TYPE_CHECKING:
     import numpy as np
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from carom.solvers.certified.impacts import BallImpact
 
 __all__ = ["BITS_A_DIGIT", "Recording", "Vector", "enclosed"]
+
+Spins = tuple[float, float, float, float]
 
 #: Bits kept of a ball beyond the digits asked for.
 GUARD_BITS = 64
@@ -34,8 +37,8 @@ class Vector(NamedTuple):
     radius: tuple[float, float]
 
 
-class Row(NamedTuple):
-    """One impact: its values, their radii (in the same fields), and time and velocities after as decimal numbers."""
+class RecordedImpact(NamedTuple):
+    """One impact: its values, their radii (in the same fields), and time and what is after it as decimal numbers."""
 
     values: ImpactRecord
     radii: ImpactRecord
@@ -65,14 +68,17 @@ class Recording:
     def __init__(self, scene: Scene, digits: int) -> None:
         self.digits = digits
         self.bits = math.ceil(digits * BITS_A_DIGIT) + GUARD_BITS
-        self.rows: list[Row] = []
-        speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
+        self.rows: list[RecordedImpact] = []
+        speed = greatest_speed(scene)
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
         self._tolerance = arb(10) ** -digits
         self._speed_tolerance, self._length_tolerance = self._tolerance * speed, self._tolerance * length
         self._pending: list[BallImpact] = []
         self._skip = 0
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
+        self._turns = scene.arrays.turns
+        self._radius = [arb(disc.radius_m) for disc in scene.discs]
+        self._spin = [(disc.spin_rad_s, 0.0) for disc in scene.discs]
         self._wall_normals: dict[int, Vector] = {}
 
     def __len__(self) -> int:
@@ -86,8 +92,16 @@ class Recording:
         """Return how far the truth can be from each number of `array`; `first` and `second` repeat the bodies."""
         return impact_array(row.radii for row in self.rows)
 
+    def spins(self) -> NDArray[np.void] | None:
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        return spin_array(row.values for row in self.rows) if self._turns else None
+
+    def spin_radii(self) -> NDArray[np.void] | None:
+        """Return how far the truth can be from each number of `spins`."""
+        return spin_array(row.radii for row in self.rows) if self._turns else None
+
     def decimals(self) -> tuple[tuple[str, ...], ...]:
-        """Return times and velocities after as decimal numbers; nothing where float64 holds the digits."""
+        """Return times, velocities and spins after as decimal numbers; nothing where float64 holds the digits."""
         return tuple(row.decimals for row in self.rows) if self.digits > MOST_FLOAT_DIGITS else ()
 
     def ambiguous(self) -> tuple[int, ...]:
@@ -116,8 +130,10 @@ class Recording:
 
     def state_is_good(self, bodies: BallBodies) -> bool:
         """Whether the state of every disc is known to the digits asked for."""
-        return all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy)) and all(
-            ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y)
+        return (
+            all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
+            and all(ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y))
+            and all(bodies.surface(i).rad() <= self._speed_tolerance for i in range(len(bodies)))
         )
 
     def _convert(self, impact: BallImpact) -> bool:
@@ -129,6 +145,11 @@ class Recording:
         widest = max(velocities[0].radius + velocities[1].radius)
         if self._speed_tolerance < widest and not all(v.rad() <= self._speed_tolerance for v in after):
             return False
+        discs = [first, second] if second >= 0 else [first]
+        spins_after = [+spin for spin in impact.spins_after[: len(discs)]]
+        for disc, spin in zip(discs, spins_after, strict=True):
+            if not (self._radius[disc] * spin).rad() <= self._speed_tolerance:
+                return False
         if self._tolerance * t < t_radius and not time.rad() <= self._tolerance * t:
             return False
         if impact.before is None:
@@ -139,11 +160,24 @@ class Recording:
         if second >= 0:
             self._velocity[second] = velocities[1]
         n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
-        values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value)
-        radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius)
-        told = (time, *after) if self.digits > MOST_FLOAT_DIGITS else ()
-        self.rows.append(Row(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
+        spins, spin_radii = self._spins(discs, spins_after)
+        values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value, spins)
+        radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
+        told = (time, *after, *(spins_after if self._turns else ())) if self.digits > MOST_FLOAT_DIGITS else ()
+        self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
         return True
+
+    def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
+        """Return the spins of an impact and their radii, and note those after it; a wall has none."""
+        if not self._turns:
+            return None, None
+        before = [self._spin[disc] for disc in discs]
+        for disc, spin in zip(discs, after, strict=True):
+            self._spin[disc] = nearest(spin)
+        left = [self._spin[disc] for disc in discs]
+        (a, ar), (b, br) = (*before, (0.0, 0.0))[:2]
+        (c, cr), (d, dr) = (*left, (0.0, 0.0))[:2]
+        return (a, b, c, d), (ar, br, cr, dr)
 
     def _normal(self, impact: BallImpact) -> Vector:
         normal = self._wall_normals.get(impact.second)

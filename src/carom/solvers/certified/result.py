@@ -84,9 +84,12 @@ class CertifiedTrace:
             to float64 is included. The fields `first` and `second` repeat the bodies.
         final_position_radius_m: Shape ``(n, 2)``, the same for `trace.final_position_m`.
         final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
+        spin_radii: Structured array shaped as ``trace.spins``, the same for these; None as they.
+        final_spin_radius_rad_s: Shape ``(n,)``, the same for `trace.final_spin_rad_s`.
         digits: The decimal digits asked for.
         decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
-            numbers of which every digit is right to one unit in the last one. Empty where float64 can hold the digits.
+            numbers of which every digit is right to one unit in the last one; then its discs' spins after, where
+            anything turns. Empty where float64 can hold the digits.
         ending: How the run ended.
         degeneracy: The event that stopped it; None where none did.
         commuted: Pairs of indices of impacts whose order is not known and makes no difference.
@@ -109,6 +112,8 @@ class CertifiedTrace:
     bits_lost: float = 0.0
     replays: int = 0
     elapsed_s: float = 0.0
+    spin_radii: NDArray[np.void] | None = None
+    final_spin_radius_rad_s: NDArray[np.float64] | None = None
 
     def __len__(self) -> int:
         return len(self.trace.impacts)

@@ -17,6 +17,7 @@ from flint import arb, ctx
 from carom.extension import Patience, extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import contact_at_start
+from carom.solvers.certified.floats import nearest
 from carom.solvers.certified.impacts import carry_out
 from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
@@ -161,6 +162,10 @@ class CertifiedRun:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
         return self.result().trace.final_velocity_m_s
 
+    def spins(self) -> NDArray[np.float64] | None:
+        """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
+        return self.result().trace.final_spin_rad_s
+
     def result(self) -> CertifiedTrace:
         """Return what is certified so far, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
@@ -175,6 +180,7 @@ class CertifiedRun:
             speeds = [bodies.velocity(i, arb(self.time_s)) for i in range(len(bodies))]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
+            spin = np.array([nearest(+spin) for spin in bodies.spin])
         trace = Trace(
             method="certified",
             scene=self.scene,
@@ -186,12 +192,16 @@ class CertifiedRun:
             settings={"digits": self.log.digits, "precision_bits": attempt.bits},
             counts=self.counts,
             notes=self.notes,
+            spins=self.log.spins(),
+            final_spin_rad_s=spin[:, 0].copy() if bodies.turns else None,
         )
         return CertifiedTrace(
             trace=trace,
             radii=self.log.radii(),
             final_position_radius_m=position[:, 1].copy(),
             final_velocity_radius_m_s=velocity[:, 1].copy(),
+            spin_radii=self.log.spin_radii(),
+            final_spin_radius_rad_s=spin[:, 1].copy() if bodies.turns else None,
             digits=self.log.digits,
             ending=self.ending or Ending.COMPLETED,
             decimals=self.log.decimals(),

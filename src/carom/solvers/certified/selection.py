@@ -169,18 +169,22 @@ class Selection:
         """Whether two discs are so far apart that, whatever these impacts do to them, they can't meet in the window.
 
         No impact with a partner of speed s leaves a disc of speed v with more than ``v + 2 (v + s)``; the partners'
-        speeds are among all discs' speeds.
+        speeds are among all discs' speeds. Friction adds no more than twice the slip, ``2 (v + s)`` and the speeds of
+        both rims, to that.
         """
         bodies = self.bodies
         at = float(window.mid())
         (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
         dx, dy = xj - xi, yj - yi
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
-        # Both may move at 5 times the fastest speed for twice the window's length, and from `at` to the window.
+        fastest, most = fastest.sqrt(), 5
+        if bodies.rubs:
+            fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
+        # Both may move at 5 (13) times the fastest speed for twice the window's length, and from `at` to the window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
         gx, gy = bodies.gravity
         gained = (gx * gx + gy * gy).sqrt() * (window.upper() + length)  # the velocities are those at time 0
-        reach = bodies.pair_law(i, j).reach + 10 * (fastest.sqrt() + gained) * length
+        reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 
     def _unresolved(self, meeting: Meeting) -> Degeneracy:

@@ -125,7 +125,6 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram]) -> Iterator
 
 
 def _error_table(bench: SceneBench, error_label: str) -> Table:
-    """Return the errors of every curve at every step."""
     steps = sorted({point.dt_s for curve in bench.curves for point in curve.points}, reverse=True)
     phases = max((point.phases for curve in bench.curves for point in curve.points), default=1)
     return Table(
@@ -148,7 +147,6 @@ def _error(dt_s: float, curve: Curve) -> str:
 
 
 def _order_table(bench: SceneBench) -> Table:
-    """Return the fitted order of convergence of every curve."""
     return Table(
         (
             *METHOD,
@@ -164,7 +162,6 @@ def _order_table(bench: SceneBench) -> Table:
 
 
 def _order(order: ConvergenceOrder) -> str:
-    """Return what a fitted order says, with its interval."""
     if math.isnan(order.exponent):
         return order.verdict.value
     if math.isnan(order.low):
@@ -302,7 +299,6 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
 
 
 def _quiet(noise: Noise) -> str:
-    """Return how quiet the machine was."""
     return (
         f"the same {wording.number(noise.work_s * 1e3)} ms of fixed work, {noise.probes} times between the visits: "
         f"the middle half within {wording.percent(noise.interquartile)}, the slowest {wording.ratio(noise.worst)} that"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.report import wording
-from carom.report.bench import METHOD
+from carom.report.bench_document import METHOD
 from carom.report.document import Column, Document, Figure, Figures, Lines, Section, Table
 from carom.report.files import as_json, require_report_extra, write_files
 from carom.report.made import making, stamp_lines
@@ -51,7 +51,6 @@ def growth_document(growth: Growth) -> Document:
 
 
 def _tables(growth: Growth) -> tuple[Table, ...]:
-    """Return run time, memory and exponents."""
     sizes = sorted({point.discs for curve in growth.curves for point in curve.points})
 
     def at_each(say: Callable[[GrowthPoint], float]) -> tuple[Column, ...]:

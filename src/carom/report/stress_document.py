@@ -146,7 +146,6 @@ def _of(results: StressResults, kind: str) -> list[Line]:
 
 
 def _summary(results: StressResults) -> Iterator[str]:
-    """Return what was found, in plain sentences."""
     for kind, what, good in (
         ("attack", "stood as far as the axis goes", SpotEnding.STANDS),
         ("relation", "hold", SpotEnding.HOLDS),

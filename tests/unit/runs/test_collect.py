@@ -9,7 +9,7 @@ import pytest
 
 from carom import Disc, Scene, Wall
 from carom.adapter import AdapterError, Contact, Observation
-from carom.runs.impacts import ImpactCollector
+from carom.runs.collect import ImpactCollector
 
 DT = 0.1
 ALONG_X = (1.0, 0.0)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.scene import Need
 from carom.trace import kinetic_energy
 
 if TYPE_CHECKING:
@@ -53,6 +54,8 @@ class KnownImpact:
         second: The other disc, or the wall, ``wall_body(k)``.
         velocity_first_after: Metres a second.
         velocity_second_after: Metres a second; None for a wall, which has none.
+        spin_first_after: Radians a second; None where it is not known, or nothing turns.
+        spin_second_after: The same.
     """
 
     time_s: float
@@ -60,6 +63,8 @@ class KnownImpact:
     second: int
     velocity_first_after: Vector | None = None
     velocity_second_after: Vector | None = None
+    spin_first_after: float | None = None
+    spin_second_after: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,7 @@ class KnownAnswer:
         final_velocity_m_s: Final velocity of each disc, where known.
         final_position_m: Final position of each disc, where known.
         final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
+        final_spin_rad_s: Final spin of each disc, where known.
         convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
             it has one.
     """
@@ -86,6 +92,7 @@ class KnownAnswer:
     final_position_m: tuple[Vector, ...] | None = None
     final_kinetic_energy_j: float | None = None
     convention: str = ""
+    final_spin_rad_s: tuple[float, ...] | None = None
 
 
 class Staged(NamedTuple):
@@ -102,19 +109,19 @@ Builder = Callable[[], Staged]
 
 @dataclass(frozen=True)
 class CatalogueScene:
-    """A scene of the catalogue. Listing it costs nothing: the scene and its answer are built when first asked for.
+    """A scene of the catalogue. Listing it costs nothing: scene, answer and tags are made when first asked for.
 
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: What it shows, in one sentence; the scene's own description.
         build: Makes the scene, but for its name, and its answer.
-        tags: Words to choose scenes by.
+        marks: Tags that can't be told from the scene and its answer.
     """
 
     name: str
     shows: str
     build: Builder
-    tags: frozenset[Tag] = frozenset()
+    marks: tuple[Tag, ...] = ()
 
     @cached_property
     def _staged(self) -> Staged:
@@ -136,22 +143,45 @@ class CatalogueScene:
         """The part before the stroke."""
         return self.name.partition("/")[0]
 
+    @cached_property
+    def tags(self) -> frozenset[Tag]:
+        """Words to choose scenes by."""
+        scene, known = self._staged
+        masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
+        frame_s = 1.0 / scene.frame_rate_hz
+        off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
+        told = {
+            Tag.WALLS: Need.WALLS in scene.needs,
+            Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
+            Tag.INELASTIC: Need.RESTITUTION in scene.needs,
+            Tag.GRAVITY: Need.GRAVITY in scene.needs,
+            Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # which lead off it
+            Tag.CHAIN: known.count is None or known.count > 1,
+            Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
+            Tag.MASS_RATIO: max(masses) >= 100 * min(masses),
+            Tag.NO_IMPACT: known.count == 0,
+            Tag.CONVENTION: bool(known.convention),
+            Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
+        }
+        return frozenset(tag for tag, is_so in told.items() if is_so).union(self.marks)
+
 
 def listed(
-    group: str, tags: frozenset[Tag] = frozenset(), kind: type[CatalogueScene] = CatalogueScene, **more: Any
+    group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
 ) -> Callable[[Builder], CatalogueScene]:
     """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
 
     Args:
         group: The group of the scene.
-        tags: Its tags.
+        marks: Tags that can't be told from the scene and its answer.
         kind: What kind of entry it is.
         more: Fields of that kind.
     """
 
     def enter(build: Builder) -> CatalogueScene:
         name = build.__name__.strip("_").replace("_", "-")
-        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, tags, **more)
+        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, marks, **more)
 
     return enter
 
@@ -171,38 +201,50 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         if (expected.first, expected.second) != (found["first"], found["second"]):
             return math.inf
-    worst = max(_deviations(trace, known, scene), default=0.0)
-    return max(worst, _deepest_overlap(trace, scene))
+    return max(*_deviations(trace, known, scene), _deepest_overlap(trace, scene), 0.0)
 
 
 def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
-    speed, extent = _greatest_speed(known, scene), _extent(scene)
+    afters = [v for impact in known.impacts for v in (impact.velocity_first_after, impact.velocity_second_after)]
+    velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
+    speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
+    told: list[tuple[ArrayLike, ArrayLike | None, float]] = [
+        (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
+        (trace.final_position_m, known.final_position_m, _extent(scene)),
+    ]
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        yield _apart(found["time_s"], expected.time_s, scene.duration_s)
-        if expected.velocity_first_after is not None:
-            yield _apart(found["velocity_first_after"], expected.velocity_first_after, speed)
-        if expected.velocity_second_after is not None:
-            yield _apart(found["velocity_second_after"], expected.velocity_second_after, speed)
-    if known.final_velocity_m_s is not None:
-        yield _apart(trace.final_velocity_m_s, known.final_velocity_m_s, speed)
-    if known.final_position_m is not None:
-        yield _apart(trace.final_position_m, known.final_position_m, extent)
-    if known.final_kinetic_energy_j is not None:
-        energy = kinetic_energy(scene, trace.final_velocity_m_s)
-        yield _apart(energy, known.final_kinetic_energy_j, known.final_kinetic_energy_j)
+        for name, scale in (
+            ("time_s", scene.duration_s),
+            ("velocity_first_after", speed),
+            ("velocity_second_after", speed),
+        ):
+            told.append((found[name], getattr(expected, name), scale))
+    if (energy := known.final_kinetic_energy_j) is not None:
+        told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
+    told += _told_of_spin(trace, known, scene, speed)
+    return (_apart(found, expected, scale) for found, expected, scale in told if expected is not None)
+
+
+def _told_of_spin(
+    trace: Trace, known: KnownAnswer, scene: Scene, speed: float
+) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
+    """Yield spins told, known, and what they are held against; infinity where a method does not tell what is known."""
+    for k, expected in enumerate(known.impacts):
+        for side, disc in (("first", expected.first), ("second", expected.second)):
+            spin = getattr(expected, f"spin_{side}_after")
+            if spin is not None:
+                found = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield found, spin, speed / scene.discs[disc].radius_m
+    if known.final_spin_rad_s is not None:
+        radius = scene.arrays.radius_m
+        spins = math.inf if trace.final_spin_rad_s is None else trace.final_spin_rad_s
+        yield radius * spins, radius * known.final_spin_rad_s, speed
 
 
 def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
     difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
     # A comparison with NaN is always false, so a NaN let through here would pass for no deviation at all.
     return math.inf if math.isnan(difference) else difference
-
-
-def _greatest_speed(known: KnownAnswer, scene: Scene) -> float:
-    velocities = [disc.velocity_m_s for disc in scene.discs]
-    for impact in known.impacts:
-        velocities += [v for v in (impact.velocity_first_after, impact.velocity_second_after) if v is not None]
-    return max(math.hypot(*velocity) for velocity in velocities) or 1.0
 
 
 def _extent(scene: Scene) -> float:
@@ -214,8 +256,7 @@ def _deepest_overlap(trace: Trace, scene: Scene) -> float:
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
         return math.inf
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    movable = np.array([not disc.immovable for disc in scene.discs])
+    radius, movable = scene.arrays.radius_m, scene.arrays.movable
     deepest = 0.0
     for i in range(len(radius) - 1):
         rest = slice(i + 1, None)

@@ -1,10 +1,18 @@
-"""The scenes of the suite: those of the catalogue whose every impact is known, and a few that show one thing each."""
+"""The scenes of the suite: those of the catalogue whose every impact is known, and a few that show one thing each.
+
+A known answer becomes a trace here, so that a run is held against mathematics and not against a solver.
+"""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
+from carom.scenes import KnownAnswer
+from carom.trace import ImpactRecord, Trace, impact_array, wall_index
 
 __all__ = [
     "CATALOGUE_SCENES",
@@ -16,7 +24,7 @@ __all__ = [
     "bullet",
     "crowd",
     "fall",
-    "far_pair",
+    "known_trace",
     "mixed_contacts",
     "post",
     "posts",
@@ -126,11 +134,6 @@ def bullet(phase: float) -> Scene:
     )
 
 
-def far_pair(coordinate_m: float) -> Scene:
-    """Two discs that meet head-on as far out as the coordinate lets them."""
-    return approach(x_m=coordinate_m - 4.0)
-
-
 def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) -> Scene:
     """Masses 1 and 2 at 1 and -2 m/s that meet head-on; where walls are supported, a third disc meets one at 3 m/s."""
     discs = [
@@ -191,4 +194,42 @@ def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
         restitution=restitution,
         wall_restitution=restitution,
         duration_s=3.0,
+    )
+
+
+def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
+    """Return the trace that a complete known answer describes; between impacts, discs move in straight lines.
+
+    Raises:
+        InputError: The answer does not tell every impact of the scene with the velocities after it.
+    """
+    if known.count != len(known.impacts):
+        raise InputError(f"the known answer of {scene.name!r} tells {len(known.impacts)} of {known.count} impacts")
+    position = np.array([disc.position_m for disc in scene.discs])
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    records, now_s = [], 0.0
+    for known_impact in known.impacts:
+        first, second, after = known_impact.first, known_impact.second, known_impact.velocity_first_after
+        if after is None:
+            raise InputError(f"the known answer of {scene.name!r} lacks the velocities after {known_impact.time_s} s")
+        position += velocity * (known_impact.time_s - now_s)
+        now_s = known_impact.time_s
+        ux, uy = velocity[first].tolist()
+        if second < 0:
+            x, y = scene.walls[wall_index(second)].normal
+            normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
+        else:
+            x, y = (position[second] - position[first]).tolist()
+            vx, vy = velocity[second].tolist()
+            normal, before_second = (x / math.hypot(x, y), y / math.hypot(x, y)), (vx, vy)
+            velocity[second] = after_second = known_impact.velocity_second_after or before_second
+        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second))
+        velocity[first] = after
+    return Trace(
+        method="known answer",
+        scene=scene,
+        impacts=impact_array(records),
+        final_position_m=position + velocity * (scene.duration_s - now_s),
+        final_velocity_m_s=velocity,
+        end_time_s=scene.duration_s,
     )
