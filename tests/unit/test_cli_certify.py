@@ -25,6 +25,15 @@ def test_a_scene_is_printed_with_its_proven_digits() -> None:
     assert "Certified to the end of the scene." in result.output
 
 
+def test_spins_are_printed_where_something_turns() -> None:
+    """Between two rough plates a disc leaves the first rolling, with -2 rad/s; elsewhere there is no such column."""
+    result = carom_command("certify", "spin/plates")
+    assert result.exit_code == 0, result.output
+    assert "spins after, rad/s" in result.output
+    assert "-2.0" in result.output
+    assert "spins" not in carom_command("certify", "classics/slanted-wall").output
+
+
 def test_a_degenerate_scene_is_named_and_is_exit_code_1() -> None:
     """What has no certain answer is a sentence with its bodies, and what came before it is kept."""
     result = carom_command("certify", "classics/cradle-touching")

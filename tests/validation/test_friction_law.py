@@ -24,6 +24,7 @@ from tests.validation.rough_scenes import (
 from tests.validation.small_scenes import impacts_of
 
 from carom import DiscArrays, solve_pic, solve_pic_framewise, solve_pit
+from carom.limits import LARGEST
 from carom.solvers.event_driven import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.run import AllPairsRun
@@ -79,6 +80,32 @@ def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
         worst = max(worst, worst_of_impact(start, impact_array([record])[0], spin_array([record])[0]))
         impacts += 1
     assert worst < ULPS
+
+
+def test_impacts_of_extreme_sizes_are_those_of_the_exact_law() -> None:
+    """So they are with masses, inertias, radii, speeds, spins and friction anywhere within the ordinary sizes."""
+    rng = random.Random(5)
+    for number in range(400):
+        angle, size, speed = rng.uniform(0, 2 * math.pi), 2.0 ** rng.uniform(-190, 190), 2.0 ** rng.uniform(-190, 190)
+        radius = [size * 2.0 ** rng.uniform(-3, 3) for _ in range(2)]
+        place = np.array([(0.0, 0.0), (sum(radius) * math.cos(angle), sum(radius) * math.sin(angle))])
+        velocity = np.array([(rng.gauss(0, speed), rng.gauss(0, speed)) for _ in range(2)])
+        if (velocity[0] - velocity[1]) @ (place[1] / sum(radius)) <= 0.0:
+            velocity = velocity[::-1].copy()
+        rims = [rng.gauss(0, 1) * min(speed * rng.choice([0.0, 1e-12, 1.0, 1e6]), 2.0**195) for _ in range(2)]
+        start = DiscArrays(
+            place,
+            velocity,
+            np.array(radius),
+            np.array([2.0 ** rng.uniform(-199, 199) for _ in range(2)]),
+            restitution=rng.random(),
+            spin_rad_s=np.array(rims) / radius,
+            inertia_factor=np.array([2.0 ** rng.uniform(-199, 0), rng.choice([0.5, 1e-6])]),
+            friction=rng.choice([1e-300, 1e-19, 0.1, 10.0, 1e19, LARGEST]),
+            tangential_restitution=rng.uniform(-1, 1),
+        )
+        record = Bodies(start).collide_pair(0, 1)
+        assert worst_of_impact(start, impact_array([record])[0], spin_array([record])[0]) < ULPS, number
 
 
 @pytest.mark.parametrize("wall", [False, True])

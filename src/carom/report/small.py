@@ -92,6 +92,11 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
             Column("time, s", lambda k: _decimals(certified, k)[0]),
             Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
             Column("velocities after, m/s", lambda k: _velocities(certified, k)),
+            *(
+                [Column("spins after, rad/s", lambda k: _spins(certified, k))]
+                if certified.trace.spins is not None
+                else []
+            ),
         ),
         range(min(most, len(certified))),
         title=f"{certified.trace.scene.name}: every digit proven",
@@ -102,7 +107,7 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
 
 
 def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
-    """Return the proven digits of an impact: its time, and the parts of both velocities after it."""
+    """Return the proven digits of an impact: its time, the parts of both velocities after it, and its discs' spins."""
     if certified.decimals:
         return certified.decimals[k]
     from carom.solvers.certified import proven_decimal
@@ -110,6 +115,9 @@ def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     impact, radius = certified.trace.impacts[k], certified.radii[k]
     sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]
     numbers = [(impact["time_s"], radius["time_s"]), *((impact[side][c], radius[side][c]) for side, c in sides)]
+    if certified.trace.spins is not None and certified.spin_radii is not None:
+        turned = ["first_after"] if impact["second"] < 0 else ["first_after", "second_after"]
+        numbers += [(certified.trace.spins[k][side], certified.spin_radii[k][side]) for side in turned]
     return [proven_decimal(float(value), float(bound)) for value, bound in numbers]
 
 
@@ -117,6 +125,10 @@ def _velocities(certified: CertifiedTrace, k: int) -> str:
     _, *velocity = _decimals(certified, k)
     after = f"({velocity[0]}, {velocity[1]})"
     return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
+
+
+def _spins(certified: CertifiedTrace, k: int) -> str:
+    return "  ".join(_decimals(certified, k)[5:])
 
 
 def _reach(certified: CertifiedTrace) -> Iterator[str]:
