@@ -24,7 +24,7 @@ from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
 try:
     from carom.solvers.event_driven.run import EventDrivenRun
 except ImportError:  # the build timed beside this one
-    from carom.solvers.event_driven import EventDrivenRun
+    from carom.solvers.event_driven import EventDrivenRun  # type: ignore[attr-defined, no-redef] # not in this build
 
 #: Impacts a disc before the clock starts, in which the lattice melts.
 _MELT = 20
