@@ -15,12 +15,13 @@ JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
-.PHONY: help report test test-long campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install everything, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
+	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, types, import contracts"
@@ -37,6 +38,9 @@ test: $(BUILT)
 # By file: the tests of one file share what was built for them.
 test-long: $(BUILT)
 	$(BIN)/python -m pytest -m long -n auto --dist loadfile
+
+test-browser: $(BUILT)
+	$(BIN)/python -m pytest -m browser tests/browser
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

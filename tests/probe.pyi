@@ -19,6 +19,16 @@ def wall_time(
     x: float, y: float, vx: float, vy: float, radius: float, qx: float, qy: float, nx: float, ny: float
 ) -> float: ...
 def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float: ...
+def pair_rub(
+    grip: tuple[float, float],
+    dx: float,
+    dy: float,
+    ux: float,
+    uy: float,
+    surface: float,
+    yielding: float,
+    push: float,
+) -> float: ...
 def layouts() -> dict[str, np.dtype[np.void]]: ...
 def resolutions(
     sizes: float, reach: float, ux: float, uy: float, speed: float, time: float

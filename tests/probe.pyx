@@ -3,12 +3,12 @@
 Built with the extension where that is built in place, see setup.py; it is in no wheel.
 """
 
-from carom.physics cimport double_double, impact_law, wall_time as wall
+from carom.physics cimport double_double, friction, impact_law, wall_time as wall
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, find_near_walls, put, take
 from carom.solvers.event_driven.layout cimport (
-    INF, NOBODY, PLACES, Block, Cell, Disc, Impact, Index, Prediction, Queue, Recent, State, Wall,
+    INF, NOBODY, PLACES, Block, Cell, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
 from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
 from carom.solvers.event_driven.record cimport forget, strike
@@ -60,17 +60,26 @@ def pair_push(double dx, double dy, double ux, double uy, double inverse_masses,
     return impact_law.pair_push(dx, dy, ux, uy, inverse_masses, restitution)
 
 
+def pair_rub(
+    grip, double dx, double dy, double ux, double uy, double surface, double yielding, double push
+):
+    cdef friction.Grip g = friction.Grip(grip[0], grip[1])
+    return friction.pair_rub(&g, dx, dy, ux, uy, surface, yielding, push)
+
+
 def layouts():
     """Return the dtypes of the structs that are rows: as the C compiler has laid them out."""
     cdef Disc disc
     cdef Prediction prediction
     cdef Cell cell
     cdef Impact impact
+    cdef Spins spins
     return {
         "Disc": np.asarray(<Disc[:1]>&disc).dtype,
         "Prediction": np.asarray(<Prediction[:1]>&prediction).dtype,
         "Cell": np.asarray(<Cell[:1]>&cell).dtype,
         "Impact": np.asarray(<Impact[:1]>&impact).dtype,
+        "Spins": np.asarray(<Spins[:1]>&spins).dtype,
     }
 
 

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.display import Shown
+
 if TYPE_CHECKING:
     from carom.scene import Scene
 
@@ -141,8 +143,8 @@ class Samples:
     position_m: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Trace:
+@dataclass(frozen=True, repr=False)
+class Trace(Shown):
     """All that one run of one method produced.
 
     Attributes:

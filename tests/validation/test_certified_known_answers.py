@@ -16,7 +16,7 @@ from mpmath import mp, mpf
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
 from carom.scenes import KnownAnswer, catalogue, deviation
-from carom.solvers.certified import Ending
+from carom.solvers.certified.result import Ending
 
 #: The closed forms of the catalogue are evaluated in float64, along the longest chain of impacts to this.
 CLOSED_FORM_ROUNDING = 1e-13

@@ -20,6 +20,7 @@ from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, scales_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, Finding, Verdict, findings
+from carom.display import Shown
 from carom.errors import InputError
 from carom.scene import Need, Scene
 from carom.trace import Outcome, Trace
@@ -27,8 +28,8 @@ from carom.trace import Outcome, Trace
 __all__ = ["Score", "compare", "require_scored"]
 
 
-@dataclass(frozen=True)
-class Score:
+@dataclass(frozen=True, repr=False)
+class Score(Shown):
     """How an observed trace compares with the reference.
 
     Attributes:

@@ -18,6 +18,7 @@ from carom.report.document import (
     Column,
     Figure,
     Figures,
+    Lines,
     Section,
     Share,
     Table,
@@ -34,7 +35,7 @@ __all__ = ["overview"]
 #: From best to worst.
 _GRADED = (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG)
 #: With more impacts, a terminal's screen is no place to read them one by one.
-MOST_IMPACTS = 40
+MOST_IMPACTS, MOST_VERDICTS = 40, 2
 
 HEAT_NOTE = (
     "Each cell tells the worst grade of a method in a group, of how many of its scenes, and leads to the worst of "
@@ -52,8 +53,8 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
     if not methods:
         return
-    what = f"Every method against PIC, at {grid.step_phrase}"
-    title = f"{grid.rows[0].scene.name}: {what.lower()}" if len(grid.rows) == 1 else what
+    alone = grid.rows[0] if len(grid.rows) == 1 else None
+    title = f"{f'{alone.scene.name}: every' if alone else 'Every'} method against PIC, at {grid.step_phrase}"
     signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
     chart = Figure(partial(price_chart, found, "What sampling costs each engine, and what is its own"), PRICE_CAPTION)
     blocks: tuple[Block, ...] = (
@@ -67,8 +68,13 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
         Text(METHOD_NOTE, ON_PAPER),
     )
     yield Section(title, blocks)
-    if len(grid.rows) == 1:
-        yield Section("Its impacts, every method beside the others", (_impact_table(results, grid),), level=3)
+    if alone:
+        # The verdicts of one method, or of two, are for reading; those of many stand in full elsewhere.
+        said = [(cell.column.name, reason) for cell in alone.cells if cell.plays for reason in cell.reasons]
+        few = said if len(methods) <= MOST_VERDICTS else ()
+        verdicts = tuple(reason if len(methods) == 1 else f"{name}: {reason}" for name, reason in few)
+        shown = (_impact_table(results, grid), Lines(verdicts, TERMINAL))
+        yield Section("Its impacts, every method beside the others", shown, level=3)
 
 
 def _shares(cells: tuple[GridCell, ...]) -> tuple[Share, ...]:
@@ -200,4 +206,4 @@ def _impact_table(results: Results, grid: Grid) -> Table:
 
 
 def _became(method: GridColumn, impact: _Impact) -> str:
-    return impact.became.get(method, "")
+    return impact.became.get(method, "").replace(" steps", " dt").replace(" step", " dt")

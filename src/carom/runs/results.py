@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from carom.comparator import Grade, Horizon, Score
+from carom.display import Shown
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Status
@@ -55,8 +56,8 @@ def violates(row: Row, fail_on: Grade) -> bool:
     return row.grade is not None and row.grade.is_at_least_as_bad_as(fail_on)
 
 
-@dataclass(frozen=True)
-class Results:
+@dataclass(frozen=True, repr=False)
+class Results(Shown):
     """All rows of a cross-check, and what they were held against.
 
     Attributes:

@@ -284,7 +284,7 @@ def test_a_column_is_shown_wherever_its_table_is() -> None:
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
     wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
     document = Document("A report", (), (Section("Sizes", (wider,)),))
-    (printed,) = terminal(document, 160)
+    _heading, printed = terminal(document, 160)
     buffer = io.StringIO()
     Console(file=buffer, width=100).print(printed)
     for text in (html_of(document), markdown_of(document), buffer.getvalue()):

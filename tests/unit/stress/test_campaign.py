@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -120,9 +121,6 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
     """A table for each kind of line that there is, and what was found in plain sentences."""
     shown = list(terminal(stress_document(results), 160))
-    assert [str(item.title) for item in shown if not isinstance(item, str)] == [
-        "Where each method gives way",
-        "Relations that need no truth",
-        "Scenes from real complaints",
-    ]
+    headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
+    assert headings == ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
     assert any(isinstance(item, str) and "Of 1 attack, stood as far as the axis goes" in item for item in shown)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 
 from rich import box
-from rich.console import Console, JustifyMethod
-from rich.measure import Measurement
+from rich.cells import cell_len
+from rich.console import JustifyMethod
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
@@ -30,15 +29,16 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
     """
     medium = Medium.DETAIL if full else Medium.TERMINAL
     for section in document.shown(medium):
-        heading, caption = section.heading, ""
+        below = list[str]()  # what the signs of a table mean stands below it
         for block in section.shown(medium):
             match block:
                 case Table():
-                    note = "\n".join(filter(None, (block.note, caption)))
-                    yield from _tables(block, medium, block.title or heading, note, width)
-                    caption = ""
+                    yield block.title or section.heading
+                    yield from _parts(block, medium, width)
+                    yield from filter(None, (block.note, *below))
+                    below.clear()
                 case blocks.Legend():
-                    caption = "\n".join(f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items)
+                    below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
                 case blocks.Lines():
                     yield from block.items
                 case blocks.Text() | blocks.Code():
@@ -50,44 +50,33 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
     yield from document.lead
 
 
-def _tables(table: Table, medium: Medium, title: str, caption: str, width: int) -> Iterator[RichTable]:
+def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
     """Yield the table, in as many parts as the width asks for; each part has the first column, which heads the rows."""
     columns, rows = table.shown(medium)
     begin = 1
-    while True:
+    while begin < max(2, len(columns)):
         end = len(columns)
-        shown = _part(columns, rows, [0, *range(begin, end)], title, caption)
-        while end > begin + 1 and _needs(shown) > width:
+        while end > begin + 1 and _needs(_part(columns, rows, [0, *range(begin, end)])) > width:
             end -= 1
-            shown = _part(columns, rows, [0, *range(begin, end)], title, caption if end == len(columns) else "")
-        yield shown
+        yield _part(columns, rows, [0, *range(begin, end)])
         begin = end
-        if begin >= len(columns):
-            return
 
 
 def _needs(table: RichTable) -> int:
-    """Return the least width at which no word of the table is cut."""
-    wide = Console(width=10_000, file=io.StringIO())
-    return Measurement.get(wide, wide.options, table).minimum
+    """Return the least width at which no word of the table is cut: between two columns are three signs."""
+    return sum(column.min_width or 0 for column in table.columns) + 3 * len(table.columns) - 1
 
 
-def _part(
-    columns: Sequence[Column], rows: Sequence[Sequence[Cell]], kept: Sequence[int], title: str, caption: str
-) -> RichTable:
-    shown = RichTable(
-        title=RichText(title, style="italic"),
-        caption=RichText(caption) if caption else None,
-        title_justify="left",
-        caption_justify="left",
-        pad_edge=False,
-        box=box.SIMPLE_HEAD,
-    )
+def _part(columns: Sequence[Column], rows: Sequence[Sequence[Cell]], kept: Sequence[int]) -> RichTable:
+    shown = RichTable(pad_edge=False, box=box.SIMPLE_HEAD)
     for k in kept:
         heading = RichText("\n".join(filter(None, (columns[k].head, columns[k].under))))
-        bars = any(row[k].shares for row in rows if k < len(row))
+        cells = [_cell(row[k]) for row in rows if k < len(row)]
+        whole = k == 0 or any(row[k].shares for row in rows if k < len(row))  # a name, or a bar
+        texts = [cell.plain for cell in cells] + [heading.plain]
+        least = max(cell_len(word) for text in texts for word in (text.splitlines() if whole else text.split()) or [""])
         justify: JustifyMethod = "right" if columns[k].number else "left"
-        shown.add_column(heading, justify=justify, no_wrap=k == 0 or bars, min_width=_BAR if bars else None)
+        shown.add_column(heading, justify=justify, no_wrap=whole, min_width=least)
     for row in rows:
         shown.add_row(*(_cell(row[k]) for k in kept if k < len(row)))
     return shown

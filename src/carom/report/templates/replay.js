@@ -462,6 +462,7 @@
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);
     body.append(...evidence(scene, run, player));
+    player.playButton.focus(); // so that the keys are the player's
     return true;
   };
   const follow = async (dialog) => {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
+from carom.display import Shown
 from carom.trace import body_name
 
 if TYPE_CHECKING:
@@ -73,8 +74,8 @@ class Degeneracy:
         return f"{self.kind.value}: {names}, {when} ({how})"
 
 
-@dataclass(frozen=True)
-class CertifiedTrace:
+@dataclass(frozen=True, repr=False)
+class CertifiedTrace(Shown):
     """A trace with a proven bound on the error of every number in it.
 
     Attributes:

@@ -5,19 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from carom.trace import IMPACT_DTYPE
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 probe = pytest.importorskip("tests.probe")
 
 
-def test_a_recorded_impact_is_a_row_of_a_trace() -> None:
-    """The struct that the kernel writes has the fields of `IMPACT_DTYPE`: their order, places and types."""
-    struct = probe.layouts()["Impact"]
-    assert struct.itemsize == IMPACT_DTYPE.itemsize
+@pytest.mark.parametrize(("name", "dtype"), [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE)])
+def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
+    """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
+    struct = probe.layouts()[name]
+    assert struct.itemsize == dtype.itemsize
     kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
-    assert IMPACT_DTYPE.names is not None
-    assert IMPACT_DTYPE.fields is not None
-    expected = [IMPACT_DTYPE.fields[name][:2] for name in IMPACT_DTYPE.names]
+    assert dtype.names is not None
+    assert dtype.fields is not None
+    expected = [dtype.fields[name][:2] for name in dtype.names]
     assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
 
 

@@ -1,0 +1,98 @@
+"""One report and one browser for all tests of the page."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+import carom
+from carom.report.cross_check import write_report
+from carom.scenes import CatalogueScene, all_scenes
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+#: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
+FLAGS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+#: What would run, or turn the words after it round, if a name were ever taken for markup.
+HOSTILE = (
+    "<script>window.reached=1</script>",
+    '"><img src=x onerror="window.reached=1">',
+    "\u202egnorw",
+    "a/b#c%20'\"&",
+)
+
+
+def _chromium() -> str:
+    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    assert found, "the page is tested in Chromium: install Debian's package chromium"
+    return found
+
+
+def hostile_scenes() -> list[carom.Scene]:
+    """Return a plain scene under each of the hostile names."""
+    discs = [
+        carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.25),
+        carom.Disc(position_m=(1.5, 0.1), radius_m=0.25),
+    ]
+    return [carom.Scene(name=name, description=name, duration_s=1.0, discs=discs) for name in HOSTILE]
+
+
+@pytest.fixture(scope="session")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of every scene that has a name, and of the hostile ones, by PIC, PIT and pymunk at their best."""
+    scenes: list[carom.Scene | CatalogueScene] = [*all_scenes().values(), *hostile_scenes()]
+    results = carom.cross_check(scenes, ["pic", "pit", "pymunk"], profiles=["tuned"], timing=False, jobs=2)
+    return write_report(results, tmp_path_factory.mktemp("report"))
+
+
+@pytest.fixture(scope="session")
+def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page of four engines with three profiles each."""
+    scenes = [entry for entry in all_scenes().values() if entry.name.startswith(("paper/", "gravity/"))]
+    engines = ["pic", "pit", "box2d", "mujoco", "pybullet", "pymunk"]
+    return write_report(carom.cross_check(scenes, engines, timing=False, jobs=2), tmp_path_factory.mktemp("wide"))
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium without a window."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        yield playwright.chromium.launch(executable_path=_chromium(), args=list(FLAGS))
+
+
+class Faults(list[str]):
+    """What went wrong on a page: errors of scripts, messages of the console, requests, and questions to the user."""
+
+    def watch(self, page: Page) -> None:
+        """Note all of it from now on."""
+        page.on("pageerror", lambda error: self.append(f"error: {error}"))
+        page.on("console", lambda message: self.append(f"{message.type}: {message.text}"))
+        page.on("dialog", lambda dialog: self.append(f"dialog: {dialog.message}"))
+        page.on("request", lambda request: self.append(request.url) if not request.url.startswith("file:") else None)
+
+
+@pytest.fixture
+def page(browser: Browser, report: Path) -> Iterator[Page]:
+    """The report, opened as by a double click; the test fails where a script does, or asks for anything."""
+    faults = Faults()
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    faults.watch(page)
+    page.goto(report.as_uri())
+    yield page
+    page.close()
+    assert not faults

@@ -1,0 +1,92 @@
+"""The page around the replays: what fits, what filters, what a screen reader finds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import pytest
+from tests.browser.test_replay import MISSED, opened
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280])
+def test_the_page_is_as_wide_as_the_window(browser: Browser, wide_report: Path, width: int) -> None:
+    """Nothing sticks out of the window; what is wider scrolls within its own frame."""
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto(wide_report.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    page.close()
+
+
+def test_the_heat_map_of_four_engines_fits_the_first_screen(browser: Browser, wide_report: Path) -> None:
+    """At 1,280 pixels four engines with three profiles stand side by side, uncut; one click plays the worst scene."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.goto(wide_report.as_uri())
+    frame = page.locator(".scroll", has=page.locator("table.heat"))
+    assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
+    assert frame.evaluate("frame => frame.getBoundingClientRect().bottom") < 900
+    assert page.locator("table.heat thead th").count() >= 14
+    page.locator("table.heat td a").last.click()
+    page.wait_for_selector("#replay[open]")
+    page.close()
+
+
+def test_filters_leave_what_was_asked_for(page: Page) -> None:
+    """Engine, profile, grade and group each cut the table down, and say how much of it is left."""
+    page.locator(".filters").get_by_label("engine").select_option("pymunk")
+    heads = page.locator("table.grid thead th:visible").all_inner_texts()
+    assert {head.split()[0] for head in heads} == {"scene", "pymunk"}
+    page.locator(".filters").get_by_label("profile").select_option("tuned")
+    page.locator(".filters").get_by_label("group").select_option("paper")
+    page.locator(".filters").get_by_label("grade").select_option("wrong")
+    rows = page.locator("table.grid tbody tr:visible")
+    assert rows.count() >= 1
+    for text in rows.all_inner_texts():
+        assert text.startswith("paper/")
+        assert "wrong" in text
+    assert page.locator(".filters output").inner_text().startswith(f"{rows.count()} of ")
+
+
+def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
+    """Clicked once, a column begins with what is wrong; clicked again, the order is the catalogue's."""
+    names = page.locator("table.grid tbody th").all_inner_texts()
+    heading = page.locator("table.grid thead th", has_text="PIT").first.get_by_role("button")
+    heading.click()
+    column = page.locator("table.grid thead th").all_inner_texts().index("PIT\ntuned")
+    assert "wrong" in page.locator(f"table.grid tbody tr:first-child td:nth-child({column + 1})").inner_text()
+    heading.click()
+    assert page.locator("table.grid tbody th").all_inner_texts() == names
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser: Browser, report: Path, scheme: Literal["light", "dark"]) -> None:
+    """No rule of accessibility that axe calls serious or critical is broken, on the page and in a replay."""
+    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
+
+    page = browser.new_page(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
+    page.goto(report.as_uri())
+    for key in ("", MISSED):
+        if key:
+            opened(page, key)
+        found = Axe().run(page).response["violations"]
+        serious = {
+            f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in {"serious", "critical"}
+        }
+        assert not serious
+    page.close()
+
+
+def test_on_paper_nothing_is_cut_off(browser: Browser, wide_report: Path) -> None:
+    """Printed on A4, upright with usual margins, every table is as wide as the sheet at most."""
+    page = browser.new_page(viewport={"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
+    page.emulate_media(media="print")
+    page.goto(wide_report.as_uri())
+    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
+    wide = page.eval_on_selector_all("table, pre, svg", f"{seen}.map(one => one.className)")
+    assert wide == []
+    page.close()

@@ -1,0 +1,185 @@
+"""Replays, played."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+import pytest
+from tests.browser.conftest import HOSTILE, Faults
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+pytestmark = pytest.mark.browser
+
+#: Colours of the reference's picture on two circles round each disc, one within its rim and one beyond.
+PIXELS = """(discs) => {
+    const canvas = document.querySelector(".views canvas"), {scale, x: left, y: down} = canvas.dataset;
+    const {data, width} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const colour = ([x, y, radius], part, angle) => {
+        const across = Math.round(Number(left) + scale * (x + part * radius * Math.cos(angle)));
+        const below = Math.round(Number(down) - scale * (y + part * radius * Math.sin(angle)));
+        return [...data.slice(4 * (below * width + across), 4 * (below * width + across) + 4)].join();
+    };
+    const around = (disc, part) => [...Array(24).keys()].map((k) => colour(disc, part, k * Math.PI / 12));
+    return discs.map((disc) => [around(disc, 0.75), around(disc, 1.2)]);
+}"""
+
+MISSED = "paper/missed/pymunk/tuned"
+LATE = "paper/late/pit/tuned"
+
+
+def opened(page: Page, key: str) -> None:
+    """Open a replay by its address, as a link that was sent."""
+    page.evaluate("key => { location.hash = encodeURI(key); }", key)
+    page.wait_for_function("key => document.querySelector('#replay[open] select')?.value === key", arg=key)
+
+
+def clock(page: Page) -> float:
+    """Return the time that is shown, seconds."""
+    return float(page.locator(".timeline").get_attribute("data-time") or "nan")
+
+
+def data_of(report: Path, scene: str) -> dict[str, Any]:
+    """Return what the page holds of a scene."""
+    source = report.read_text(encoding="utf-8")
+    found = re.search(f'data-scene="{re.escape(scene)}">([^<]*)<', source)
+    assert found is not None
+    data: dict[str, Any] = json.loads(gzip.decompress(base64.b64decode(found[1])))
+    return data
+
+
+def test_every_replay_of_the_catalogue_plays_without_an_error(page: Page) -> None:
+    """Each is opened, played, and walked through impact by impact to its end; the console stays empty."""
+    keys = page.eval_on_selector_all("table.grid td a", "links => links.map(a => decodeURIComponent(a.hash.slice(1)))")
+    assert len(keys) > 3 * 60  # 61 scenes and the hostile ones, three methods each, less what one can't do
+    for key in keys:
+        opened(page, key)
+        page.keyboard.press("End")
+        end = clock(page)
+        page.keyboard.press("Home")
+        assert clock(page) == 0.0
+        page.keyboard.press("Shift+ArrowRight")
+        page.keyboard.press("ArrowRight")
+        assert 0.0 < clock(page) <= end
+
+
+@pytest.mark.parametrize("scene", ["paper/late", "classics/head-on", "classics/oblique-3-4-5", "gravity/box"])
+def test_discs_are_drawn_where_the_reference_has_them_at_an_impact(page: Page, report: Path, scene: str) -> None:
+    """At the first impact, points inside each disc are of its colour, and points beyond its rim are not."""
+    data = data_of(report, scene)
+    opened(page, f"{scene}/pic/tuned")
+    page.keyboard.press("Home")
+    page.keyboard.press("Shift+ArrowRight")
+    when, first, second = data["impacts"][0]
+    assert clock(page) == pytest.approx(when, abs=1e-12)
+    discs = []
+    for disc in (body for body in (first, second) if body >= 0):
+        times, xs, ys = data["reference"][disc]
+        knot = times.index(when)
+        discs.append([xs[knot], ys[knot], data["discs"][disc][0]])
+    for inside, outside in page.evaluate(PIXELS, discs):
+        colour, times_seen = Counter(inside).most_common(1)[0]  # a path or a flag may stand on a disc
+        assert times_seen >= len(inside) / 2
+        assert colour.split(",")[3] != "0"
+        assert outside.count(colour) == 0
+
+
+def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
+    """Every control does what it says, by mouse and by keyboard."""
+    opened(page, LATE)
+    run = next(run for run in data_of(report, "paper/late")["runs"] if run["key"] == LATE)
+    dialog = page.locator("#replay")
+    assert dialog.get_by_role("button", name="Play or pause").inner_text() == "pause"
+    before = clock(page)
+    page.wait_for_function("before => Number(document.querySelector('.timeline').dataset.time) > before", arg=before)
+    dialog.get_by_role("button", name="Play or pause").click()
+    stopped = clock(page)
+    page.wait_for_timeout(200)
+    assert clock(page) == stopped
+    page.keyboard.press("Home")
+    dialog.get_by_role("button", name="One frame on").click()
+    dialog.get_by_role("button", name="One frame on").click()
+    dialog.get_by_role("button", name="One frame back").click()
+    assert clock(page) == pytest.approx(run["dt"], rel=1e-9)
+    page.keyboard.press("Home")
+    dialog.get_by_role("button", name="On to the next impact").click()
+    assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
+    dialog.get_by_role("button", name="On to the next impact").click()
+    assert clock(page) == pytest.approx(run["impacts"][0]["reported"], rel=1e-12)
+    dialog.get_by_role("button", name="Back to the impact before").click()
+    assert clock(page) == pytest.approx(run["impacts"][0]["true"], rel=1e-12)
+    chosen = dialog.get_by_label("Speed").input_value()
+    page.keyboard.press("+")
+    assert float(dialog.get_by_label("Speed").input_value()) == 2 * float(chosen)
+    dialog.get_by_label("Speed").select_option("1")
+    dialog.get_by_label("laid over each other").check()
+    assert page.locator(".views.over figure").first.is_hidden()
+    dialog.get_by_label("Time in the scene").fill("0.25")
+    assert clock(page) == 0.25
+
+
+def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
+    """A missed impact is in the table, with its cause; clicking it leads there; command and scene can be copied."""
+    opened(page, MISSED)
+    row = page.locator("table.impacts tbody tr")
+    assert "missed" in row.inner_text()
+    row.get_by_role("button").click()
+    assert clock(page) == pytest.approx(0.425, abs=1e-3)
+    page.get_by_text("Run it yourself").click()
+    assert (
+        page.get_by_label("The command").input_value().startswith("carom run paper/missed -e pymunk -p tuned --dt 0.04")
+    )
+    assert 'name = "paper/missed"' in page.get_by_label("The scene, as a file").input_value()
+
+
+def test_a_link_opens_a_cell_and_closing_takes_it_from_the_address(page: Page, report: Path) -> None:
+    """An address with a cell shows it at once; Escape closes it, and gives the keyboard back to the page."""
+    page.goto(f"{report.as_uri()}#{quote(MISSED)}")
+    page.reload()
+    page.wait_for_selector("#replay[open]")
+    assert page.locator("#replay-title").inner_text() == "paper/missed"
+    page.keyboard.press("Escape")
+    page.wait_for_selector("#replay", state="hidden")
+    assert page.evaluate("location.hash") == ""
+
+
+def test_names_are_text_and_never_run(page: Page) -> None:
+    """Markup, quotes and turned-round letters in a scene's name are shown as they are, and reach no script."""
+    for name in HOSTILE:
+        opened(page, f"{name}/pit/tuned")
+        assert page.locator("#replay-title").inner_text() == name
+    assert page.evaluate("window.reached") is None
+
+
+def test_who_wants_no_motion_sees_none_until_asking(browser: Browser, report: Path) -> None:
+    """With reduced motion a replay stands still at its start; its controls work."""
+    faults = Faults()
+    page = browser.new_page(reduced_motion="reduce")
+    faults.watch(page)
+    page.goto(report.as_uri())
+    opened(page, LATE)
+    page.wait_for_timeout(300)
+    assert clock(page) == 0.0
+    page.keyboard.press("ArrowRight")
+    assert clock(page) > 0.0
+    page.close()
+    assert not faults
+
+
+def test_without_scripts_the_still_pictures_stand(browser: Browser, report: Path) -> None:
+    """Where no script may run, the page shows its pictures and tables, and no empty window."""
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    assert page.locator("figure.pair svg").count() >= 8
+    assert page.locator("table.grid").is_visible()
+    assert not page.locator("#replay").is_visible()
+    context.close()

@@ -1,0 +1,58 @@
+"""What a terminal shows: the answer in few lines, within the width there is, in signs that it has."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+import carom
+from carom.report.cross_check import cross_check_document
+from carom.report.document import Document
+from carom.report.plain import ERRORS
+from carom.report.render import terminal
+from carom.scenes import catalogue
+
+
+@pytest.fixture(scope="module")
+def document() -> Document:
+    """The whole suite by PIC, PIT and pymunk."""
+    results = carom.cross_check(catalogue().values(), ["pic", "pit", "pymunk"], dts=[1 / 60], timing=False, jobs=1)
+    return cross_check_document(results)
+
+
+def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
+    """Return the lines that a terminal of a width shows."""
+    buffer = io.StringIO()
+    console = Console(file=buffer, width=width, highlight=False, markup=False)
+    for item in terminal(document, width, full=full):
+        console.print(item)
+    return buffer.getvalue().splitlines()
+
+
+def test_the_whole_suite_is_one_screen(document: Document) -> None:
+    """At 80 columns the answer has a line a method, and the rest is the same for any number of them."""
+    lines = printed(document, 80)
+    methods = [line for line in lines if line.lstrip().startswith(("PIC ", "PIT ", "pymunk "))]
+    assert len(methods) == len({line.split("  ")[0] for line in methods})
+    four_engines_with_three_profiles_and_carom_s_own = 14
+    assert len(lines) - len(methods) + four_engines_with_three_profiles_and_carom_s_own <= 25
+
+
+@pytest.mark.parametrize("width", [60, 80, 120, 200])
+@pytest.mark.parametrize("full", [False, True])
+def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """No line is longer than the terminal, and in tables no name is cut: a wide one is shown in parts."""
+    lines = printed(document, width, full=full)
+    assert max(map(len, lines)) <= width
+    if full:
+        assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
+
+
+def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:
+    """In ASCII each grade still has a sign of its own, and nothing raises."""
+    text = "\n".join(printed(document, 80))
+    plain = text.encode("ascii", ERRORS).decode()
+    assert "= exact  ~ close  s sampled  i inaccurate  X wrong" in plain
+    assert "?" not in plain
