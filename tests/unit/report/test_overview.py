@@ -40,7 +40,7 @@ def test_a_group_counts_its_own_scenes(results: Results) -> None:
 
 
 def test_a_cell_tells_the_worst_grade_and_leads_to_the_worst_scene(results: Results) -> None:
-    """PIT misses impacts in two of the paper's cases; the cell counts them, and its link is the one that it misses most in."""
+    """PIT misses impacts in two of the paper's cases: the cell counts both, and leads to the one with more of them."""
     (heads, rows), _ = tables(results, Medium.PAGE)
     cell = rows[0][heads.index("PIT tuned")]
     assert (cell.text, cell.css) == ("2 of 4", Mark.WRONG.css)
