@@ -18,7 +18,7 @@ from carom.report.grid import BROKEN, GRADED, Mark, mark_named
 from carom.report.records import read_records
 from carom.runs.job import Method
 
-__all__ = ["Change", "Diff", "Kind", "Measure", "diff"]
+__all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
 
 #: What no error tells the size of: it is there or not.
 _FLAGS = (
@@ -41,7 +41,7 @@ class Kind(Enum):
 
 
 @dataclass(frozen=True)
-class Measure:
+class BeforeAfter:
     """A number of a cell before and after; None where it is not measured.
 
     Attributes:
@@ -112,7 +112,7 @@ class Change:
     dt_s: float
     old: Mark
     new: Mark
-    measures: tuple[Measure, ...]
+    measures: tuple[BeforeAfter, ...]
     causes: tuple[str, ...]
 
     @property
@@ -146,7 +146,7 @@ class Diff:
 
 
 class _Number(NamedTuple):
-    """A number of a cell, as `Measure` has two."""
+    """A number of a cell, as `BeforeAfter` has two."""
 
     name: str
     value: float | bool | None
@@ -311,7 +311,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
     pairs = zip(old.numbers, new.numbers, strict=True) if old and new and was.ran and now.ran else ()
     # Where the two declare floats of different widths, the wider count.
-    both = (Measure(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
+    both = (BeforeAfter(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
     measures = tuple(measure for measure in both if measure.changed)
     there = _was_run(old), _was_run(new)
     kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
@@ -322,7 +322,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, causes)
 
 
-def _kind(was: Mark, now: Mark, measures: Sequence[Measure]) -> Kind | None:
+def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
     graded = Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
     if graded and _badness(was) != _badness(now):
         return Kind.WORSE if _badness(now) > _badness(was) else Kind.BETTER

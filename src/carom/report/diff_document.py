@@ -6,7 +6,7 @@ from collections import Counter
 
 from carom.report import wording
 from carom.report.diff import Change, Diff, Kind
-from carom.report.document import EVERYWHERE, PAGE, Cell, Column, Document, Section, Table
+from carom.report.document import EVERYWHERE, PAGE, Cell, Column, Document, Section, Table, Text
 
 __all__ = ["diff_document"]
 
@@ -32,10 +32,14 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS
     note = f"{left_out} more are not shown; --page FILE writes all of them" if left_out > 0 else ""
     tables = (
-        Table(_COLUMNS, changes, css="cells", only=PAGE),
+        Table(_COLUMNS, changes, css="cells diff", only=PAGE),
         Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=EVERYWHERE - PAGE),
     )
-    sections = (Section("What changed, the worst first", tables),) if changes else ()
+    around = Text(f"Not the same in both runs: {'; '.join(found.around)}.")
+    sections = (
+        *((Section("What changed, the worst first", tables),) if changes else ()),
+        *((Section("Versions and machine", (around,)),) if found.around else ()),
+    )
     return Document(f"Carom diff: {old} → {new}", tuple(_lead(found)), sections)
 
 
@@ -51,7 +55,7 @@ def _lead(found: Diff) -> list[str]:
         numbers = "; ".join(map(str, worst.measures[:3]))
         where = f"{worst.scene} on {worst.method} at {wording.step(worst.dt_s)}"
         lead.append(f"Worst: {where}, {_marks(worst)}{numbers and f' ({numbers})'}.")
-    return [*lead, *([f"Not the same in both: {'; '.join(found.around)}."] if found.around else [])]
+    return lead
 
 
 def _marks(change: Change) -> str:
