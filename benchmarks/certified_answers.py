@@ -13,7 +13,8 @@ from benchmarks.arguments import parser, run
 
 from carom.bench.gas import gas_scene
 from carom.scenes import Tag, catalogue
-from carom.solvers.certified import certify, enclosures
+from carom.solvers.certified.as_data import enclosures
+from carom.solvers.certified.certify import certify
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

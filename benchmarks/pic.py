@@ -110,7 +110,8 @@ def ensemble_row(baseline: str, repeats: int) -> None:
 def start_seconds() -> float:
     """Return the time from starting Python to the first impacts, seconds."""
     code = (
-        "import math; from carom.bench.gas import hard_disc_gas; from carom.solvers.event_driven import EventDrivenRun;"
+        "import math; from carom.bench.gas import hard_disc_gas;"
+        "from carom.solvers.event_driven.run import EventDrivenRun;"
         "EventDrivenRun(hard_disc_gas(16, .3)).advance_to(math.inf, 100)"
     )
     begin = time.perf_counter()

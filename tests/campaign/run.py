@@ -14,7 +14,7 @@ from tests.campaign.gases import Gas, draw
 from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, check, watch
 
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,7 +17,7 @@ from tests.checker.passes import _closest, disc_overlaps
 from tests.unit.solvers.scenes import box, random_start
 
 from carom import DiscArrays
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.trace import IMPACT_DTYPE
 
 if TYPE_CHECKING:

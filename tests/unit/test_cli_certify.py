@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from carom.cli import app
-from carom.solvers.certified import from_enclosures
+from carom.solvers.certified.as_data import from_enclosures
 
 
 def carom_command(*arguments: str) -> Result:

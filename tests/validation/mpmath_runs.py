@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from mpmath import mp, mpf
 
 from carom import CertifiedTrace, Disc, Scene, SceneError, Wall, certify
-from carom.solvers.certified import Ending
+from carom.solvers.certified.result import Ending
 
 DIGITS = 400
 

@@ -14,7 +14,8 @@ import pytest
 from carom import CertifiedTrace, solve_pic
 from carom.comparator import horizon_of
 from carom.errors import InputError
-from carom.solvers.certified import Ending, enclosures, from_enclosures
+from carom.solvers.certified.as_data import enclosures, from_enclosures
+from carom.solvers.certified.result import Ending
 
 FILES = sorted((Path(__file__).parent / "certified").glob("*.json"))
 

@@ -15,7 +15,7 @@ from carom import CertifiedTrace, Disc, Scene, Wall
 from carom.errors import InputError
 from carom.runs.reference import reference_of
 from carom.scenes import catalogue
-from carom.solvers.certified import Degenerate, Ending
+from carom.solvers.certified.result import Degenerate, Ending
 
 IMPACTS = 20
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))

@@ -25,7 +25,7 @@ from tests.validation.small_scenes import impacts_of
 
 from carom import DiscArrays, solve_pic, solve_pic_framewise, solve_pit
 from carom.limits import LARGEST
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.run import AllPairsRun
 from carom.trace import impact_array, spin_array

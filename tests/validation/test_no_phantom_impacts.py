@@ -58,7 +58,7 @@ def test_a_lone_disc_that_leaves_its_cell_before_an_impact_does_not_end_the_inte
     code = """
 import math
 from carom import Disc, Scene
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 edge = math.sqrt(6.0)
 run = EventDrivenRun(Scene(name="three", duration_s=20.0, discs=[
     Disc(position_m=(0.0, 0.0), radius_m=0.5),

@@ -14,7 +14,7 @@ import pytest
 from tests.validation.small_scenes import impacts_of, small_scene
 
 from carom import Scene, solve_pic, solve_pic_framewise
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
 
 #: Scenes of a test: enough that starting it costs nothing beside them.

@@ -6,7 +6,7 @@ import pytest
 from tests.validation.small_scenes import small_scene
 
 from carom import CertifiedTrace, Scene, certify, solve_pic
-from carom.solvers.certified import Ending
+from carom.solvers.certified.result import Ending
 
 #: Impacts of a scene: few, so that float64 has not yet lost the trajectory.
 IMPACTS = 12

@@ -28,7 +28,8 @@ def test_pic_reproduces_the_known_answer(entry: CatalogueScene) -> None:
 def test_the_certified_run_proves_the_known_answer(entry: CatalogueScene) -> None:
     """Where there is one answer it is proven; the corner, which has two, is called so."""
     pytest.importorskip("flint")
-    from carom.solvers.certified import Degenerate, Ending, certify
+    from carom.solvers.certified.certify import certify
+    from carom.solvers.certified.result import Degenerate, Ending
 
     known = entry.known
     found = certify(entry.scene, max_impacts=len(known.impacts) if known.count is None else None)

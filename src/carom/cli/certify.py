@@ -44,8 +44,9 @@ def certify(
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
     from carom.report.small import certified_document
-    from carom.solvers.certified import Ending, enclosures
-    from carom.solvers.certified import certify as certified
+    from carom.solvers.certified.as_data import enclosures
+    from carom.solvers.certified.certify import certify as certified
+    from carom.solvers.certified.result import Ending
 
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)

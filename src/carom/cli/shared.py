@@ -136,7 +136,7 @@ def console() -> Console:
 
 def plain_where_needed() -> None:
     """Write ASCII in place of signs that an output's encoding does not have."""
-    from carom.report.plain import ERRORS
+    from carom.report.ascii_signs import ERRORS
 
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

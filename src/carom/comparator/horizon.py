@@ -12,7 +12,8 @@ from carom.comparator.align import Reach, by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene
-from carom.solvers.certified import CertifiedTrace, certify
+from carom.solvers.certified.certify import certify
+from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector, velocities
 

@@ -17,7 +17,7 @@ from carom.scenes import CatalogueScene, Complaint
 from carom.trace import body_name, pair_name
 
 if TYPE_CHECKING:
-    from carom.solvers.certified import CertifiedTrace
+    from carom.solvers.certified.result import CertifiedTrace
 
 __all__ = ["advice_document", "certified_document", "engine_document", "scene_document", "scene_text"]
 
@@ -110,7 +110,7 @@ def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
     """Return the proven digits of an impact: its time, the parts of both velocities after it, and its discs' spins."""
     if certified.decimals:
         return certified.decimals[k]
-    from carom.solvers.certified import proven_decimal
+    from carom.solvers.certified.result import proven_decimal
 
     impact, radius = certified.trace.impacts[k], certified.radii[k]
     sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]

@@ -10,7 +10,7 @@ from carom.comparator.finite import not_finite
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene
-from carom.solvers.certified import certify
+from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 

@@ -14,7 +14,7 @@ from carom import Disc, DiscArrays, Scene, Wall, compare, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
 from carom.errors import InputError
 from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
-from carom.solvers.event_driven import EventDrivenRun
+from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Outcome, kinetic_energy
 

@@ -11,7 +11,7 @@ import pytest
 from carom import Outcome, certify
 from carom.bench.gas import gas_scene
 from carom.errors import InputError, MissingExtraError
-from carom.solvers.certified import Ending
+from carom.solvers.certified.result import Ending
 
 SCENE = gas_scene(9, 0.3, duration_s=1000.0)
 

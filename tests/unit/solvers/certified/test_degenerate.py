@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from carom import Disc, Outcome, Scene, Wall, certify
-from carom.solvers.certified import Degeneracy, Degenerate, Ending
+from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
 
 AXIS_BOX = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))]
 

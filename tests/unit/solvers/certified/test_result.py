@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from carom.solvers.certified import proven_decimal
+from carom.solvers.certified.result import proven_decimal
 
 
 @given(st.floats(-1e20, 1e20), st.floats(1e-300, 1e3), st.floats(-1, 1))

@@ -14,7 +14,7 @@ from tests.forms import plain_form
 from carom import Disc, Scene, Wall, certify
 from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
-from carom.solvers.certified import CertifiedTrace
+from carom.solvers.certified.result import CertifiedTrace
 
 #: Impacts of each run.
 MOST = 25

@@ -6,8 +6,8 @@ import pytest
 from flint import arb, ctx
 
 from carom import Disc, Scene
-from carom.solvers.certified import Degenerate
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.result import Degenerate
 from carom.solvers.certified.selection import Selection, Undecided
 
 

@@ -10,8 +10,8 @@ from tests.forms import needs_extension, plain_form
 from carom import Disc, Scene, certify
 from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
-from carom.solvers.certified import CertifiedTrace
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.certified.start_bounds import StartBounds
 
 SCENES = [
