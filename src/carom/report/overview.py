@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import NamedTuple
 
@@ -24,7 +24,7 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.grid import Grid, GridCell, GridColumn, Mark
+from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark
 from carom.report.price import PRICE_CAPTION, EnginePrice, price_chart
 from carom.report.replay import impact_rows, replay_link
 from carom.report.tables import legend
@@ -147,16 +147,18 @@ class _Group(NamedTuple):
 def _group_table(grid: Grid, methods: list[GridColumn]) -> Table:
     """Return scene groups down and methods across: how many scenes have the worst grade, and a way to the worst one."""
 
-    def group(name: str) -> _Group:
-        rows = [row for row in grid.rows if row.scene.name.startswith(name)]
+    def group(name: str, rows: Sequence[GridRow]) -> _Group:
         cells = {method: tuple(c for row in rows for c in row.cells if c.column == method) for method in methods}
-        return _Group(name.rstrip("/") or "all", len(rows), cells)
+        return _Group(name, len(rows), cells)
 
-    names = dict.fromkeys("".join(row.scene.name.partition("/")[:2]) for row in grid.rows)
-    groups = [group(name) for name in names]
+    by_name: dict[str, list[GridRow]] = {}
+    for row in grid.rows:
+        first, slash, _ = row.scene.name.partition("/")
+        by_name.setdefault(first if slash else "others", []).append(row)
+    groups = [group(name, rows) for name, rows in by_name.items()]
     columns = [Column("group", lambda of: Cell(of.name, wording.count(of.scenes, "scene")))]
     columns += [Column(method.label, partial(_group_cell, method), method.profile) for method in methods]
-    return Table(columns, groups if len(groups) < 2 else (*groups, group("")), css="heat", only=PAGE)
+    return Table(columns, groups if len(groups) < 2 else (*groups, group("all", grid.rows)), css="heat", only=PAGE)
 
 
 def _group_cell(method: GridColumn, group: _Group) -> Cell:

@@ -8,7 +8,7 @@
   const [all, ...scenes] = rows; // the first row counts all scenes
   const columns = head.slice(1).map((cell) => cell.innerText.split("\n").map((line) => line.trim()));
   const nameOf = (row) => (row.cells[0].querySelector(".word") ?? row.cells[0]).textContent.trim();
-  const groupOf = (row) => nameOf(row).split("/")[0];
+  const groupOf = (row) => (nameOf(row).includes("/") ? nameOf(row).split("/")[0] : "others");
   const rankOf = (cell) => ORDER.findIndex((grade) => cell.classList.contains(grade));
   const distinct = (items) => [...new Set(items)];
   const chosen = {};
