@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Shown"]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["Drawn", "Shown"]
 
 
 def _report(module: str) -> Any:
@@ -21,3 +24,20 @@ class Shown:
 
     def __str__(self) -> str:
         return repr(self)
+
+    def _repr_html_(self) -> str | None:
+        page: str | None = _report("notebook").html_of(self)
+        return page
+
+
+class Drawn(Shown):
+    """A result that has a picture."""
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw it with matplotlib on `ax`, on new axes where none are given, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes: Axes = _report("notebook").plot(self, ax)
+        return axes

@@ -25,7 +25,7 @@ from pydantic import (
 
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
-from carom.display import Shown
+from carom.display import Drawn
 from carom.errors import InputError, Problem, SceneError
 from carom.limits import LARGEST, MOST_STEPS, ORDINARY, SMALLEST, beyond
 from carom.sizes import span_problems
@@ -243,7 +243,7 @@ class Wall(_Model):
     normal: Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterValidator(_unit)]
 
 
-class Scene(Shown, _Model):
+class Scene(Drawn, _Model):
     """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
 
     Attributes:

@@ -26,7 +26,19 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["Divergence", "caption", "divergences", "draw_pair", "pictures"]
+__all__ = [
+    "Divergence",
+    "caption",
+    "divergences",
+    "draw_pair",
+    "draw_start",
+    "draw_trace",
+    "draw_walls",
+    "limits_of",
+    "pictures",
+]
+
+Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
@@ -151,18 +163,39 @@ def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> tuple[str, str
     misses = _missed_frames(divergence, observed, missed) if len(missed) <= _MOST_MISSES else []
     axis = _line_of_motion(reference, scene)
     if axis is not None:
-        low, high = _limits(scene, reference, observed)
+        limits = limits_of(scene, reference, observed)
         pictures = [
-            _over_time(scene, paths, axis, (low[axis], high[axis]), label)
+            _over_time(scene, paths, axis, limits, label)
             for paths, label in zip((reference, observed), labels, strict=True)
         ]
         return pictures[0], pictures[1]
-    limits = _limits(scene, reference, observed)
+    limits = limits_of(scene, reference, observed)
     dotted = max(len(reference.stands), len(observed.stands)) > _MOST_STANDS
     return (
         _in_the_plane(scene, reference, [], limits, labels[0], dotted=dotted),
         _in_the_plane(scene, observed, misses, limits, labels[1], dotted=dotted),
     )
+
+
+def draw_trace(axes: Axes, trace: Trace) -> None:
+    """Draw the paths of a trace, its impacts and its walls: in the plane, or against time where all is on one line."""
+    scene, paths = trace.scene, observed_paths(trace)
+    limits, axis = limits_of(scene, paths, paths), _line_of_motion(paths, scene)
+    if axis is not None:
+        _draw_over_time(axes, scene, paths, axis, limits)
+        return
+    draw_walls(axes, scene, limits)
+    _draw_paths(axes, scene, paths, [], dotted=len(paths.stands) > _MOST_STANDS)
+
+
+def draw_start(axes: Axes, scene: Scene) -> None:
+    """Draw the discs and walls of a scene at the start, with the velocities as arrows."""
+    start = scene.arrays
+    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
+    draw_walls(axes, scene, limits_of(scene, paths, paths))
+    _draw_paths(axes, scene, paths, [], dotted=False)
+    if start.velocity_m_s.any():
+        axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
 
 
 def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
@@ -175,7 +208,8 @@ def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
     return None
 
 
-def _limits(scene: Scene, reference: Paths, observed: Paths) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
+    """Return the lower left and the upper right corner of what is shown, metres."""
     radius = max(disc.radius_m for disc in scene.discs)
     low, high = reference.bounds()
     low, high = low - radius, high + radius
@@ -217,13 +251,11 @@ def _in_the_plane(
     scene: Scene,
     paths: Paths,
     misses: Sequence[tuple[int, NDArray[np.float64]]],
-    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+    limits: Limits,
     label: str,
     *,
     dotted: bool,
 ) -> str:
-    from matplotlib.patches import Circle
-
     low, high = limits
     width, height = high - low
     aspect = min(max(height / width, _FLATTEST), _TALLEST)
@@ -234,46 +266,49 @@ def _in_the_plane(
         # One scale on both axes: the side with room to spare shows more of the plane.
         spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
         low, high = low - spare, high + spare
-        axes.set_xlim(low[0], high[0])
-        axes.set_ylim(low[1], high[1])
-        _walls(axes, scene, (low, high))
-
-        def circle(
-            disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float
-        ) -> None:
-            if not np.isfinite(centre).all():
-                return
-            radius, colour = scene.discs[disc].radius_m, _colour(disc)
-            if alpha:
-                axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
-            edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
-            axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
-
-        for k, disc in enumerate(scene.discs):
-            _, points = paths.lines[k]
-            if disc.immovable:
-                axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
-                continue
-            axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
-            circle(k, points[0], 0.0, "-", 0.9, 3)
-            circle(k, points[-1], 0.45, "-", 1.1, 3)
-            _number(axes, k, points[0])
-        if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
-            for k, disc in enumerate(scene.discs):
-                if not disc.immovable:
-                    points = paths.frame_positions[:, k]
-                    axes.plot(
-                        points[:, 0], points[:, 1], linestyle="", marker=".", markersize=3.2, color=_colour(k), zorder=4
-                    )
-        for k, stands in _by_disc(scene, paths):
-            if dotted:
-                _dots(axes, np.array([stand.position_m for stand in stands]), k)
-            else:
-                for stand in stands:
-                    circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
-        for disc_number, centre in misses:
-            circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
+        draw_walls(axes, scene, (low, high))
+        _draw_paths(axes, scene, paths, misses, dotted=dotted)
         return render(figure, label)
+
+
+def _draw_paths(
+    axes: Axes, scene: Scene, paths: Paths, misses: Sequence[tuple[int, NDArray[np.float64]]], *, dotted: bool
+) -> None:
+    from matplotlib.patches import Circle
+
+    def circle(disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float) -> None:
+        if not np.isfinite(centre).all():
+            return
+        radius, colour = scene.discs[disc].radius_m, _colour(disc)
+        if alpha:
+            axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
+        edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
+        axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
+
+    for k, disc in enumerate(scene.discs):
+        _, points = paths.lines[k]
+        if disc.immovable:
+            axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
+            continue
+        axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
+        circle(k, points[0], 0.0, "-", 0.9, 3)
+        circle(k, points[-1], 0.45, "-", 1.1, 3)
+        _number(axes, k, points[0])
+    if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
+        for k, disc in enumerate(scene.discs):
+            if not disc.immovable:
+                points = paths.frame_positions[:, k]
+                axes.plot(
+                    points[:, 0], points[:, 1], linestyle="", marker=".", markersize=3.2, color=_colour(k), zorder=4
+                )
+    for k, stands in _by_disc(scene, paths):
+        if dotted:
+            _dots(axes, np.array([stand.position_m for stand in stands]), k)
+        else:
+            for stand in stands:
+                circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
+    for disc_number, centre in misses:
+        circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
 
 
 def _by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
@@ -300,10 +335,14 @@ def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
     )
 
 
-def _walls(axes: Axes, scene: Scene, limits: tuple[NDArray[np.float64], NDArray[np.float64]]) -> None:
+def draw_walls(axes: Axes, scene: Scene, limits: Limits) -> None:
+    """Show what lies between two corners, to one scale, and draw the walls there."""
     from matplotlib.patches import Polygon
 
     low, high = limits
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
     reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
     for wall in scene.walls:
         normal = np.array(wall.normal)
@@ -320,35 +359,39 @@ def _walls(axes: Axes, scene: Scene, limits: tuple[NDArray[np.float64], NDArray[
         axes.add_artist(Polygon(corners, **_SOLID))
 
 
-def _over_time(scene: Scene, paths: Paths, axis: int, limits: tuple[float, float], label: str) -> str:
-    """Draw position along the line against time: each disc a band as wide as itself, so that touching is seen."""
+def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
     with drawing():
-        from matplotlib.ticker import MaxNLocator
-
         figure = new_figure(_WIDTH_IN, _WIDTH_IN)
-        axes = figure.add_axes((0.155, 0.135, 0.825, 0.845))
-        for k, disc in enumerate(scene.discs):
-            times, points = paths.lines[k]
-            along = points[:, axis]
-            colour = WALL if disc.immovable else _colour(k)
-            edges = (along - disc.radius_m, along + disc.radius_m)
-            axes.fill_betweenx(times, *edges, color=colour, alpha=0.18, linewidth=0)
-            for edge in edges:
-                axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
-            axes.plot(along, times, color=colour, linewidth=1.2)
-            _number(axes, k, np.array([along[0], 0.0]))
-        for wall in scene.walls:
-            if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
-                end = limits[0] if wall.normal[axis] > 0 else limits[1]
-                axes.axvspan(wall.point_m[axis], end, **_SOLID)
-        for k, stands in _by_disc(scene, paths):
-            _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
-        axes.set_xlim(*limits)
-        axes.set_ylim(0.0, scene.duration_s)
-        axes.set_xlabel(f"{'xy'[axis]} in m")
-        axes.set_ylabel("time in s")
-        axes.tick_params(length=2.5, color=MUTED)
-        for side in (axes.xaxis, axes.yaxis):
-            side.set_major_locator(MaxNLocator(5))
-            side.set_major_formatter(lambda value, _: wording.number(value, 3))
+        _draw_over_time(figure.add_axes((0.155, 0.135, 0.825, 0.845)), scene, paths, axis, limits)
         return render(figure, label)
+
+
+def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
+    """Draw position along the line against time: each disc a band as wide as itself, so that touching is seen."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = limits[0][axis], limits[1][axis]
+    for k, disc in enumerate(scene.discs):
+        times, points = paths.lines[k]
+        along = points[:, axis]
+        colour = WALL if disc.immovable else _colour(k)
+        edges = (along - disc.radius_m, along + disc.radius_m)
+        axes.fill_betweenx(times, *edges, color=colour, alpha=0.18, linewidth=0)
+        for edge in edges:
+            axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
+        axes.plot(along, times, color=colour, linewidth=1.2)
+        _number(axes, k, np.array([along[0], 0.0]))
+    for wall in scene.walls:
+        if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
+            end = low if wall.normal[axis] > 0 else high
+            axes.axvspan(wall.point_m[axis], end, **_SOLID)
+    for k, stands in _by_disc(scene, paths):
+        _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
+    axes.set_xlim(low, high)
+    axes.set_ylim(0.0, scene.duration_s)
+    axes.set_xlabel(f"{'xy'[axis]} in m")
+    axes.set_ylabel("time in s")
+    axes.tick_params(length=2.5, color=MUTED)
+    for side in (axes.xaxis, axes.yaxis):
+        side.set_major_locator(MaxNLocator(5))
+        side.set_major_formatter(lambda value, _: wording.number(value, 3))

@@ -88,7 +88,8 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
         "runs": [
             {
                 **said,
-                "dt": trace.dt_s,
+                "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
+                "sampled": trace.dt_s > 0.0,
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
                 "impacts": list(impact_rows(reference, trace, score)),

@@ -6,11 +6,15 @@ import base64
 import hashlib
 import re
 from importlib import resources
+from typing import TYPE_CHECKING
 
 from carom.report.document import Block, Document, Medium, Replays, Section
 from carom.report.files import require_report_extra
 
-__all__ = ["html"]
+if TYPE_CHECKING:
+    from jinja2 import Template
+
+__all__ = ["html", "replay_page"]
 
 
 def html(document: Document) -> str:
@@ -19,6 +23,32 @@ def html(document: Document) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
+    sections = list(document.shown(Medium.PAGE))
+    plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
+    script = page_script("replay.js", "table.js") if plays else ""
+    return _template("page.html.j2").render(
+        document=document,
+        sections=sections,
+        page=Medium.PAGE,
+        anchor=_anchor,
+        kind=_kind,
+        script=script,
+        policy=content_policy(script),
+    )
+
+
+def replay_page(title: str, data: str) -> str:
+    """Return a page of one replay, whose data are packed already.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
+    script = page_script("replay.js")
+    page: str = _template("replay.html.j2").render(title=title, data=data, script=script, policy=content_policy(script))
+    return page
+
+
+def _template(name: str) -> Template:
     require_report_extra()
     import jinja2
 
@@ -29,18 +59,7 @@ def html(document: Document) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    sections = list(document.shown(Medium.PAGE))
-    plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
-    script = page_script("replay.js", "table.js") if plays else ""
-    return environment.get_template("page.html.j2").render(
-        document=document,
-        sections=sections,
-        page=Medium.PAGE,
-        anchor=_anchor,
-        kind=_kind,
-        script=script,
-        policy=content_policy(script),
-    )
+    return environment.get_template(name)
 
 
 def page_script(*names: str) -> str:

@@ -230,7 +230,7 @@
       this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Frames, and impacts along the time" });
       this.sides = make("div", { class: "views" },
         make("figure", {}, make("figcaption", {}, "What must happen, by PIC"), this.truth.canvas),
-        make("figure", {}, make("figcaption", {}, `What ${name} does, looking every ${digits(this.run.dt, 4)} s`), this.seen.canvas));
+        make("figure", {}, make("figcaption", {}, `What ${name} does${this.run.sampled ? `, looking every ${digits(this.run.dt, 4)} s` : ""}`), this.seen.canvas));
       this.controls = make("div", { class: "controls" },
         this.playButton,
         button("Back to the impact before", "Shift and left", () => this.toImpact(-1), "◀◀"),
@@ -342,12 +342,14 @@
         if (this.scene.discs[disc][1]) return;
         picture.path(track, this.pulls[disc], disc, 0, now, false);
         picture.path(track, this.pulls[disc], disc, now, end, true);
-        if (observed && this.frames <= MOST_DOTS) picture.dots(track, this.pulls[disc], disc, run.dt, now);
+        if (observed && run.sampled && this.frames <= MOST_DOTS) picture.dots(track, this.pulls[disc], disc, run.dt, now);
       });
-      if (observed) {
+      if (observed && run.sampled) {
         const looked = Math.min(Math.floor(now / run.dt + 1e-9) * run.dt, end);
         tracks.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], looked), disc, true));
-        if (this.over) this.scene.reference.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], this.time), disc, true));
+      }
+      if (observed && this.over) {
+        this.scene.reference.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], this.time), disc, true));
       }
       tracks.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], now), disc, false));
       this.flags(picture, tracks, observed);
@@ -374,7 +376,7 @@
         }
         const place = [a[0] + radius * towards[0], a[1] + radius * towards[1]];
         if (observed) picture.flag(place, MARKS[row.flag], row.became, row.flag !== "found");
-        else picture.flag(place, "•", "impact", false);
+        else picture.flag(place, "•", "", false); // a ring: words would hide each other
       }
     }
     timeline() {
@@ -434,7 +436,7 @@
     make("details", {}, make("summary", {}, "Settings really used"),
       make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
     make("details", {}, make("summary", {}, "Run it yourself"),
-      copyable("The command", run.command), copyable("The scene, as a file", scene.file)),
+      ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file)),
   ];
 
   // --- The window that a cell opens ------------------------------------------------------------------------------

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from carom.display import Shown
+from carom.display import Drawn
 from carom.trace import body_name
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Degeneracy:
 
 
 @dataclass(frozen=True, repr=False)
-class CertifiedTrace(Shown):
+class CertifiedTrace(Drawn):
     """A trace with a proven bound on the error of every number in it.
 
     Attributes:
