@@ -36,6 +36,7 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
         names = {name.partition("/")[2] for name in archive.getnames()}
     wanted = {
         "adapters/carom_adapters/pymunk.py",
+        "src/carom/results.schema.json",
         "src/carom/scene.schema.json",
         "src/carom/physics/pair_time.pxd",
         "tests/packaging/test_distribution.py",

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, engines, run, scenes, stress
+from carom.cli import advise, bench, certify, diff, engines, run, scenes, stress
 
 __all__ = ["app", "main"]
 
@@ -23,6 +23,7 @@ app = typer.Typer(
 
 for command in (
     run.run,
+    diff.diff,
     bench.bench,
     advise.advise,
     certify.certify,

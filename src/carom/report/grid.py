@@ -17,7 +17,19 @@ from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.trace import Outcome
 
-__all__ = ["NOT_PLANNED", "Grid", "GridCell", "GridColumn", "Mark", "build_grid", "mark_of", "reasons_of"]
+__all__ = [
+    "BROKEN",
+    "GRADED",
+    "NOT_PLANNED",
+    "Grid",
+    "GridCell",
+    "GridColumn",
+    "Mark",
+    "build_grid",
+    "mark_named",
+    "mark_of",
+    "reasons_of",
+]
 
 #: Where a column has no row for a scene; `carom.runs` drops a profile whose settings another one has too.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
@@ -65,17 +77,35 @@ _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
 _OF_WIDTH = {32: Mark.EXACT_32, 16: Mark.EXACT_16}
 _OF_STATUS = {status: Mark[status.name] for status in Status if status is not Status.RAN}
 
+#: The grade behind each mark that has one.
+GRADED = {mark: grade for grade, mark in _OF_GRADE.items()} | dict.fromkeys(_OF_WIDTH.values(), Grade.EXACT)
+#: The engine gave no answer, or not a whole one.
+BROKEN = frozenset({Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED})
+
 
 def mark_of(row: Row | None) -> Mark:
     """Return the mark of a row; None is a cell that no row was planned for."""
     if row is None:
         return Mark.ABSENT
-    if row.status is not Status.RAN:
-        return _OF_STATUS[row.status]
-    if row.score is None:
+    return _mark(row.status, row.grade, row.score.float_bits if row.score else None)
+
+
+def mark_named(status: str, grade: str | None, float_bits: int | None) -> Mark:
+    """Return the mark of a row by the words of its record.
+
+    Raises:
+        KeyError: A word is none of a status or a grade.
+    """
+    return _mark(Status[status.upper()], None if grade is None else Grade[grade.upper()], float_bits)
+
+
+def _mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
+    if status is not Status.RAN:
+        return _OF_STATUS[status]
+    if grade is None:
         return Mark.UNSCORED
-    mark = _OF_GRADE[row.score.grade]
-    return _OF_WIDTH.get(row.score.float_bits, mark) if mark is Mark.EXACT else mark
+    mark = _OF_GRADE[grade]
+    return _OF_WIDTH.get(float_bits or 64, mark) if mark is Mark.EXACT else mark
 
 
 def reasons_of(row: Row | None) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ import dataclasses
 import json
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -18,14 +18,13 @@ from carom.comparator import Score, Verdict
 from carom.errors import InputError
 from carom.report import wording
 from carom.report.files import FORMATS, plain
-from carom.report.grid import Mark, mark_of, reasons_of
+from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row
 
 __all__ = ["junit", "read_records", "records"]
 
 _FAILURES = {Mark.INACCURATE, Mark.WRONG}
-_ERRORS = {Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED}
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
 #: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
@@ -65,9 +64,9 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return what `records` wrote: the head, and the rows.
 
     Raises:
-        InputError: The file is of another format, or not whole.
+        InputError: The file can't be read, is of another format, or not whole.
     """
-    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    lines = list(_lines(path))
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
     found, wanted = head.get("format"), FORMATS["results"]
     if found != wanted or head.get("rows") != len(rows):
@@ -77,6 +76,22 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
             "with the version that wrote it"
         )
     return head, rows
+
+
+def _lines(path: Path) -> Iterator[dict[str, Any]]:
+    ask = f"give a report's folder, or the results.jsonl that `carom run --report` wrote (format {FORMATS['results']})"
+    try:
+        texts = path.read_text(encoding="utf-8").split("\n")  # a name may hold other signs that break lines
+    except (OSError, UnicodeError) as error:
+        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}; {ask}") from None
+    for number, text in enumerate(texts[:-1] if texts[-1] == "" else texts, start=1):
+        try:
+            line = json.loads(text)
+        except ValueError as error:
+            raise InputError(f"{path}, line {number}: no JSON ({error}); {ask}") from None
+        if not isinstance(line, dict):
+            raise InputError(f"{path}, line {number}: no JSON object; {ask}")
+        yield line
 
 
 def _fields(row: Row) -> dict[str, object]:
@@ -164,7 +179,7 @@ def _case(suite: ET.Element, row: Row) -> None:
         name=_clean(f"{row.job.scene.name} at {wording.step(row.job.dt_s)}"),
         time=f"{_seconds(row):.6f}",
     )
-    kind = "failure" if mark in _FAILURES else "error" if mark in _ERRORS else "skipped" if mark in _SKIPPED else ""
+    kind = "failure" if mark in _FAILURES else "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
     if kind:
         found = ET.SubElement(case, kind, message=_clean(f"{mark.word}: {reasons[0]}"))
         if kind != "skipped":
@@ -177,7 +192,7 @@ def _counts(rows: Sequence[Row]) -> dict[str, str]:
     return {
         "tests": str(len(rows)),
         "failures": str(sum(mark in _FAILURES for mark in marks)),
-        "errors": str(sum(mark in _ERRORS for mark in marks)),
+        "errors": str(sum(mark in BROKEN for mark in marks)),
         "skipped": str(sum(mark in _SKIPPED for mark in marks)),
         "time": f"{sum(map(_seconds, rows)):.6f}",
     }

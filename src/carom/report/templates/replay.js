@@ -376,7 +376,7 @@
         }
         const place = [a[0] + radius * towards[0], a[1] + radius * towards[1]];
         if (observed) picture.flag(place, MARKS[row.flag], row.became, row.flag !== "found");
-        else picture.flag(place, "•", "impact", false);
+        else picture.flag(place, "•", "", false); // a ring: words would hide each other
       }
     }
     timeline() {

@@ -1,0 +1,82 @@
+"""`carom diff`: what got better and worse between two cross-checks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli import shared
+from carom.cli.run import FailOn
+from carom.errors import InputError
+
+__all__ = ["diff"]
+
+
+@shared.guarded
+def diff(
+    old: Annotated[Path | None, typer.Argument(help="A report's folder, or its results.jsonl.")] = None,
+    new: Annotated[Path | None, typer.Argument(help="Another, made after a change, say.")] = None,
+    engine: Annotated[
+        str | None,
+        typer.Option(
+            "--engine",
+            "-e",
+            help="OLD=NEW: hold these alone against each other, engines (pymunk=mujoco) or "
+            "methods (pymunk/default=pymunk/tuned). By default each against its namesake, or one against the other "
+            "where both runs have one method.",
+        ),
+    ] = None,
+    markdown: Annotated[
+        Path | None, typer.Option("--markdown", help="Write it as Markdown, for a comment; - prints that alone.")
+    ] = None,
+    page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file.")] = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
+    fail_on: Annotated[
+        FailOn,
+        typer.Option("--fail-on", help="The best grade at which what got worse is a violation (exit code 1)."),
+    ] = FailOn.INACCURATE,
+) -> None:
+    """Say what got better and worse between two cross-checks, cell by cell, and why.
+
+    Examples: `carom diff reports/before reports/after`, `carom diff old new --markdown - --fail-on close`.
+    """
+    if schema:
+        import json
+
+        from carom.report.records_schema import records_schema
+
+        typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
+        return
+    if old is None or new is None:
+        raise InputError("carom diff needs two reports: carom diff OLD NEW")
+    from carom.comparator import Grade
+    from carom.report.diff import diff as held_against
+    from carom.report.diff_document import diff_document
+    from carom.report.files import write_files
+    from carom.report.render import html
+    from carom.report.render import markdown as markdown_of
+
+    found = held_against(old, new, None if engine is None else _pair(engine))
+    document = diff_document(found, str(old), str(new))
+    if page is not None:
+        write_files(page.parent, {page.name: html(document)})
+    if markdown == Path("-"):
+        shared.plain_where_needed()
+        typer.echo(markdown_of(document), nl=False)
+    else:
+        if markdown is not None:
+            write_files(markdown.parent, {markdown.name: markdown_of(document)})
+        shared.print_document(document)
+    if fail_on is not FailOn.NEVER and any(change.violates(Grade[fail_on.name]) for change in found.changes):
+        raise typer.Exit(shared.EXIT_VIOLATION)
+
+
+def _pair(text: str) -> tuple[str, str]:
+    old, sign, new = text.partition("=")
+    if not (old and sign and new):
+        raise InputError(
+            f"--engine must be OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned, got {text!r}"
+        )
+    return old, new

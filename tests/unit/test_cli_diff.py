@@ -1,0 +1,128 @@
+"""`carom diff` as a user types it: where it writes, what it refuses, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from carom.cli import app
+from carom.report.records_schema import records_schema
+
+ROOT = Path(__file__).resolve().parents[2]
+SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
+
+
+def carom_diff(*arguments: object) -> Result:
+    return CliRunner().invoke(app, ["diff", *map(str, arguments)])
+
+
+@pytest.fixture
+def worse(tmp_path: Path) -> Path:
+    """The sample report's rows, of which one that was sampled is off by a thousandth more of the speed."""
+    head, *rows = (json.loads(line) for line in SAMPLE.read_text(encoding="utf-8").splitlines())
+    row: dict[str, Any] = next(row for row in rows if row["grade"] == "sampled" and row["total"]["velocity"])
+    row["total"]["velocity"] += 1e-3
+    path = tmp_path / "results.jsonl"
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in (head, *rows)), encoding="utf-8")
+    return path
+
+
+def test_a_grade_that_stays_good_enough_does_not_fail(worse: Path) -> None:
+    """What got worse and is sampled still fails on *sampled*, and neither by default nor on *never*."""
+    assert carom_diff(SAMPLE, worse).exit_code == 0
+    assert carom_diff(SAMPLE.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
+    assert carom_diff(SAMPLE, worse, "--fail-on", "never").exit_code == 0
+    assert carom_diff(worse, SAMPLE, "--fail-on", "sampled").exit_code == 0
+
+
+def test_markdown_and_page_are_written(worse: Path, tmp_path: Path) -> None:
+    """Both files hold the sentence that sums it up, which the terminal shows as well."""
+    files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"
+    done = carom_diff(SAMPLE, worse, "--markdown", files[0], "--page", files[1])
+    for text in (done.output, *(file.read_text(encoding="utf-8") for file in files)):
+        assert "1 worse; " in text
+
+
+def test_markdown_to_a_pipe_is_that_alone(worse: Path) -> None:
+    """With - the Markdown is all that is printed, so that it can be piped into a comment."""
+    done = carom_diff(SAMPLE, worse, "--markdown", "-")
+    assert done.output.startswith("# Carom diff: ")
+    assert done.output.count("1 worse; ") == 1
+
+
+def test_the_schema_is_printed() -> None:
+    """`carom diff --schema` prints the schema of the JSON lines, and needs no file."""
+    done = carom_diff("--schema")
+    assert done.exit_code == 0
+    assert json.loads(done.output) == records_schema()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is of format None"),
+        ("{}\n{\n", "line 2: no JSON"),
+        ("[]\n", "line 1: no JSON object; give a report's folder"),
+        ('{"format": 1, "rows": 0}\n', "is of format 1; this Carom reads"),
+        ('{"format": 2, "rows": 0}\n', "line 1: a field is missing"),
+    ],
+)
+def test_a_file_that_is_none_of_records_is_refused_with_2(tmp_path: Path, text: str, words: str) -> None:
+    """The message names the file, the line where there is one, and what to do."""
+    path = tmp_path / "results.jsonl"
+    path.write_text(text, encoding="utf-8")
+    done = carom_diff(SAMPLE, path)
+    assert done.exit_code == 2, done.output
+    assert str(path) in done.output
+    assert words in done.output
+    assert re.search("run the cross-check again|give a report's folder", done.output)
+
+
+def test_a_row_without_a_field_is_refused_by_its_line(worse: Path) -> None:
+    """The line of the row is named, and the field that it lacks."""
+    lines = worse.read_text(encoding="utf-8").splitlines()
+    row = json.loads(lines[4])
+    del row["missed"]
+    worse.write_text("\n".join([*lines[:4], json.dumps(row), *lines[5:]]) + "\n", encoding="utf-8")
+    done = carom_diff(SAMPLE, worse)
+    assert done.exit_code == 2
+    assert f"{worse}, line 5: " in done.output
+    assert "'missed'" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((SAMPLE,), "carom diff OLD NEW"),
+        ((SAMPLE, "nowhere"), "nowhere can't be read: No such file or directory; give a report's folder"),
+        ((SAMPLE, ROOT / "docs"), "results.jsonl can't be read"),
+        ((SAMPLE, SAMPLE, "--engine", "pymunk"), "--engine must be OLD=NEW"),
+        ((SAMPLE, SAMPLE, "--engine", "pymunk=bullet"), "has no 'bullet'; it has "),
+    ],
+)
+def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[object, ...], words: str) -> None:
+    """Nothing ends in a traceback, and each message says what to give in place."""
+    done = carom_diff(*arguments)
+    assert done.exit_code == 2
+    assert words in done.output
+
+
+def test_the_job_in_the_docs_is_ten_lines_that_call_carom_as_it_is() -> None:
+    """The documented job is YAML in shape, of ten steps' lines, and each option in it is one of the commands'."""
+    text = (ROOT / "docs" / "diff.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    lines = block.splitlines()
+    steps = lines[lines.index("    steps:") + 1 :]
+    assert len(steps) == 10
+    for line in lines:
+        assert re.fullmatch(r"( {2})*(- )?[\w-]+:( .+)?", line), line
+        assert (len(line) - len(line.lstrip())) % 2 == 0, line
+    for command, options in re.findall(r"carom (run|diff)\b([^\n]*)", block):
+        shown = CliRunner().invoke(app, [command, "--help"]).output
+        for option in re.findall(r"(?<= )--[a-z-]+", options):
+            assert option in shown, option
