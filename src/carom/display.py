@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from pandas import DataFrame
 
-__all__ = ["Drawn", "Shown"]
+__all__ = ["Drawn", "Shown", "Tabular"]
 
 
 def _report(module: str) -> Any:
@@ -41,3 +42,16 @@ class Drawn(Shown):
         """
         axes: Axes = _report("notebook").plot(self, ax)
         return axes
+
+
+class Tabular(Drawn):
+    """A result that is a table, too."""
+
+    def to_pandas(self) -> DataFrame:
+        """Return it as a data frame, the units in the names of its columns: a row an impact, or a run.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        frame: DataFrame = _report("frames").to_pandas(self)
+        return frame

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.display import Drawn
+from carom.display import Tabular
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -144,7 +144,7 @@ class Samples:
 
 
 @dataclass(frozen=True, repr=False)
-class Trace(Drawn):
+class Trace(Tabular):
     """All that one run of one method produced.
 
     Attributes:

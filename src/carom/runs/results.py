@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from carom.comparator import Grade, Horizon, Score
-from carom.display import Drawn
+from carom.display import Tabular
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Status
@@ -57,7 +57,7 @@ def violates(row: Row, fail_on: Grade) -> bool:
 
 
 @dataclass(frozen=True, repr=False)
-class Results(Drawn):
+class Results(Tabular):
     """All rows of a cross-check, and what they were held against.
 
     Attributes:
