@@ -53,6 +53,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
     if not methods:
         return
+    others = [method for method in methods if method.engine != "pic"]  # what PIC is worth, the known answers say
     alone = grid.rows[0] if len(grid.rows) == 1 else None
     title = f"{f'{alone.scene.name}: every' if alone else 'Every'} method against PIC, at {grid.step_phrase}"
     signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
@@ -62,7 +63,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
         legend(grid, PAGE),
         Text(HEAT_NOTE, PAGE),
         *((Figures((chart,)),) if any(price.own for price in found) else ()),
-        _method_table(grid, methods),
+        _method_table(grid, others or methods),
         Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),
         Text(METHOD_SHORT, TERMINAL),
         Text(METHOD_NOTE, ON_PAPER),

@@ -148,7 +148,7 @@ def _grid_cell(k: int, row: GridRow) -> Cell:
         note=cell.figure,
         link=replay_link(cell),
         short=cell.compact or ("" if cell.mark.ran else cell.mark.word),
-        title=f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
+        title="" if cell.plays else f"{cell.column.name} on {row.scene.name}: {'; '.join(cell.reasons)}",
     )
 
 

@@ -64,11 +64,11 @@ def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
 
 def _needs(table: RichTable) -> int:
     """Return the least width at which no word of the table is cut: between two columns are three signs."""
-    return sum(column.min_width or 0 for column in table.columns) + 3 * len(table.columns) - 1
+    return sum(column.min_width or 0 for column in table.columns) + 3 * (len(table.columns) - 1)
 
 
 def _part(columns: Sequence[Column], rows: Sequence[Sequence[Cell]], kept: Sequence[int]) -> RichTable:
-    shown = RichTable(pad_edge=False, box=box.SIMPLE_HEAD)
+    shown = RichTable(pad_edge=False, show_edge=False, box=box.SIMPLE_HEAD)
     for k in kept:
         heading = RichText("\n".join(filter(None, (columns[k].head, columns[k].under))))
         cells = [_cell(row[k]) for row in rows if k < len(row)]
