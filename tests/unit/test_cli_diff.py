@@ -40,6 +40,22 @@ def test_a_grade_that_stays_good_enough_does_not_fail(worse: Path) -> None:
     assert carom_diff(worse, SAMPLE, "--fail-on", "sampled").exit_code == 0
 
 
+def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
+    """A cell that was not graded and now crashes got worse, though it has no place among the grades."""
+    head, *rows = worse.read_text(encoding="utf-8").splitlines()
+    ungraded = next(json.loads(row) for row in rows if json.loads(row)["grade"] == "ungraded")
+    nothing = dict.fromkeys(("grade", "float_bits", "total", "missed", "spurious", "settings"))
+    crashed = {**ungraded, **nothing, "status": "crashed", "reason": "ended by signal 11", "verdicts": []}
+    first = json.dumps({**json.loads(head), "rows": 1})
+    paths = worse.with_name("old.jsonl"), worse.with_name("new.jsonl")
+    for path, row in zip(paths, (ungraded, crashed), strict=True):
+        path.write_text(f"{first}\n{json.dumps(row)}\n", encoding="utf-8")
+    done = carom_diff(*paths, "--markdown", "-")
+    assert done.exit_code == 1, done.output
+    assert "| worse not graded → crashed |  | ended by signal 11" in done.output
+    assert carom_diff(*reversed(paths)).exit_code == 0
+
+
 def test_markdown_and_page_are_written(worse: Path, tmp_path: Path) -> None:
     """Both files hold the sentence that sums it up, which the terminal shows as well."""
     files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"

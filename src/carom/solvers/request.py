@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress, RecordedImpacts, Run
+    from carom.solvers.run import Progress, Run, RunImpacts
     from carom.solvers.units import Units
 
 __all__ = ["ALWAYS", "Request", "frames_of"]
@@ -101,7 +101,7 @@ class Request(NamedTuple):
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
 
-    def kept(self, log: RecordedImpacts) -> Kept:
+    def kept(self, log: RunImpacts) -> Kept:
         """Return the impacts of a log that are to be kept."""
         impacts, spins, ambiguous = log.array(), log.spins(), log.ambiguous()
         if self.keep and self.window_s == ALWAYS:

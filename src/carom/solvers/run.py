@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
     from carom.trace import Outcome
 
-__all__ = ["Progress", "RecordedImpacts", "Run", "require_time"]
+__all__ = ["Progress", "Run", "RunImpacts", "require_time"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
 
 
-class RecordedImpacts(Protocol):
+class RunImpacts(Protocol):
     """The impacts that a run has recorded."""
 
     def __len__(self) -> int:
@@ -43,7 +43,7 @@ class Run(Protocol):
         """How far the run has been taken, seconds from the start."""
 
     @property
-    def log(self) -> RecordedImpacts:
+    def log(self) -> RunImpacts:
         """The impacts so far."""
 
     @property

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress, RecordedImpacts
+    from carom.solvers.run import Progress, RunImpacts
     from carom.trace import Outcome, Vector
 
     Array = NDArray[np.float64]
@@ -154,9 +154,9 @@ class RunInUnits:
 
 
 class LogInUnits:
-    """The impacts of a run in units of its own, seen in SI units: as `carom.solvers.run.RecordedImpacts`."""
+    """The impacts of a run in units of its own, seen in SI units: as `carom.solvers.run.RunImpacts`."""
 
-    def __init__(self, log: RecordedImpacts, units: Units) -> None:
+    def __init__(self, log: RunImpacts, units: Units) -> None:
         self._log = log
         self._units = units
         self.ambiguous = log.ambiguous

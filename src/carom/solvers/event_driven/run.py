@@ -42,7 +42,7 @@ class RunState(NamedTuple):
 
 
 class RecordedImpacts:
-    """Impacts in their order, of `carom.solvers.run.RecordedImpacts`: the memory that the kernel wrote them into."""
+    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that the kernel wrote them into."""
 
     def __init__(self, run: kernel.Kernel) -> None:
         self.ambiguous = run.ambiguous
