@@ -39,6 +39,7 @@ class Drawn(Shown):
 
         Raises:
             MissingExtraError: The extra `report` is not installed.
+            InputError: A number of a trace is NaN or infinite.
         """
         axes: Axes = _report("notebook").plot(self, ax)
         return axes

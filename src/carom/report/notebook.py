@@ -9,7 +9,8 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from carom.comparator import Score
-from carom.errors import MissingExtraError
+from carom.comparator.finite import not_finite
+from carom.errors import InputError, MissingExtraError
 from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.grid import Mark, mark_of
@@ -47,7 +48,7 @@ def html_of(thing: object) -> str | None:
         below = f"<table><tbody>{''.join(_score_rows(thing))}</tbody></table>"
     else:
         below = f'<pre style="color:{INK}">{escape(str(thing))}</pre>'
-        if _is_small(thing):
+        if _has_picture(thing):
             below = f'<div style="max-width:34em">{_picture(thing)}</div>{below}'
     return f'<div style="background:{SURFACE};color:{INK};padding:.5em;overflow:auto">{below}</div>'
 
@@ -57,6 +58,7 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
+        InputError: A number of the trace is NaN or infinite.
     """
     require_report_extra()
     if axes is None:
@@ -80,6 +82,8 @@ def _(thing: Scene, axes: Axes) -> None:
 
 @_draw.register(Trace)
 def _(thing: Trace, axes: Axes) -> None:
+    if broken := not_finite(thing):
+        raise InputError(f"{broken}: a trace with a number that is none can't be drawn")
     draw_trace(axes, thing)
     if not axes.get_xlabel():
         _in_metres(axes)
@@ -115,12 +119,12 @@ def _in_metres(axes: Axes) -> None:
     axes.set_ylabel("y in m")
 
 
-def _is_small(thing: object) -> bool:
-    trace = thing.trace if isinstance(thing, CertifiedTrace) else thing
-    scene = trace.scene if isinstance(trace, Trace) else trace
-    impacts = len(trace.impacts) if isinstance(trace, Trace) else 0
-    discs = len(scene.discs) if isinstance(scene, Scene) else 0
-    return discs <= MOST_DISCS_DRAWN and impacts <= _MOST_IMPACTS_DRAWN
+def _has_picture(thing: object) -> bool:
+    if isinstance(thing, CertifiedTrace):
+        return _has_picture(thing.trace)
+    if isinstance(thing, Trace):
+        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not not_finite(thing)
+    return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
 
 
 def _picture(thing: object) -> str:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.comparator import Score, compare
+from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.report import wording
 from carom.report.files import require_report_extra, write_files
@@ -125,8 +126,10 @@ def replay(reference: Trace, observed: Trace, *, score: Score | None = None) -> 
         score: How they compare; found by `carom.compare` where it is not given.
 
     Raises:
-        InputError: The traces can't be compared: see `carom.compare`.
+        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite.
     """
+    if broken := not_finite(observed):
+        raise InputError(f"{broken} in the run: what has no place can't be played")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)
 
 

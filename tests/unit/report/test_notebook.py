@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections import Counter
+from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 
@@ -16,6 +17,7 @@ from matplotlib.quiver import Quiver
 
 import carom
 from carom import Disc, Scene, Wall
+from carom.errors import InputError
 from carom.report.grid import mark_of
 from carom.scenes import find_scenes
 
@@ -93,6 +95,21 @@ def test_large_results_are_told_without_a_picture() -> None:
     page = Scene(name="many", discs=discs, duration_s=1.0)._repr_html_()
     assert page
     assert Seen(page).elements == {"div": 1, "pre": 1}
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("field", ["time_s", "normal", "velocity_first_after"])
+def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
+    """A number that is none has no place in a picture: a cell has the lines alone, a plot and a replay say which."""
+    trace = carom.solve_pic(scene)
+    impacts = trace.impacts.copy()
+    impacts[field][0] = bad
+    broken = replace(trace, impacts=impacts)
+    assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
+    with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
+        broken.plot(Figure().add_subplot())
+    with pytest.raises(InputError, match=f"{field}.*can't be played"):
+        carom.replay(trace, broken)
 
 
 def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> None:

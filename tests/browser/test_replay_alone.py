@@ -1,0 +1,44 @@
+"""A replay by itself: as a saved page, and as the cell of a notebook."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.browser.conftest import Faults, hostile_scenes
+
+import carom
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.mark.parametrize("number", range(4))
+@pytest.mark.parametrize("cell", [False, True], ids=["page", "cell"])
+def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, number: int, cell: bool) -> None:
+    """It steps from impact to impact, in a file or in an isolated frame, under any name, and no script fails."""
+    scene = hostile_scenes()[number]
+    reference = carom.solve_pic(scene)
+    replay = carom.replay(reference, carom.solve_pit(scene))
+    path = replay.save(tmp_path / "replay.html")
+    if cell:
+        path.write_text(f"<!DOCTYPE html><meta charset=utf-8>{replay._repr_html_()}", encoding="utf-8")
+    faults = Faults()
+    page = browser.new_page(viewport={"width": 1000, "height": 800})
+    faults.watch(page)
+    page.goto(path.as_uri())
+    inside = page.frame_locator("iframe") if cell else page
+    inside.get_by_role("button", name="Play or pause").wait_for()
+    inside.get_by_role("slider", name="Time in the scene").press("Home")
+    inside.get_by_role("button", name="On to the next impact").click()
+    shown = float(inside.locator(".timeline").get_attribute("data-time") or "nan")
+    assert shown == pytest.approx(reference.impacts["time_s"][0], abs=1e-9)
+    assert inside.locator("h1").text_content() == scene.name
+    frame = page.frames[-1]
+    assert frame.evaluate("window.reached") is None
+    assert frame.evaluate("window.frameElement === null")  # a frame that shares nothing with its notebook can't see it
+    page.close()
+    assert [fault for fault in faults if not fault.startswith("about:")] == []
