@@ -42,7 +42,7 @@ Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
-WORST_SHOWN = 4
+WORST_SHOWN = 3
 _RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.WRONG: 3}
 
 PICTURE_NOTE = (

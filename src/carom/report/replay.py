@@ -140,7 +140,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
         rows.append(
             row
             | {
-                "reported": true_s + error.reported_time_s,
+                "reported": _or_none(true_s + error.reported_time_s),
                 "turned": _or_none(true_s + error.effective_time_s),
                 "velocity": _or_none(error.velocity),
                 "flag": _flag(error.time_s, score),

@@ -74,7 +74,7 @@ def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     flown = reference_tracks(trace)
     samples = trace.samples
     if samples is None or not len(samples.time_s):
-        return flown
+        return tuple(map(_finite, flown))
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
@@ -82,6 +82,13 @@ def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
     return tuple(_thinned(times, places[:, disc], track.pull_m_s2, near) for disc, track in enumerate(flown))
+
+
+def _finite(track: Track) -> Track:
+    """Return a track as far as its numbers are finite: a disc whose place is unknown stays where it was seen last."""
+    known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
+    count = len(known) if known.all() else int(known.argmin())
+    return Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:

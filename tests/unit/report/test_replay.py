@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import gzip
 import json
+import math
 import tomllib
 from typing import Any
 
+import numpy as np
 import pytest
 
 import carom
 from carom.report.grid import build_grid
-from carom.report.replay import scene_replays
+from carom.report.replay import replay_data, scene_replays
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 
@@ -61,3 +64,24 @@ def test_the_same_results_give_the_same_text(results: Results) -> None:
     """Packing has no clock in it: a report made twice is the same file."""
     grid = build_grid(results)
     assert list(scene_replays(results, grid)) == list(scene_replays(results, grid))
+
+
+def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> None:
+    """Where an engine's numbers end in NaN, the replay ends with the last place that is known, as plain JSON."""
+    row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
+    assert row.trace is not None
+    impacts = row.trace.impacts.copy()
+    for name in ("velocity_first_after", "velocity_second_after", "time_s"):
+        impacts[name] = math.nan
+    broken = dataclasses.replace(
+        row.trace,
+        impacts=impacts,
+        final_position_m=np.full((2, 2), math.nan),
+        final_velocity_m_s=np.full((2, 2), math.inf),
+    )
+    for trace in (broken, dataclasses.replace(broken, samples=None)):
+        reference = results.references["paper/late"]
+        score = carom.compare(reference, trace)
+        data = replay_data(reference, [(trace, score, {})])
+        (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
+        assert all(len(track[0]) >= 1 for track in run["tracks"])
