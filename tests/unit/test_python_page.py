@@ -13,6 +13,7 @@ import pytest
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "python.md"
 
 
+@pytest.mark.long
 def test_the_blocks_run_one_after_the_other(tmp_path: Path) -> None:
     """All Python of the page as one script ends well, with the picture and the replay written, and grades printed."""
     pytest.importorskip("pandas")

@@ -10,6 +10,7 @@ import pytest
 import carom
 from carom import Disc, Scene, Wall
 from carom.errors import MissingExtraError
+from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 
@@ -50,7 +51,9 @@ def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
 def test_results_are_a_row_a_run() -> None:
     """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
     pytest.importorskip("pandas")
-    results = carom.cross_check(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], timing=False, jobs=1)
+    results = carom.cross_check(
+        find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], timing=False, pool=InProcess()
+    )
     frame = results.to_pandas()
     assert len(frame) == len(results.rows)
     for (_, said), row in zip(frame.iterrows(), results.rows, strict=True):

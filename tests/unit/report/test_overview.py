@@ -9,6 +9,7 @@ from carom.report.document import Cell, Medium, Table
 from carom.report.grid import Mark, build_grid
 from carom.report.overview import overview
 from carom.report.price import prices
+from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 
@@ -18,7 +19,9 @@ def results() -> Results:
     """The paper's four cases, and two scenes of no group of which one's name begins with the other's."""
     scene = find_scenes(["paper/late"])[0].scene
     own = [scene.model_copy(update={"name": name}) for name in ("mine", "mine-too")]
-    return carom.cross_check([*find_scenes(["paper"]), *own], ["pic", "pit"], profiles=["tuned"], timing=False, jobs=1)
+    return carom.cross_check(
+        [*find_scenes(["paper"]), *own], ["pic", "pit"], profiles=["tuned"], timing=False, pool=InProcess()
+    )
 
 
 def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:

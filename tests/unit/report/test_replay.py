@@ -16,6 +16,7 @@ import pytest
 import carom
 from carom.report.grid import build_grid
 from carom.report.replay import replay_data, scene_replays
+from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 
@@ -23,7 +24,7 @@ from carom.scenes import find_scenes
 @pytest.fixture(scope="module")
 def results() -> Results:
     names = ("paper/missed", "paper/late", "classics/miss", "gravity/ladder")
-    return carom.cross_check(find_scenes(names), ["pic", "pit"], profiles=["tuned"], timing=False, jobs=1)
+    return carom.cross_check(find_scenes(names), ["pic", "pit"], profiles=["tuned"], timing=False, pool=InProcess())
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 import carom
 from carom import Disc, Scene, Wall
 from carom.report.summary import MOST_LINES, WIDTH, printable
+from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 RIGHT_TO_LEFT = "\N{RIGHT-TO-LEFT OVERRIDE}"
@@ -23,7 +24,7 @@ def scene(discs: int = 2, name: str = "head-on") -> Scene:
 
 def every_kind(of: Scene) -> list[object]:
     reference, observed = carom.solve_pic(of), carom.solve_pit(of)
-    results = carom.cross_check([of], ["pic", "pit"], timing=False, jobs=1)
+    results = carom.cross_check([of], ["pic", "pit"], timing=False, pool=InProcess())
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
@@ -85,7 +86,7 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
 
 def test_results_count_what_became_of_each_method() -> None:
     """Every row is counted, by its method and its grade; what an engine can't do is told in its own word."""
-    results = carom.cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], timing=False, jobs=1)
+    results = carom.cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], timing=False, pool=InProcess())
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
     for engine, profile in (("pic", "default"), ("pic", "tuned"), ("pit", "tuned")):

@@ -8,6 +8,7 @@ import pytest
 import carom
 from carom.report.paths import extent_of
 from carom.report.tracks import SHARPNESS, observed_tracks, reference_tracks
+from carom.runs.pool import InProcess
 from carom.runs.reference import reference_trace
 from carom.scenes import all_scenes
 from carom.trace import Trace
@@ -38,7 +39,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
 def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene
-    results = carom.cross_check([scene], ["pit"], profiles=["tuned"], timing=False, jobs=1)
+    results = carom.cross_check([scene], ["pit"], profiles=["tuned"], timing=False, pool=InProcess())
     trace = results.rows[0].trace
     assert trace is not None
     assert trace.samples is not None
