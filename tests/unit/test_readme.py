@@ -44,8 +44,8 @@ def test_the_command_on_a_file_of_ones_own_runs_as_printed(folder: Path) -> None
         [sys.executable, "-m", "carom", *arguments], cwd=folder, capture_output=True, text=True, check=False
     )
     assert done.returncode == 1, done.stdout + done.stderr
-    assert re.search(r"my-scene on mujoco \(default\).*inaccurate", done.stdout)
-    assert re.search(r"my-scene on mujoco \(tuned\).*sampled", done.stdout)
+    assert re.search(r"^mujoco default +▲+ ", done.stdout, re.MULTILINE)
+    assert re.search(r"^mujoco tuned +≈+ ", done.stdout, re.MULTILINE)
 
 
 def test_every_file_that_the_readme_links_to_exists() -> None:

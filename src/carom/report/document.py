@@ -13,6 +13,7 @@ from typing import Any
 
 __all__ = [
     "DETAIL",
+    "EVERYWHERE",
     "IN_FULL",
     "ON_PAPER",
     "PAGE",

@@ -190,7 +190,8 @@ class _Impact(NamedTuple):
 def _impact_table(results: Results, grid: Grid) -> Table:
     """Return the impacts of the one scene that was run, a column a method."""
     row = grid.rows[0]
-    cells = [cell for cell in row.cells if cell.plays and cell.column.engine != "pic"]
+    ran = [cell for cell in row.cells if cell.plays]
+    cells = [cell for cell in ran if cell.column.engine != "pic"] or ran
     found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
     for cell in cells:
         if cell.row is not None and cell.row.trace is not None and cell.row.score is not None:

@@ -14,6 +14,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import (
     DETAIL,
+    EVERYWHERE,
     IN_FULL,
     ON_PAPER,
     PAGE,
@@ -52,6 +53,8 @@ __all__ = [
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
+#: How far the references of more scenes are believed is evidence, and of few a part of the answer.
+MOST_TOLD = 3
 
 #: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
 _TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
@@ -173,10 +176,13 @@ def reference_section(results: Results) -> Section:
         said = [str(results.certified[name])] if name in results.certified else []
         if (until_s := results.horizons.get(name)) is not None:
             times = results.references[name].impacts["time_s"]
-            believed = f"{int((times <= until_s).sum())} of {len(times)} impacts, to {wording.seconds(until_s)}"
-            said.append(f"believed for {believed}")
-        lines.append(f"{name}: {'; '.join(said)}.")
-    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), IN_FULL)) if lines else ()
+            believed = int((times <= until_s).sum())
+            if believed < len(times):
+                said.append(f"believed for {believed} of {len(times)} impacts, to {wording.seconds(until_s)}")
+        if said:
+            lines.append(f"{name}: {'; '.join(said)}.")
+    media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
+    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), media)) if lines else ()
     return Section("How far the reference is believed", blocks, level=3)
 
 
