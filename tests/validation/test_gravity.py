@@ -66,6 +66,7 @@ def rest_time(height_m: float, restitution: float, slope: float = 0.0) -> float:
 # The bouncing ball ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.long
 def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> None:
     """The n-th bounce is at (2 n + 1) sqrt(2 h/g) to 1e-13, and the energy is the first bounce's to 1e-12."""
     impacts = solve_pic(ball(drift_m_s=0.3, duration_s=1e9), max_impacts=100_000).impacts

@@ -88,6 +88,7 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
     assert ran == [("pit", 2)]
 
 
+@pytest.mark.long
 def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
     """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
     command = ["bench", "--grow", "-e", "pit", "--discs", "2", "--out", str(tmp_path / "out")]

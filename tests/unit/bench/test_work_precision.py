@@ -189,6 +189,7 @@ def test_a_power_law_is_fitted_through_one_method_alone() -> None:
     assert same_method(points[2:]) == points[2:]
 
 
+@pytest.mark.long
 def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     """A file of one's own becomes a page with diagrams, machine, versions and the command; names are escaped."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
