@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import suppress
 from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, diff, engines, run, scenes, stress
+from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress
 
 __all__ = ["app", "main"]
 
@@ -54,4 +56,19 @@ def _options(
 
 def main() -> None:
     """Entry point of the `carom` command."""
-    app()
+    out = sys.stdout
+    try:
+        try:
+            app()
+            code: str | int | None = 0
+        except SystemExit as end:
+            code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
+        out.flush()  # here, where what goes wrong can still be told
+    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        code = 0
+    except OSError as error:  # a disk that is full
+        with suppress(OSError):
+            shared.say(f"carom: output: {error.strerror or error}", err=True)
+        code = shared.EXIT_BAD_INPUT
+    shared.drop_unwritten(out, sys.stderr)
+    sys.exit(code)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -15,10 +14,11 @@ from carom.bench.noise import Noise, Spread
 from carom.bench.points import Bench, Curve, Point, SceneBench
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
+from carom.folders import file_name, write_files
 from carom.report import wording
 from carom.report.bench_figure import diagram_png, diagram_svg, is_floor
 from carom.report.document import ON_PAPER, Column, Document, Figure, Figures, Lines, Section, Table, Text
-from carom.report.files import as_json, require_report_extra, write_files
+from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
 from carom.report.svg import alone
@@ -62,17 +62,17 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files of others.
     """
     require_report_extra()
     files: dict[str, str | bytes] = {"index.html": html(bench_document(bench, axes)), "bench.json": _json(bench)}
     label, foot = bench.plan.error.label, stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
         for kind in _diagrams_of(scene, axes):
-            name = f"{_file_name(scene)}-{kind.value}"
+            name = f"{file_name(scene.scene.name)}-{kind.value}"
             files[f"{name}.svg"] = alone(diagram_svg(scene, kind, label))
             files[f"{name}.png"] = diagram_png(scene, kind, label, foot)
-    return write_files(folder, files)
+    return write_files(folder, "bench", files)
 
 
 def _json(bench: Bench) -> str:
@@ -89,10 +89,6 @@ def _json(bench: Bench) -> str:
         elapsed_s=bench.elapsed_s,
         scenes=scenes,
     )
-
-
-def _file_name(scene: SceneBench) -> str:
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:

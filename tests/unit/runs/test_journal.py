@@ -76,7 +76,7 @@ SPOTS = (
 
 def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
     """What a campaign has written down is taken up again, equal in every field."""
-    path = tmp_path / "out" / "journal.jsonl"
+    path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}, resume=False) as journal:
         journal.add(SPOTS)
     with stress_journal(path, {"quick": True}, resume=True) as journal:
@@ -115,8 +115,8 @@ def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str)
 
 
 def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> None:
-    """What was ended before anything was finished leaves no journal, and no folder that it made itself."""
-    score_journal(tmp_path / "new" / "journal.jsonl").close()
+    """What was ended before anything was finished leaves no journal."""
+    score_journal(tmp_path / "journal.jsonl").close()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -12,6 +12,7 @@ from rich.text import Text as RichText
 
 from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Medium, Share, Table
+from carom.text import visible
 
 __all__ = ["terminal"]
 
@@ -33,21 +34,21 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
         for block in section.shown(medium):
             match block:
                 case Table():
-                    yield block.title or section.heading
+                    yield visible(block.title or section.heading)
                     yield from _parts(block, medium, width)
-                    yield from filter(None, (block.note, *below))
+                    yield from map(visible, filter(None, (block.note, *below)))
                     below.clear()
                 case blocks.Legend():
                     below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
                 case blocks.Lines():
-                    yield from block.items
+                    yield from map(visible, block.items)
                 case blocks.Text() | blocks.Code():
-                    yield block.text
+                    yield visible(block.text)
                 case blocks.Facts():
-                    yield from (f"{name}: {value}" for name, value in block.items)
+                    yield from (visible(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
-    yield from document.lead
+    yield from map(visible, document.lead)
 
 
 def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
@@ -70,7 +71,7 @@ def _needs(table: RichTable) -> int:
 def _part(columns: Sequence[Column], rows: Sequence[Sequence[Cell]], kept: Sequence[int]) -> RichTable:
     shown = RichTable(pad_edge=False, show_edge=False, box=box.SIMPLE_HEAD)
     for k in kept:
-        heading = RichText("\n".join(filter(None, (columns[k].head, columns[k].under))))
+        heading = RichText(visible("\n".join(filter(None, (columns[k].head, columns[k].under)))))
         cells = [_cell(row[k]) for row in rows if k < len(row)]
         whole = k == 0 or any(row[k].shares for row in rows if k < len(row))  # a name, or a bar
         texts = [cell.plain for cell in cells] + [heading.plain]
@@ -86,7 +87,7 @@ def _cell(cell: Cell) -> RichText:
     if cell.shares:
         return _bar(cell.shares)
     head = " ".join(filter(None, (cell.symbol, cell.short or cell.text)))
-    return RichText(head if cell.short or not cell.note else f"{head}\n  {cell.note}", cell.style)
+    return RichText(visible(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
 
 
 def _bar(shares: Sequence[Share]) -> RichText:
