@@ -13,15 +13,15 @@ from carom import folders
 from carom.errors import InputError
 from carom.folders import MARKER, claim, claimed, file_name, write_file, write_files
 
-OLD = {"index.html": "old page", "results.jsonl": b"old rows"}
-NEW = {"index.html": "new page", "results.jsonl": b"new rows", "report.md": "new text"}
+OLD: dict[str, str | bytes] = {"index.html": "old page", "results.jsonl": b"old rows"}
+NEW: dict[str, str | bytes] = {"index.html": "new page", "results.jsonl": b"new rows", "report.md": "new text"}
 
 
 def content(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != MARKER}
 
 
-def as_bytes(files: dict[str, Any]) -> dict[str, bytes]:
+def as_bytes(files: dict[str, str | bytes]) -> dict[str, bytes]:
     return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
 
 

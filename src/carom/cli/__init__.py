@@ -68,7 +68,7 @@ def main() -> None:
         code = 0
     except OSError as error:  # a disk that is full
         with suppress(OSError):
-            shared.say(f"carom: output: {error.strerror or error}", err=True)
+            shared.say(f"carom: output: {error.strerror or error}", apart=True)
         code = shared.EXIT_BAD_INPUT
     shared.drop_unwritten(out, sys.stderr)
     sys.exit(code)

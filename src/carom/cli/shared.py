@@ -96,19 +96,19 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         try:
             command(*args, **kwargs)
         except CaromError as error:
-            say(f"carom: {error}", err=True)
+            say(f"carom: {error}", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except KeyboardInterrupt:
-            say("carom: interrupted; no report was written", err=True)
+            say("carom: interrupted; no report was written", apart=True)
             raise typer.Exit(EXIT_INTERRUPTED) from None
         except BrokenPipeError:  # the reader, `head` say, has seen enough
             drop_unwritten(sys.stdout, sys.stderr)
             raise typer.Exit from None
         except OSError as error:  # a disk that is full, a file that may not be written
-            say(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except MemoryError:
-            say("carom: there is not enough memory for this", err=True)
+            say("carom: there is not enough memory for this", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
     return guarded
@@ -123,10 +123,10 @@ def drop_unwritten(*streams: TextIO) -> None:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def say(text: str, *, err: bool = False) -> None:
-    """Print a line, in the signs that the output has, and without control characters."""
+def say(text: str, *, apart: bool = False) -> None:
+    """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
     plain_where_needed()
-    typer.echo(visible(text), err=err)
+    typer.echo(visible(text), err=apart)
 
 
 @contextmanager
@@ -137,7 +137,7 @@ def resumable(journal: Path) -> Iterator[None]:
     except KeyboardInterrupt:
         if not journal.exists():  # nothing was finished, so nothing is left behind
             raise
-        say(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", err=True)
+        say(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", apart=True)
         raise typer.Exit(EXIT_INTERRUPTED) from None
 
 

@@ -202,7 +202,7 @@ def _after_line_feed(file: int, end: int) -> int:
 
 def _lines(file: int, end: int) -> Iterator[bytes]:
     """Yield the lines up to `end` without their line feeds; of one that is too long no more than shows that it is."""
-    with os.fdopen(os.dup(file), "rb") as stream:
+    with open(file, "rb", closefd=False) as stream:
         stream.seek(0)
         while (left := end - stream.tell()) > 0:
             line = stream.readline(min(left, LONGEST_LINE + 2))
