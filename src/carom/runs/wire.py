@@ -121,7 +121,7 @@ if TYPE_CHECKING:
     CarriedObservation = Observation
     CarriedTrace = Trace
 else:
-    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS)
+    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS)
     CarriedTrace = _carried(
         Trace,
         impacts=_array(IMPACT_DTYPE),

@@ -42,6 +42,8 @@ def answer(task: Task[T]) -> Answer[T]:
         return Answer(Status.UNSUPPORTED, _told(error))
     except CaromError as error:
         return Answer(Status.FAILED, _told(error))
+    except MemoryError:
+        return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
         return Answer(Status.FAILED, f"{type(error).__name__}: {_told(error)}")
 
@@ -52,7 +54,7 @@ def _told(error: Exception) -> str:
     except Exception as second:  # noqa: BLE001 - an adapter's own error class can fail at this, too
         return f"its message can't be made: {type(second).__name__}"
     # A lone surrogate is no text that could be written anywhere.
-    return text[:MOST_REASON].encode(errors="backslashreplace").decode()
+    return text[:MOST_REASON].encode(errors="backslashreplace").decode()[:MOST_REASON]
 
 
 @cache
