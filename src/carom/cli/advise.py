@@ -32,6 +32,7 @@ def advise(
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
 
@@ -62,7 +63,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    shared.print_document(advice_document(advice))
+    shared.print_document(advice_document(advice), full=verbose)
 
 
 def angle(text: str) -> float:
