@@ -15,13 +15,14 @@ JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
-.PHONY: help report test test-long test-browser campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser docs campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install everything, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
 	@echo "make test-browser       run the tests of the page, in Chromium"
+	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, types, import contracts"
@@ -41,6 +42,10 @@ test-long: $(BUILT)
 
 test-browser: $(BUILT)
 	$(BIN)/python -m pytest -m browser tests/browser
+
+# Not --quiet: then warnings count for nothing. The variable silences Material's advertisement for its successor.
+docs: $(BUILT)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
@@ -79,6 +84,6 @@ $(BUILT): $(INSTALLED) $(SOURCES)
 	@touch $(BUILT)
 
 clean:
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist site
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 	find src tests -name '*.so' -delete

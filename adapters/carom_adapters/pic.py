@@ -48,13 +48,17 @@ class PicWorld:
 
     def observe(self) -> Observation:
         """Return the state at the last step's end and the impacts since the last look."""
-        new = self._run.log.array()[self._seen :].tolist() if len(self._run.log) > self._seen else []
-        self._seen = len(self._run.log)
+        log, seen = self._run.log, self._seen
+        new = log.array()[seen:].tolist() if len(log) > seen else []
+        turned = log.spins() if new else None
+        spins = [None] * len(new) if turned is None else turned[seen:].tolist()
+        self._seen = len(log)
         contacts = tuple(
-            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)))
-            for time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h) in new
+            Contact(first, second, time_s, (nx, ny), None, ((a, b), (c, d), (e, f), (g, h)), spins_rad_s=spin)
+            for (time_s, first, second, (nx, ny), (a, b), (c, d), (e, f), (g, h)), spin in zip(new, spins, strict=True)
         )
-        return Observation(self._run.positions(), self._run.velocities(), contacts, self._warning)
+        run = self._run
+        return Observation(run.positions(), run.velocities(), contacts, self._warning, spin_rad_s=run.spins())
 
     def close(self) -> None:
         """Nothing to release."""

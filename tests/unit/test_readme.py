@@ -74,6 +74,7 @@ def test_the_table_is_that_of_the_committed_sample() -> None:
         assert f"| {engine}" in made
 
 
+@pytest.mark.long
 def test_the_output_shown_is_what_the_command_prints(folder: Path) -> None:
     """Each line below the README's first command is one that it prints."""
     shown = re.search(r"^    \$ (carom run .*)\n((?:    .*\n)+)", README, re.MULTILINE)

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from carom.adapter.protocol import Capabilities
 from carom.errors import AdapterError
-from carom.scene import Need, Scene
+from carom.scene import Disc, Need, Scene
 from carom.trace import Setting
 
 __all__ = ["require_sound", "require_supported", "unsupported_reason"]
@@ -93,6 +93,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
+        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns none"
     low, high = capabilities.friction
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
     rubbed += [("wall_friction", scene.wall_friction)] if scene.walls else []
@@ -102,6 +104,12 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
+    spin = max(abs(disc.spin_rad_s) for disc in scene.discs)
+    if spin > capabilities.max_spin_rad_s:
+        return f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
+    if spin * dt_s > capabilities.max_turn_rad:
+        turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
+        return f"{turned}, and this method turns none by more than {capabilities.max_turn_rad:g} rad"
     speeds = sorted((math.hypot(*disc.velocity_m_s) for disc in scene.discs), reverse=True)
     closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):
@@ -131,6 +139,10 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     if scene.duration_s / dt_s > MAX_STEPS:
         return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
     return ""
+
+
+def _can_turn(disc: Disc) -> bool:
+    return not disc.immovable and math.isfinite(disc.inertia_factor)
 
 
 def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:

@@ -66,14 +66,19 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
     """Return the middle of a scene, and how far from it any point of a disc can be at any time of the scene, metres.
 
     For an engine without half-planes, whose walls must be as long and deep as that. No impact adds energy, so no disc
-    is ever faster than if it alone had all the energy of the scene, or than gravity makes it besides.
+    is ever faster than if it alone had all the energy of the scene, that of turning with it, or than gravity makes it
+    besides.
     """
     x, y = zip(*(disc.position_m for disc in scene.discs), strict=True)
     centre = (min(x) / 2 + max(x) / 2, min(y) / 2 + max(y) / 2)
     start = max(math.dist(disc.position_m, centre) + disc.radius_m for disc in scene.discs)
     movable = [disc for disc in scene.discs if not disc.immovable]
     lightest = min((disc.mass_kg for disc in movable), default=1.0)
-    fastest = math.hypot(*(math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable))
+    speeds = [math.sqrt(d.mass_kg / lightest) * math.hypot(*d.velocity_m_s) for d in movable]
+    rims = [
+        math.sqrt(d.inertia_factor * d.mass_kg / lightest) * d.radius_m * d.spin_rad_s for d in movable if d.spin_rad_s
+    ]
+    fastest = math.hypot(*speeds, *rims)
     duration_s = scene.duration_s + dt_s
     # What one disc gains by falling, impacts may pass on to a lighter one.
     gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))
@@ -91,8 +96,14 @@ def pair_of(a: int, b: int) -> tuple[int, int]:
     return (high, low) if low < 0 else (low, high)
 
 
-def oriented_contact(a: int, b: int, time_s: float, normal: Vector, impulse_n_s: float) -> Contact:
-    """Return the contact of two bodies in either order; `normal` is from `a` to `b`."""
+def oriented_contact(
+    a: int, b: int, time_s: float, normal: Vector, impulse_n_s: float, tangential_impulse_n_s: float | None = None
+) -> Contact:
+    """Return the contact of two bodies in either order; `normal` is from `a` to `b`, the tangential impulse on `b`.
+
+    Of the two bodies exchanged, normal, tangent and impulse all turn round, and the tangential impulse is the same.
+    """
     first, second = pair_of(a, b)
     nx, ny = normal
-    return Contact(first, second, time_s, (nx, ny) if first == a else (-nx, -ny), impulse_n_s)
+    oriented = (nx, ny) if first == a else (-nx, -ny)
+    return Contact(first, second, time_s, oriented, impulse_n_s, tangential_impulse_n_s=tangential_impulse_n_s)

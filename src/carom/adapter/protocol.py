@@ -79,9 +79,13 @@ class Capabilities:
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
         restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
-        spin: Whether discs turn, as fast at the start as the scene says.
+        spin: Whether discs turn, as fast at the start and as hard to turn as the scene says.
         friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for.
-        tangential_restitution: Whether friction can give slip back.
+        friction_combine: How the engine combines two bodies' coefficients: "product", "root" (of the product),
+            "maximum", "pair", "none".
+        tangential_restitution: Whether friction can give slip back as asked for.
+        max_turn_rad: Greatest angle by which a disc turns in one step, whatever its spin.
+        max_spin_rad_s: Greatest spin that is simulated as asked for.
         contact_times: What a reported contact time means.
         stamp: Which instant of a step it is.
         continuous_detection: Whether a body can be kept from tunnelling through another within one step.
@@ -118,7 +122,10 @@ class Capabilities:
     deterministic: bool = True
     spin: bool = False
     friction: tuple[float, float] = (0.0, 0.0)
+    friction_combine: str = "none"
     tangential_restitution: bool = False
+    max_turn_rad: float = math.inf
+    max_spin_rad_s: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -174,6 +181,11 @@ class Contact:
         velocities: Velocities of first and second just before and just after, ``(first before, second before, first
             after, second after)``, from a method that knows them; such a contact is an impact as it stands. None from
             an engine: the harness then reads the velocities from the states around the contact.
+        tangential_impulse_n_s: Impulse of friction along the normal turned by +90 degrees, newton seconds, on `second`;
+            `first` receives the opposite. So it is the same number whichever of the two comes first. None where the
+            engine does not tell.
+        spins_rad_s: Spins of the two bodies, in the order of `velocities` and with them; 0 of a wall. None where no
+            disc turns.
     """
 
     first: int
@@ -182,6 +194,8 @@ class Contact:
     normal: Vector
     impulse_n_s: float | None = None
     velocities: tuple[Vector, Vector, Vector, Vector] | None = None
+    tangential_impulse_n_s: float | None = None
+    spins_rad_s: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,12 +207,15 @@ class Observation:
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         contacts: Contacts of the last step.
         warning: What the engine's own warning counters say; not empty means that the state is not to be trusted.
+        spin_rad_s: Spins, counterclockwise, shape ``(n,)``, radians a second; None from an adapter that knows nothing
+            of them, and where no disc turns.
     """
 
     position_m: NDArray[np.float64]
     velocity_m_s: NDArray[np.float64]
     contacts: tuple[Contact, ...] = ()
     warning: str = ""
+    spin_rad_s: NDArray[np.float64] | None = None
 
 
 class World(Protocol):

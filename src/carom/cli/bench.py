@@ -51,6 +51,7 @@ def bench(
         float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
     ] = 80.0,
     time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
     jobs: shared.Jobs = None,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
@@ -75,7 +76,8 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, resume=resume, verbose=verbose)
+        limits = (budget, time_limit, memory_limit)
+        _grow(scenes or [], engine, profile, discs, out, *limits, resume=resume, verbose=verbose)
         return
     from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
@@ -98,6 +100,7 @@ def bench(
         seed=seed,
         budget_s=budget,
         time_limit_s=time_limit,
+        memory_limit_mb=memory_limit,
         timing=timing,
     )
     require_writable(out)
@@ -138,6 +141,7 @@ def _grow(
     out: Path,
     budget_s: float,
     time_limit_s: float,
+    memory_limit_mb: float | None,
     *,
     resume: bool,
     verbose: bool,
@@ -159,6 +163,7 @@ def _grow(
             sizes=discs,
             budget_s=budget_s,
             time_limit_s=time_limit_s,
+            memory_limit_mb=memory_limit_mb,
             journal=journal,
             progress=progress,
             command=shared.command_line(),
@@ -172,7 +177,7 @@ def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:
     if scheduler:
         from carom.runs.cluster import ClusterPool
 
-        return ClusterPool(scheduler, plan.time_limit_s)
+        return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)
     from carom.runs.pool import LocalPool
 
-    return LocalPool(jobs, plan.time_limit_s)
+    return LocalPool(jobs, plan.time_limit_s, plan.memory_limit_mb)

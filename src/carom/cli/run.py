@@ -59,6 +59,7 @@ def run(
     ] = False,
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
@@ -110,6 +111,7 @@ def run(
         samples=report is not None,
         jobs=jobs,
         time_limit_s=time_limit,
+        memory_limit_mb=memory_limit,
     )
     plan = plan_of(shared.scenes_named(scenes or []), options)
     if explain:

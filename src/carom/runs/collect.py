@@ -17,20 +17,23 @@ from numpy.typing import NDArray
 from carom.adapter import Contact, Observation
 from carom.errors import AdapterError
 from carom.scene import Scene
-from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array
+from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array
 
 __all__ = ["ImpactCollector", "gravity_of"]
 
-_AT_REST: Vector = (0.0, 0.0)
+#: Velocity of a body, and its spin.
+_Motion = tuple[float, float, float]
+_AT_REST: _Motion = (0.0, 0.0, 0.0)
 
 _Pair = tuple[int, int]
 
 #: A row of `STATE_DTYPE`.
 _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
+_NOWHERE: Vector = (0.0, 0.0)
 
 #: Of the two bodies of a contact.
-_Velocities = tuple[Vector, Vector]
+_Motions = tuple[_Motion, _Motion]
 
 
 def gravity_of(scene: Scene) -> NDArray[np.float64]:
@@ -45,10 +48,10 @@ class _OpenContact:
     Attributes:
         number: In the order in which contacts began.
         reported: What the method said in its first step.
-        before: Velocities of the two bodies before that step.
+        before: Velocities and spins of the two bodies before that step.
         start_s: When that step began, seconds.
         start: The state there.
-        after: Velocities after its last step so far.
+        after: Velocities and spins after its last step so far.
         end_s: When that step ended, seconds.
         end: The state there.
         alone: Whether neither body had another contact in any of its steps.
@@ -60,10 +63,10 @@ class _OpenContact:
 
     number: int
     reported: Contact
-    before: _Velocities
+    before: _Motions
     start_s: float
     start: Observation
-    after: _Velocities
+    after: _Motions
     end_s: float
     end: Observation
     alone: bool = True
@@ -92,7 +95,11 @@ class ImpactCollector:
     """Takes the observation after each step and gives the impacts of the whole run."""
 
     def __init__(self, scene: Scene, start: Observation) -> None:
+        arrays = scene.arrays
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
+        self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
+        self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._walls = len(scene.walls)
         self._gravity = gravity_of(scene)
         self._last = start
@@ -101,6 +108,7 @@ class ImpactCollector:
         self._done: list[tuple[int, ImpactRecord, float, _State]] = []
         self._begun = 0
         self.states = np.zeros(0, STATE_DTYPE)
+        self.spins: NDArray[np.void] | None = None
 
     def add(self, time_s: float, now: Observation) -> None:
         """Take in the state and contacts of the step that ended at `time_s`."""
@@ -111,7 +119,8 @@ class ImpactCollector:
         for contact in now.contacts:
             pair = (contact.first, contact.second)
             if contact.velocities is not None:
-                record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities)
+                spins = contact.spins_rad_s if self._turns else None
+                record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
                 # Several impacts of one disc in a step: but for those of the step's very start, it has moved between.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
                 struck.update(self._movable(pair))
@@ -120,22 +129,27 @@ class ImpactCollector:
             elif self._acted(contact, before, now):
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._movable(pair))
-        velocity = {body: _row(before.velocity_m_s, body) for body in touched}
+        motion = {body: self._motion(before, body) for body in touched}
         for pair in [pair for pair in self._open if pair not in active]:
             self._close(pair)
         for pair, contact in active.items():
-            self._extend(pair, contact, velocity, touched, time_s, now)
+            self._extend(pair, contact, motion, touched, time_s, now)
         self._last, self._last_s = now, time_s
 
     def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
-        """Return the impacts in order of reported time, and the effective time of each; `states` goes with them."""
+        """Return the impacts in order of reported time, and the effective time of each.
+
+        `states` goes with them, and so does `spins` in a scene in which something turns.
+        """
         for pair in list(self._open):
             self._close(pair)
         # Of impacts with one time stamp, the one that began first comes first.
         ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
         effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
         self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
-        return impact_array(record for _, record, _, _ in ordered), effective
+        records = [record for _, record, _, _ in ordered]
+        self.spins = spin_array(records) if self._turns else None
+        return impact_array(records), effective
 
     def _next_number(self) -> int:
         self._begun += 1
@@ -150,6 +164,10 @@ class ImpactCollector:
         if now.position_m.shape != shape or now.velocity_m_s.shape != shape:
             got = f"{now.position_m.shape} and {now.velocity_m_s.shape}"
             raise AdapterError(f"positions and velocities must have the shape {shape}, got {got}")
+        spins_needed = self._turns and any(self._turned_by)
+        if spins_needed and (now.spin_rad_s is None or now.spin_rad_s.shape != (discs,)):
+            got = "none" if now.spin_rad_s is None else str(now.spin_rad_s.shape)
+            raise AdapterError(f"spin_rad_s must have the shape ({discs},) in a scene whose discs turn, got {got}")
         for contact in now.contacts:
             first, second = contact.first, contact.second
             if not (0 <= first < discs and (first < second < discs or -self._walls <= second < 0)):
@@ -161,43 +179,50 @@ class ImpactCollector:
                 ("time_s", (contact.time_s,)),
                 ("normal", contact.normal),
                 ("impulse_n_s", (contact.impulse_n_s or 0.0,)),
+                ("tangential_impulse_n_s", (contact.tangential_impulse_n_s or 0.0,)),
                 ("velocities", tuple(chain.from_iterable(contact.velocities or ()))),
+                ("spins_rad_s", contact.spins_rad_s or ()),
             ):
                 if not all(map(math.isfinite, numbers)):
                     shown = ", ".join(f"{number:g}" for number in numbers)
                     raise AdapterError(
                         f"{field} of a contact of bodies {first} and {second} must be finite, got {shown}"
                     )
+            if spins_needed and contact.velocities is not None and contact.spins_rad_s is None:
+                raise AdapterError(
+                    f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose "
+                    "discs turn"
+                )
+
+    def _motion(self, state: Observation, body: int) -> _Motion:
+        spin = state.spin_rad_s
+        return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
     def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse."""
         if contact.impulse_n_s is not None:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]
-        return any(_row(before.velocity_m_s, body) != _row(now.velocity_m_s, body) for body in bodies)
+        return any(self._motion(before, body) != self._motion(now, body) for body in bodies)
 
     def _extend(
         self,
         pair: _Pair,
         contact: Contact,
-        velocity: dict[int, Vector],
+        motion: dict[int, _Motion],
         touched: Counter[int],
         time_s: float,
         now: Observation,
     ) -> None:
-        """Open a contact or take one on by a step; `velocity` holds what the step's earlier contacts made of it."""
+        """Open a contact or take one on by a step; `motion` holds what the step's earlier contacts made of it."""
         first, second = pair
-        ahead = (velocity.get(first, _AT_REST), velocity.get(second, _AT_REST))
+        ahead = (motion.get(first, _AT_REST), motion.get(second, _AT_REST))
         for body, sign in ((first, -1.0), (second, 1.0)):
-            if body not in velocity:
-                continue
-            if touched[body] == 1 or contact.impulse_n_s is None:
-                velocity[body] = _row(now.velocity_m_s, body)
-            else:  # several contacts in one step are told apart by their impulses
-                push = sign * contact.impulse_n_s * self._inverse_mass[body]
-                vx, vy = velocity[body]
-                velocity[body] = (vx + push * contact.normal[0], vy + push * contact.normal[1])
-        after = (velocity.get(first, _AT_REST), velocity.get(second, _AT_REST))
+            if body in motion:
+                told_apart = touched[body] > 1 and self._is_told(contact)
+                present = motion[body]
+                motion[body] = self._pushed(present, contact, body, sign) if told_apart else self._motion(now, body)
+        after = (motion.get(first, _AT_REST), motion.get(second, _AT_REST))
         known = self._open.get(pair)
         if known and _parting(known.after, known.reported.normal) > 0.0 > _parting(ahead, contact.normal):
             # Bounced off already, and pushed together again by a third body: that is a second impact.
@@ -212,10 +237,27 @@ class ImpactCollector:
         told = contact.impulse_n_s
         known.add(math.dist(_difference(after), _difference(ahead)) if told is None else told, contact.normal)
 
+    def _is_told(self, contact: Contact) -> bool:
+        """Whether the impulses of a contact say what it changed: all of them, so friction's too where there is any."""
+        rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
+        return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
+
+    def _pushed(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
+        """Return what a contact makes of a body by its impulses: so several contacts in one step are told apart."""
+        (vx, vy, spin), (nx, ny) = motion, contact.normal
+        push = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
+        rub = contact.tangential_impulse_n_s
+        if not rub:  # and so what was computed of scenes without friction is computed in the same way
+            return (vx + push * nx, vy + push * ny, spin)
+        along = sign * rub * self._inverse_mass[body]
+        return (vx + push * nx - along * ny, vy + push * ny + along * nx, spin - rub * self._turned_by[body])
+
     def _close(self, pair: _Pair) -> None:
         contact = self._open.pop(pair)
-        velocities = (*contact.before, *contact.after)
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), *velocities)
+        motions = (*contact.before, *contact.after)
+        (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
+        known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         effective = _effective_time(pair, contact, self._gravity) if contact.alone else math.nan
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         bent = bool(self._gravity.any()) and len(self._movable(pair)) < len(pair)
@@ -228,7 +270,7 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     if state is None:
         return (time_s, _UNKNOWN, _UNKNOWN)
     first, second = pair
-    return (time_s, _row(state.position_m, first), _AT_REST if second < 0 else _row(state.position_m, second))
+    return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
 
 
 def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
@@ -262,14 +304,14 @@ def _relative(pair: _Pair, state: Observation) -> tuple[NDArray[np.float64], NDA
     )
 
 
-def _difference(velocities: _Velocities) -> Vector:
-    (ux, uy), (vx, vy) = velocities
+def _difference(motions: _Motions) -> Vector:
+    (ux, uy, _), (vx, vy, _) = motions
     return (vx - ux, vy - uy)
 
 
-def _parting(velocities: _Velocities, normal: Vector) -> float:
+def _parting(motions: _Motions, normal: Vector) -> float:
     """Speed along the normal at which two bodies part; negative where they approach."""
-    x, y = _difference(velocities)
+    x, y = _difference(motions)
     return x * normal[0] + y * normal[1]
 
 

@@ -66,6 +66,8 @@ class FreeFlight:
     def begins(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight; to be asked after every step."""
         velocity = now.velocity_m_s.tobytes()
+        if self._scene.arrays.turns and now.spin_rad_s is not None:
+            velocity += now.spin_rad_s.tobytes()
         quiet = not now.contacts and velocity == self._velocity and self._moved_straight_on(time_s, now)
         self._quiet_steps = self._quiet_steps + 1 if quiet else 0
         self._velocity, self._position = velocity, now.position_m

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
@@ -14,6 +15,7 @@ from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
+from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
@@ -30,7 +32,7 @@ class Observe(JobTask):
 
     samples: bool = False
 
-    def carry_out(self) -> Trace:
+    def carry_out(self) -> CarriedTrace:
         """Return what happened."""
         job = self.job
         return observe_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s, samples=self.samples)
@@ -99,6 +101,7 @@ class _Run:
         self.state = Observation(
             np.array([disc.position_m for disc in scene.discs], dtype=np.float64),
             np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
+            spin_rad_s=scene.arrays.spins,
         )
         self.collector = ImpactCollector(scene, self.state)
         self.gravity = gravity_of(scene)
@@ -152,6 +155,8 @@ class _Run:
             state_before=self.collector.states,
             samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
+            spins=self.collector.spins,
+            final_spin_rad_s=_final_spins(self.scene, state),
         )
 
 
@@ -164,11 +169,19 @@ def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iter
         yield step * dt_s
 
 
+def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
+    """Return the spins of a state, None where nothing turns; of discs that can't turn an adapter need not tell them."""
+    if not scene.arrays.turns:
+        return None
+    return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
+
+
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
     if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
         return Outcome.STANDSTILL, ()
     if now.warning:
         return Outcome.WARNED, (now.warning,)
-    if not (np.isfinite(now.position_m).all() and np.isfinite(now.velocity_m_s).all()):
+    told = [array for array in (now.position_m, now.velocity_m_s, now.spin_rad_s) if array is not None]
+    if not all(np.isfinite(array).all() for array in told):
         return Outcome.NON_FINITE, ()
     return Outcome.COMPLETED, ()

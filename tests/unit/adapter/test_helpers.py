@@ -14,9 +14,15 @@ from carom.solvers.pic import solve_pic
 def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
     """In whatever order an engine names two bodies, the disc of the lower number comes first, and a wall second."""
     assert pair_of(a, b) == pair
-    contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0)
+    contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0, -0.5)
     assert (contact.first, contact.second) == pair
     assert contact.normal == ((0.6, -0.8) if pair[0] == a else (-0.6, 0.8))
+    # What the second receives across the normal, in the scene's directions: exchanged, it receives the opposite.
+    nx, ny = contact.normal
+    received = (-0.5 * -0.8 * -1, -0.5 * 0.6) if pair[0] == a else (0.5 * -0.8 * -1, 0.5 * 0.6)
+    rub = contact.tangential_impulse_n_s
+    assert rub is not None
+    assert (-ny * rub, nx * rub) == received
 
 
 def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
@@ -54,3 +60,12 @@ def test_no_disc_gets_beyond_the_reach() -> None:
     (x, y), radius = reach(scene, 0.0)
     end = solve_pic(scene).final_position_m[1]
     assert math.hypot(end[0] - x, end[1] - y) + 0.5 <= radius
+
+
+def test_a_spin_reaches_as_far_as_its_energy() -> None:
+    """A disc that stands and spins can be thrown by friction: the reach counts the energy of turning."""
+    spinning = Disc(position_m=(0.0, 1.0), radius_m=1.0, spin_rad_s=6.0)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
+    # m v^2 / 2 = k m (R w)^2 / 2 at most, with k = 1/2.
+    assert reach(scene, 0.0)[1] == pytest.approx(1.0 + 6.0 * math.sqrt(0.5) * 10.0, rel=1e-15)

@@ -204,3 +204,62 @@ def test_an_adapters_slip_is_not_taken_for_its_engines_fault(contact: Contact, w
     start = state((0.0, 1.0), (1.0, 0.0))
     with pytest.raises(AdapterError, match=words):
         collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=(contact,)))
+
+
+def rough_scene() -> Scene:
+    """A disc of k = 1/2 between two others, where friction acts, all three in line."""
+    discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
+    return Scene(name="rough", discs=discs, friction=0.5, duration_s=1)
+
+
+def turning(velocity: list[tuple[float, float]], spin: list[float] | None, *contacts: Contact) -> Observation:
+    position = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
+    return Observation(position, np.array(velocity), contacts, spin_rad_s=None if spin is None else np.array(spin))
+
+
+#: Impulses J n + T t on the second: disc 1 receives (2, 1) from disc 0 and gives (2, -0.5) to disc 2; each takes
+#: T / (k m R) = 4 T off both spins.
+_RUBBED = (Contact(0, 1, 0.0, ALONG_X, 2.0, None, 1.0), Contact(1, 2, 0.0, ALONG_X, 2.0, None, -0.5))
+_AFTER = [(1.0, -1.0), (0.0, 1.5), (2.0, -0.5)]
+_SPUN = [-4.0, -4.0 + 2.0, 2.0]
+
+
+def test_contacts_that_rub_in_one_step_are_told_apart_by_both_impulses() -> None:
+    """Velocity and spin of the middle disc between two impacts of a step are what the first one's impulses gave."""
+    start = turning([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)], [0.0, 0.0, 0.0])
+    collector = ImpactCollector(rough_scene(), start)
+    collector.add(DT, turning(_AFTER, _SPUN, *_RUBBED))
+    impacts, _ = collector.finish()
+    assert collector.spins is not None
+    assert impacts[0]["velocity_second_after"].tolist() == [2.0, 1.0]
+    assert impacts[1]["velocity_first_before"].tolist() == [2.0, 1.0]
+    assert impacts[1]["velocity_first_after"].tolist() == [0.0, 1.5]
+    assert collector.spins.tolist() == [(0.0, 0.0, -4.0, -4.0), (-4.0, 0.0, -2.0, 2.0)]
+
+
+def test_without_its_tangential_impulse_a_contact_that_rubs_tells_no_velocity_between() -> None:
+    """A push alone does not say what a rough contact did: what is known then is the end of the step."""
+    start = turning([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)], [0.0, 0.0, 0.0])
+    collector = ImpactCollector(rough_scene(), start)
+    contacts = [dataclasses.replace(contact, tangential_impulse_n_s=None) for contact in _RUBBED]
+    collector.add(DT, turning(_AFTER, _SPUN, *contacts))
+    impacts, _ = collector.finish()
+    assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
+
+
+@pytest.mark.parametrize("spin", [None, [0.0, 0.0]])
+def test_an_adapter_that_tells_no_spins_of_discs_that_turn_is_refused(spin: list[float] | None) -> None:
+    """Where discs turn, spins are part of the state: one without them is the adapter's error, by name."""
+    still = [(0.0, 0.0)] * 3
+    collector = ImpactCollector(rough_scene(), turning(still, [0.0, 0.0, 0.0]))
+    with pytest.raises(AdapterError, match=r"spin_rad_s must have the shape \(3,\)"):
+        collector.add(DT, turning(still, spin))
+
+
+def test_an_impact_told_without_its_spins_is_refused_where_discs_turn() -> None:
+    """A method that tells the velocities around an impact must tell the spins with them, where there are any."""
+    still = [(0.0, 0.0)] * 3
+    collector = ImpactCollector(rough_scene(), turning(still, [0.0, 0.0, 0.0]))
+    told = Contact(0, 1, 0.0, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)))
+    with pytest.raises(AdapterError, match="no spins_rad_s"):
+        collector.add(DT, turning(still, [0.0, 0.0, 0.0], told))

@@ -229,8 +229,13 @@ def test_a_method_is_skipped_by_the_friction_that_it_declares() -> None:
     """Friction beyond what is declared, of what the scene has, is the reason; what the scene has not is none."""
     still = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in pair().discs]
     scene = pair(discs=still, friction=0.5, tangential_restitution=0.5)
-    able = Capabilities(friction=(0.0, 1.0), tangential_restitution=True)
+    able = Capabilities(spin=True, friction=(0.0, 1.0), tangential_restitution=True)
     assert unsupported_reason(scene, able, 1 / 60) == ""
+    assert "on discs that can turn, and this method turns none" in unsupported_reason(
+        scene, replace(able, spin=False), 1 / 60
+    )
+    held = [disc.model_copy(update={"inertia_factor": math.inf}) for disc in still]
+    assert unsupported_reason(pair(discs=held, friction=0.5), replace(able, spin=False), 1 / 60) == ""
     weak = replace(able, friction=(0.0, 0.25))
     assert unsupported_reason(scene, weak, 1 / 60) == (
         "friction is 0.5, and this method simulates 0 to 0.25 as asked for"
@@ -241,3 +246,18 @@ def test_a_method_is_skipped_by_the_friction_that_it_declares() -> None:
         == "the scene has friction, which this method does not support"
     )
     assert unsupported_reason(pair(discs=still, wall_friction=9.0), Capabilities(), 1 / 60) == ""
+
+
+def test_a_method_is_skipped_by_the_spin_that_it_declares() -> None:
+    """A spin, or a turn in one step, beyond what is declared is the reason."""
+    able = Capabilities(spin=True, friction=(0.0, 1.0))
+    assert unsupported_reason(pair(), replace(able, max_spin_rad_s=3.0), 0.5) == ""
+    assert (
+        unsupported_reason(pair(), replace(able, max_spin_rad_s=2.0), 0.5)
+        == "a disc spins at 3 rad/s, and this method's limit is 2 rad/s"
+    )
+    assert unsupported_reason(pair(), replace(able, max_turn_rad=1.5), 0.5) == ""
+    assert (
+        unsupported_reason(pair(), replace(able, max_turn_rad=1.25), 0.5)
+        == "a disc at 3 rad/s turns by 1.5 rad in a step of 0.5 s, and this method turns none by more than 1.25 rad"
+    )

@@ -74,6 +74,7 @@ def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
     assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.long
 def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
     """Ctrl-C after the first cell leaves that cell in the journal, and the campaign can be taken up."""
 

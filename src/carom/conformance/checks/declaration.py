@@ -14,6 +14,7 @@ from carom.conformance.violation import require
 __all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]
 
 COMBINE_RULES = ("product", "maximum", "pair", "none")
+FRICTION_COMBINE_RULES = ("root", *COMBINE_RULES)
 PROFILES = ("default", "tuned")
 
 
@@ -29,6 +30,12 @@ def declares_capabilities(subject: Subject) -> None:
     low, high = can.restitution
     require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
     require(can.restitution_combine in COMBINE_RULES, what, f"one of {COMBINE_RULES}", can.restitution_combine)
+    low, high = can.friction
+    require(0 <= low <= high < math.inf, what, "0 <= least <= greatest friction, and finite", can.friction)
+    combined = can.friction_combine
+    require(combined in FRICTION_COMBINE_RULES, what, f"one of {FRICTION_COMBINE_RULES}", combined)
+    require(can.max_turn_rad > 0, what, "max_turn_rad above 0", can.max_turn_rad)
+    require(can.max_spin_rad_s > 0, what, "max_spin_rad_s above 0", can.max_spin_rad_s)
     require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)
     require(can.max_speed_m_s > 0, what, "max_speed_m_s above 0", can.max_speed_m_s)
     require(can.max_coordinate_m > 0, what, "max_coordinate_m above 0", can.max_coordinate_m)

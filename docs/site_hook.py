@@ -1,0 +1,113 @@
+"""What the site adds to the documents as they stand in the repository: a hook of MkDocs, used by `make docs`.
+
+- The README is the first page, and CONTRIBUTING.md is a page.
+- A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
+  report is there as it is.
+- Formulas become MathML here, so that a reader's browser fetches no script for them.
+- A page of docs/ that the navigation in mkdocs.yml has not got stands at its end.
+"""
+
+from __future__ import annotations
+
+import html
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from latex2mathml.converter import convert
+from mkdocs.plugins import get_plugin_logger
+from mkdocs.structure.files import File
+
+if TYPE_CHECKING:
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+
+ROOT = Path(__file__).resolve().parents[1]
+#: Documents of the repository's root, and the pages that they are.
+PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
+#: Reports are pages already; they are shown in place of their Markdown.
+SAMPLE = "reports/sample/index.html"
+SHOWN_AS = {"reports/sample/report.md": SAMPLE}
+
+_LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
+_FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+_LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
+
+log = get_plugin_logger("site")
+
+
+def on_config(config: MkDocsConfig) -> None:
+    """Add to the end of the navigation the pages of docs/ that it has not got."""
+    listed = {*_pages_in(config.nav), *PAGES.values()}
+    found = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md")}
+    if more := sorted(found - listed):
+        config.nav.append({"More": more})
+
+
+def on_files(files: Files, config: MkDocsConfig) -> None:
+    """Add the pages made of files outside docs/."""
+    texts = {page.src_uri: page.content_string for page in files.documentation_pages()}
+    for source, page in PAGES.items():
+        texts[page] = (ROOT / source).read_text(encoding="utf-8")
+        files.append(File.generated(config, page, content=_from_root(texts[page])))
+    files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
+    for page, text in texts.items():
+        folder = ROOT if page in PAGES.values() else (ROOT / "docs" / page).parent
+        for _, target in _LINK.findall(text):
+            name = _name(folder, target)
+            if name is None or name in SHOWN_AS or files.get_file_from_path(f"sources/{name}.md"):
+                continue
+            if not (ROOT / name).is_file():
+                log.warning("%s links to %s, which is no file", page, name)
+                continue
+            body = (ROOT / name).read_text(encoding="utf-8")
+            fenced = f"````{_LANGUAGES.get(Path(name).suffix, 'text')}\n{body}\n````\n"
+            head = f"---\nsearch:\n  exclude: true\n---\n# {name}\n\n"
+            files.append(File.generated(config, f"sources/{name}.md", content=head + fenced))
+
+
+def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
+    """Lead links out of docs/ to the pages made of what they lead to."""
+    if page.file.generated_by:
+        return markdown
+    folder = (ROOT / "docs" / page.file.src_uri).parent
+    up = "../" * page.file.src_uri.count("/")
+
+    def led(found: re.Match[str]) -> str:
+        name = _name(folder, found[2])
+        return found[0] if name is None else f"{found[1]}{up}{SHOWN_AS.get(name, f'sources/{name}.md')}"
+
+    return _LINK.sub(led, markdown)
+
+
+def on_page_content(html_text: str, **_: Any) -> str:
+    """Turn formulas into MathML."""
+
+    def shown(found: re.Match[str]) -> str:
+        return convert(html.unescape(found[2]).strip(), display="block" if found[1] == "div" else "inline")
+
+    return _FORMULA.sub(shown, html_text)
+
+
+def _pages_in(nav: Any) -> list[str]:
+    if isinstance(nav, str):
+        return [nav]
+    return [page for item in (nav.values() if isinstance(nav, dict) else nav) for page in _pages_in(item)]
+
+
+def _name(folder: Path, target: str) -> str | None:
+    """Return where in the repository a link leads that leads out of docs/, else None."""
+    name = (folder / target).resolve().relative_to(ROOT).as_posix()
+    is_page = name in PAGES or (name.startswith("docs/") and not name.endswith(".py"))
+    return None if is_page else name
+
+
+def _from_root(text: str) -> str:
+    """Return a document of the repository's root with links as they are from docs/."""
+
+    def led(found: re.Match[str]) -> str:
+        name = PAGES.get(found[2], found[2])
+        name = name.removeprefix("docs/") if name.startswith("docs/") else SHOWN_AS.get(name, name)
+        return found[1] + name
+
+    return _LINK.sub(led, text)
