@@ -10,7 +10,7 @@ import typer
 
 from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress
 
-__all__ = ["app", "main"]
+__all__ = ["app", "command"]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -23,7 +23,7 @@ app = typer.Typer(
     "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
 )
 
-for command in (
+for one in (
     run.run,
     diff.diff,
     bench.bench,
@@ -34,7 +34,7 @@ for command in (
     engines.engines,
 ):
     # Its first sentence whole: by default the list of commands cuts it at 45 characters.
-    app.command(short_help=(command.__doc__ or "").partition("\n\n")[0])(command)
+    app.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
 
 
 def _print_version(wanted: bool) -> None:
@@ -54,8 +54,8 @@ def _options(
     del version  # its callback has done all there is to do
 
 
-def main() -> None:
-    """Entry point of the `carom` command."""
+def command() -> None:
+    """Run the command, and end the process with its exit code, whatever becomes of the output."""
     out = sys.stdout
     try:
         try:

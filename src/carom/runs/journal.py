@@ -17,17 +17,18 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from carom.errors import InputError
 from carom.limits import MOST_VALUES, values_in
 from carom.runs.pool import Closing
+from carom.runs.wire import Codec
 from carom.text import shortened, visible
 
 __all__ = ["Journal", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
-JOURNAL_FORMAT = 2
+JOURNAL_FORMAT = 3
 
 #: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
 #: kept, and found anew after a resume.
@@ -65,8 +66,7 @@ class Journal(Closing, Generic[T]):
         again: Callable[[T], bool] | None = None,
     ) -> None:
         self.path = path
-        # The tuple is there for its settings, which pydantic takes for no dataclass, though it hands them down to one.
-        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))  # type: ignore[valid-type] # a type that is a value
+        self._codec = Codec[T](kind)
         self._key = key
         if not resume and path.exists() and path.stat().st_size:
             raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
@@ -87,8 +87,7 @@ class Journal(Closing, Generic[T]):
     def add(self, entries: Iterable[T]) -> None:
         """Write entries, all in one piece, and return when they are on the disk."""
         found = list(entries)
-        # Without the brackets of the tuple.
-        lines = (visible(self._adapter.dump_json((entry,))[1:-1].decode()).encode() for entry in found)
+        lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
         self._entries.update((self._key(entry), entry) for entry in found)
 
@@ -126,7 +125,7 @@ class Journal(Closing, Generic[T]):
                 limit = f"is longer than {LONGEST_LINE >> 20} MiB, which none of Carom's is"
                 raise InputError(f"{self.path}, line {number} {limit}; remove the line, or name another folder")
             try:
-                (entry,) = self._adapter.validate_json(b"[" + line + b"]")
+                entry = self._codec.loads(line)
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"

@@ -40,7 +40,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     ran: list[tuple[str, int]] = []
 
     class Lane(InProcess):
-        def __init__(self, _time_limit_s: float) -> None:
+        def __init__(self, *_limits: float | None) -> None:
             super().__init__()
 
         def ask(self, task: Task[T]) -> Answer[T]:
