@@ -38,7 +38,8 @@ class ClusterPool(Pool):
     """A Dask cluster; used as a context manager, it lets go of the cluster, which goes on without us.
 
     Args:
-        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
+        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``; for ``tls://`` the certificates are those
+            of Dask's own configuration.
         time_limit_s: As of a `carom.runs.pool.Lane`.
         memory_limit_mb: As of a `carom.runs.pool.Lane`, on each of the cluster's machines.
 
@@ -60,7 +61,7 @@ class ClusterPool(Pool):
         self._limits = (time_limit_s, memory_limit_mb)
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError) as error:  # its TimeoutError is an OSError
+        except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
             reason = str(error) or type(error).__name__
             raise ClusterError(f"no Dask scheduler answers at {scheduler}: {reason}") from None
         try:
