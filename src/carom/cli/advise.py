@@ -33,6 +33,7 @@ def advise(
     time_limit: shared.TimeLimit = 60.0,
     memory_limit: shared.MemoryLimit = None,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
 
@@ -63,7 +64,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    shared.print_document(advice_document(advice))
+    shared.print_document(advice_document(advice), full=verbose)
 
 
 def angle(text: str) -> float:

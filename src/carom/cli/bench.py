@@ -57,6 +57,7 @@ def bench(
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
     timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
+    verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
         typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
@@ -75,7 +76,8 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, memory_limit, resume=resume)
+        limits = (budget, time_limit, memory_limit)
+        _grow(scenes or [], engine, profile, discs, out, *limits, resume=resume, verbose=verbose)
         return
     from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
@@ -114,7 +116,7 @@ def bench(
             found, plan, pool, journal=journal, timings=timings, progress=progress, command=shared.command_line()
         )
     page = write_bench(result, out, tuple(axes or Diagram))
-    shared.print_document(bench_document(result))
+    shared.print_document(bench_document(result), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 
@@ -142,6 +144,7 @@ def _grow(
     memory_limit_mb: float | None,
     *,
     resume: bool,
+    verbose: bool,
 ) -> None:
     from carom.bench.growth import growth, growth_journal
     from carom.report import require_writable
@@ -166,7 +169,7 @@ def _grow(
             command=shared.command_line(),
         )
     page = write_growth(found, out)
-    shared.print_document(growth_document(found))
+    shared.print_document(growth_document(found), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 

@@ -83,9 +83,7 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
-    ] = False,
+    verbose: shared.Verbose = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,

@@ -36,6 +36,7 @@ __all__ = [
     "MemoryLimit",
     "ProfileNames",
     "TimeLimit",
+    "Verbose",
     "command_line",
     "console",
     "guarded",
@@ -72,6 +73,10 @@ Jobs = Annotated[
 
 TimeLimit = Annotated[
     float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+]
+
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
 ]
 
 

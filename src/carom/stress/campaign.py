@@ -155,8 +155,8 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
     for attack in attacks():
         if quick and attack.full_only:
             continue
-        ladder = attack.ladder(quick)
-        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
+        ladder = tuple(attack.ladder(quick))
+        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
     truth = "none is needed: the two runs of the method are held against each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
