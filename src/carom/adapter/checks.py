@@ -99,7 +99,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
     rubbed += [("wall_friction", scene.wall_friction)] if scene.walls else []
     for name, value in rubbed:
-        if not low <= value <= high:
+        if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
