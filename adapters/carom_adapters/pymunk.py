@@ -57,6 +57,10 @@ LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persis
 LARGEST = 1e100
 SMALLEST = 1e-100
 
+#: Chipmunk takes friction's arm from a contact point, which is off the line of centres by a rounding: the square of
+#: that over this is what a push turns a disc by.
+LEAST_INERTIA_FACTOR = 1e-14
+
 #: Discs of this radius still fit, some way apart, within the greatest coordinates.
 LARGEST_RADIUS_M = 1e98
 
@@ -260,6 +264,7 @@ class PymunkAdapter:
         restitution=(0.0, 1.0),
         restitution_combine="product",
         spin=True,
+        min_inertia_factor=LEAST_INERTIA_FACTOR,
         friction=(0.0, LARGEST),
         friction_combine="product",
         contact_times=ContactTimes.STEP,

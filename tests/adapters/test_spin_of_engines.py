@@ -96,6 +96,18 @@ def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, fr
         np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=4 * width(engine, ROUNDING))
 
 
+def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
+    """At the least declared inertia factor an oblique impact still leaves what the law says."""
+    factor = engine.capabilities.min_inertia_factor
+    first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
+    scene = meeting(first, second, 0.1, 0.5)
+    trace = observe_run(engine, scene, "located", 1 / 60)
+    velocity, spin = by_the_law(scene)
+    np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
+    assert trace.final_spin_rad_s is not None
+    np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=20 * width(engine, ROUNDING))
+
+
 def rubbing(dt_s: float) -> Scene:
     """The oblique discs with a wall, rubbing, and late by half a step at the first contact."""
     discs = [disc.model_copy(update={"spin_rad_s": spin}) for disc, spin in zip(oblique().discs, (4, -3), strict=True)]

@@ -46,6 +46,10 @@ LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 #: b2_maxRotation is pi/2: a body that would turn farther in one step is slowed down to that, likewise.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
+#: The square of a rounding of a contact point (2**-24) over this is what a push turns a disc by. And with the least
+#: mass and radius the inverse of an inertia, 1e38, is still a 32-bit float.
+LEAST_INERTIA_FACTOR = 1e-6
+
 #: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN.
 LARGEST_FRICTION = 1e19
 
@@ -74,6 +78,7 @@ CAPABILITIES = Capabilities(
     restitution=(0.0, 1.0),
     restitution_combine="maximum",
     spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
     friction=(0.0, LARGEST_FRICTION),
     friction_combine="root",
     max_turn_rad=LARGEST_TURN_RAD,

@@ -75,6 +75,10 @@ LARGEST_MASS_KG = 1e11
 #: Half a million pairs, which take MuJoCo seconds to compile.
 MOST_LISTED = 1000
 
+#: An inverse inertia so much larger than the inverse mass spoils the solver's digits: by measurement, twelve are left
+#: here. MuJoCo refuses an inertia below mjMINVAL by itself.
+LEAST_INERTIA_FACTOR = 1e-5
+
 #: MuJoCo's mjMINMU: a coefficient of less, but for none at all, is silently made this. From 1e80 on there is no
 #: friction any more, since the fourth power is no float.
 LEAST_FRICTION = 1e-5
@@ -85,6 +89,7 @@ CAPABILITIES = Capabilities(
     restitution=(0.0, 1.0),
     restitution_combine="none",
     spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
     friction=(LEAST_FRICTION, LARGEST_FRICTION),
     friction_combine="maximum",
     contact_times=ContactTimes.STEP,

@@ -62,6 +62,9 @@ SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
+#: The square of a rounding of a contact point over this is what a push turns a disc by.
+LEAST_INERTIA_FACTOR = 1e-14
+
 #: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
 LARGEST_FRICTION = 10.0
 
@@ -70,6 +73,7 @@ CAPABILITIES = Capabilities(
     restitution=(0.0, 1.0),
     restitution_combine="product",
     spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
     friction=(0.0, LARGEST_FRICTION),
     friction_combine="product",
     contact_times=ContactTimes.STEP,
