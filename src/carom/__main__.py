@@ -1,6 +1,35 @@
-"""``python -m carom`` is the `carom` command."""
+"""The `carom` command, also as ``python -m carom``: from its first moment on a signal ends it in good order."""
 
-from carom.cli import main
+from __future__ import annotations
+
+import signal
+import sys
+
+__all__ = ["main"]
+
+#: Those of a keyboard, a terminal that is closed, and a system that is shut down; some systems lack some.
+SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+
+
+def main() -> None:
+    """Run the command."""
+    for number in SIGNALS:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, _end)
+    try:
+        from carom.cli import app
+
+        app()
+    except KeyboardInterrupt as error:
+        sys.stderr.write("carom: ended before it began\n")
+        sys.exit(128 + (error.args or (signal.SIGINT,))[0])
+
+
+def _end(number: int, _frame: object) -> None:
+    for each in SIGNALS:
+        signal.signal(each, signal.SIG_IGN)  # once is enough; what is tidied up now must not be broken off
+    raise KeyboardInterrupt(number)
+
 
 if __name__ == "__main__":
     main()

@@ -1,10 +1,12 @@
-"""How many processor cores this process may use."""
+"""How many processor cores, and how much memory, this process may use."""
 
 from __future__ import annotations
 
 import os
+from contextlib import suppress
+from pathlib import Path
 
-__all__ = ["available_cores"]
+__all__ = ["available_cores", "available_memory"]
 
 
 def available_cores() -> int:
@@ -12,3 +14,11 @@ def available_cores() -> int:
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def available_memory() -> int:
+    """Return the machine's memory in bytes, or what a container leaves of it."""
+    whole = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    with suppress(OSError, ValueError):  # no control group, or one without a limit, which it calls "max"
+        whole = min(whole, int(Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii")))
+    return whole

@@ -27,13 +27,10 @@ PROFILES = {
     "pybullet": [*DEFAULT_PROFILES, "cylinder"],
     "mujoco": [*DEFAULT_PROFILES, "cylinder"],
 }
-#: The cheapest; the others take as long again each, or twice that.
-EACH_TIME = {"pit"}
 
 
-@pytest.mark.parametrize(
-    "name", [name if name in EACH_TIME else pytest.param(name, marks=pytest.mark.long) for name in NAMES]
-)
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
 def test_adapter_conforms_but_for_its_known_failures(name: str, tmp_path: Path) -> None:
     """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
     if reason := unavailable_reason(load_adapter(name).engine):

@@ -274,6 +274,7 @@ for world_of in sys.argv[1:]:
 """
 
 
+@pytest.mark.long
 def test_pybullet_worlds_after_one_another_are_as_in_fresh_processes(named: Named) -> None:
     """What PyBullet keeps for the process, or through a reset, reaches no later world, whatever its settings."""
     named("pybullet")
@@ -390,6 +391,7 @@ except AdapterError as error:
 """
 
 
+@pytest.mark.long
 def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
     """Where a dense model finds no memory, the error says so and for how many discs, and the process lives on."""
     named("mujoco")

@@ -101,6 +101,7 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
     assert grid.tally(columns[Method("mujoco", "cylinder-plain")]) == ((Mark.EXACT, 1),)
 
 
+@pytest.mark.long
 def test_by_default_no_variant_is_run() -> None:
     """Unless asked for, an engine is run with its three profiles, and cut steps at the coarsest step only."""
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)

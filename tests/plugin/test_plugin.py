@@ -95,6 +95,7 @@ def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_co
     assert trace.impacts["velocity_first_after"][0][0] == pytest.approx(-1, abs=rounding / dt_s)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("installed")
 def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
     """It is scored on what it declares to support, and skipped with the reason on what it does not."""

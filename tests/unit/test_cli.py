@@ -43,6 +43,7 @@ def carom_command(*arguments: str) -> Result:
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
+@pytest.mark.long
 def test_a_scene_of_ones_own_runs_and_conforms(scene_file: Path) -> None:
     """A file of one's own runs through PIC at a step given as a fraction, and exact is exit code 0."""
     result = carom_command("run", str(scene_file), "--engine", "pic", "--dt", "1/240", "--no-timing")

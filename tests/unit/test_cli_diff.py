@@ -32,6 +32,7 @@ def worse(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.long
 def test_a_grade_that_stays_good_enough_does_not_fail(worse: Path) -> None:
     """What got worse and is sampled still fails on *sampled*, and neither by default nor on *never*."""
     assert carom_diff(SAMPLE, worse).exit_code == 0

@@ -29,6 +29,7 @@ def test_pic_stands(check: Check) -> None:
     assert check.value(check.scene(), IMPACTS) <= check.limit
 
 
+@pytest.mark.long
 def test_energy_and_momentum_over_a_million_impacts() -> None:
     """Over a million impacts in a crowded box both stay to 1e-12: half the box is covered, masses are 1 to 70."""
     for check in checks(1_000_000):

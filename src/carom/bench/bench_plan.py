@@ -37,6 +37,8 @@ class BenchPlan:
         seed: Of the order of its visits.
         budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
         time_limit_s: A run that takes longer is ended.
+        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
+            it.
         timing: Whether to time at all.
 
     Raises:
@@ -53,6 +55,7 @@ class BenchPlan:
     seed: int = 1
     budget_s: float = 80.0
     time_limit_s: float = 60.0
+    memory_limit_mb: float | None = None
     timing: bool = True
 
     def __post_init__(self) -> None:

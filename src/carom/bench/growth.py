@@ -210,6 +210,7 @@ def growth(
     sizes: Sequence[int] | None = None,
     budget_s: float = 120.0,
     time_limit_s: float = 60.0,
+    memory_limit_mb: float | None = None,
     journal: Journal[GrowthRun] | None = None,
     progress: Progress | None = None,
     command: str = "",
@@ -222,6 +223,7 @@ def growth(
         sizes: Numbers of discs; by default `SIZES`, and `OWN_SIZES` for Carom's own methods.
         budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
         time_limit_s: A run that takes longer is ended.
+        memory_limit_mb: As of a `carom.runs.pool.Lane`.
         journal: What was run already, and where more of it goes; what was left out for want of time is tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
@@ -244,7 +246,9 @@ def growth(
         if sizes or size <= SIZES[-1] or info.engine == "Carom"
     ]
     if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
-        _ask(GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S)  # its kernel is kept on the disk from then on
+        _ask(
+            GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S, memory_limit_mb
+        )  # its kernel is kept on the disk from then on
     started = time.perf_counter()
     points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
     spent = dict.fromkeys(points, 0.0)
@@ -262,7 +266,7 @@ def growth(
             if reason:
                 own.append(_absent(size, reason))
                 continue
-            run = GrowthRun(key, here.date, _ask(GrowthTask(size, method), time_limit_s))
+            run = GrowthRun(key, here.date, _ask(GrowthTask(size, method), time_limit_s, memory_limit_mb))
             spent[info.name] += time.perf_counter() - before
             if journal is not None:
                 journal.add([run])
@@ -298,8 +302,8 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
     return f"about {expected_s:.0f} s, judged by {last.discs} discs, and {left}; raise --budget or --time-limit"
 
 
-def _ask(task: GrowthTask, time_limit_s: float) -> Answer[Grown]:
-    with Lane(time_limit_s) as lane:
+def _ask(task: GrowthTask, time_limit_s: float, memory_limit_mb: float | None) -> Answer[Grown]:
+    with Lane(time_limit_s, memory_limit_mb) as lane:
         return lane.ask(task)
 
 

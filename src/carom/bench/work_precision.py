@@ -101,7 +101,7 @@ def _timed(
 ) -> SceneTiming:
     if timings is not None and (found := timings.entries.get(timing_key(scene, asked, plan.seed))) is not None:
         return found
-    with Lane(plan.time_limit_s) as lane:
+    with Lane(plan.time_limit_s, plan.memory_limit_mb) as lane:
         timing = time_scene(
             scene, asked, lane, rounds=plan.rounds, seed=plan.seed, budget_s=plan.budget_s / 2, progress=progress
         )

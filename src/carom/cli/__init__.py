@@ -8,7 +8,7 @@ import typer
 
 from carom.cli import advise, bench, certify, diff, engines, run, scenes, stress
 
-__all__ = ["app", "main"]
+__all__ = ["app"]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -50,8 +50,3 @@ def _options(
     ] = False,
 ) -> None:
     del version  # its callback has done all there is to do
-
-
-def main() -> None:
-    """Entry point of the `carom` command."""
-    app()

@@ -31,7 +31,9 @@ def advise(
     ] = 8,
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
 
@@ -51,7 +53,7 @@ def advise(
     for name, value in (("--budget", budget), ("--time-limit", time_limit)):
         if not value > 0:
             raise InputError(f"{name} must be a positive number of seconds, got {value}")
-    with LocalPool(jobs, time_limit) as pool, shared.progress_bar() as progress:
+    with LocalPool(jobs, time_limit, memory_limit) as pool, shared.progress_bar() as progress:
         advice = find(
             found[0],
             Demand(angle(direction_error), miss_probability),
@@ -62,7 +64,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    shared.print_document(advice_document(advice))
+    shared.print_document(advice_document(advice), full=verbose)
 
 
 def angle(text: str) -> float:

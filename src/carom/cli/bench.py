@@ -51,11 +51,13 @@ def bench(
         float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
     ] = 80.0,
     time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
     jobs: shared.Jobs = None,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
     timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
+    verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
         typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
@@ -74,7 +76,8 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, resume=resume)
+        limits = (budget, time_limit, memory_limit)
+        _grow(scenes or [], engine, profile, discs, out, *limits, resume=resume, verbose=verbose)
         return
     from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
@@ -97,6 +100,7 @@ def bench(
         seed=seed,
         budget_s=budget,
         time_limit_s=time_limit,
+        memory_limit_mb=memory_limit,
         timing=timing,
     )
     require_writable(out)
@@ -112,7 +116,7 @@ def bench(
             found, plan, pool, journal=journal, timings=timings, progress=progress, command=shared.command_line()
         )
     page = write_bench(result, out, tuple(axes or Diagram))
-    shared.print_document(bench_document(result))
+    shared.print_document(bench_document(result), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 
@@ -137,8 +141,10 @@ def _grow(
     out: Path,
     budget_s: float,
     time_limit_s: float,
+    memory_limit_mb: float | None,
     *,
     resume: bool,
+    verbose: bool,
 ) -> None:
     from carom.bench.growth import growth, growth_journal
     from carom.report import require_writable
@@ -157,12 +163,13 @@ def _grow(
             sizes=discs,
             budget_s=budget_s,
             time_limit_s=time_limit_s,
+            memory_limit_mb=memory_limit_mb,
             journal=journal,
             progress=progress,
             command=shared.command_line(),
         )
     page = write_growth(found, out)
-    shared.print_document(growth_document(found))
+    shared.print_document(growth_document(found), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 
@@ -170,7 +177,7 @@ def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:
     if scheduler:
         from carom.runs.cluster import ClusterPool
 
-        return ClusterPool(scheduler, plan.time_limit_s)
+        return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)
     from carom.runs.pool import LocalPool
 
-    return LocalPool(jobs, plan.time_limit_s)
+    return LocalPool(jobs, plan.time_limit_s, plan.memory_limit_mb)

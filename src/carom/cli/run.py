@@ -59,6 +59,7 @@ def run(
     ] = False,
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
     timing: Annotated[
         bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
     ] = True,
@@ -82,9 +83,7 @@ def run(
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
-    ] = False,
+    verbose: shared.Verbose = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -112,6 +111,7 @@ def run(
         samples=report is not None,
         jobs=jobs,
         time_limit_s=time_limit,
+        memory_limit_mb=memory_limit,
     )
     plan = plan_of(shared.scenes_named(scenes or []), options)
     if explain:

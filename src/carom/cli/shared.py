@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import io
 import shlex
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -32,8 +33,10 @@ __all__ = [
     "SCENE_NAMES",
     "EngineNames",
     "Jobs",
+    "MemoryLimit",
     "ProfileNames",
     "TimeLimit",
+    "Verbose",
     "command_line",
     "console",
     "guarded",
@@ -50,7 +53,8 @@ EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3
 EXIT_CRASHED = 4
-EXIT_INTERRUPTED = 130  # what a shell reports for a command that Ctrl-C ended
+EXIT_SIGNAL = 128  # and the number of the signal, which is what a shell reports for a command that one ended
+EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
 
 Parameters = ParamSpec("Parameters")
 
@@ -71,9 +75,23 @@ TimeLimit = Annotated[
     float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
 ]
 
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
+]
+
+
+MemoryLimit = Annotated[
+    float | None,
+    typer.Option(
+        "--memory-limit",
+        min=1,
+        help="Megabytes that an engine's process may take. The machine's by default, shared among --jobs and one more.",
+    ),
+]
+
 
 def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
-    """Turn Carom's own errors and Ctrl-C into a sentence and an exit code."""
+    """Turn Carom's own errors and signals into a sentence and an exit code."""
 
     @functools.wraps(command)
     def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
@@ -82,9 +100,10 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         except CaromError as error:
             typer.echo(f"carom: {error}", err=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
-        except KeyboardInterrupt:
-            typer.echo("carom: interrupted; no report was written", err=True)
-            raise typer.Exit(EXIT_INTERRUPTED) from None
+        except KeyboardInterrupt as error:
+            word, code = _ended(error)
+            typer.echo(f"carom: {word}; no report was written", err=True)
+            raise typer.Exit(code) from None
         except BrokenPipeError:  # the reader, `head` say, has seen enough
             sys.stderr.close()
             raise typer.Exit from None
@@ -95,16 +114,23 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
     return guarded
 
 
+def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
+    """Return what to say of the signal that ended a command, Ctrl-C unless it is told, and the exit code."""
+    number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
+    return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
+
+
 @contextmanager
 def resumable(journal: Path) -> Iterator[None]:
-    """Say how to go on with what Ctrl-C ended."""
+    """Say how to go on with what a signal ended."""
     try:
         yield
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         if not journal.exists():  # nothing was finished, so nothing is left behind
             raise
-        typer.echo(f"carom: interrupted; what is finished is in {journal}, and --resume goes on from there", err=True)
-        raise typer.Exit(EXIT_INTERRUPTED) from None
+        word, code = _ended(error)
+        typer.echo(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", err=True)
+        raise typer.Exit(code) from None
 
 
 @contextmanager

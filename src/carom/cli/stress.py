@@ -42,6 +42,8 @@ def stress(
         float | None,
         typer.Option("--time-limit", help="Seconds after which an engine that gives no answer has given way."),
     ] = None,
+    verbose: shared.Verbose = False,
+    memory_limit: shared.MemoryLimit = None,
     list_only: Annotated[bool, typer.Option("--list", help="List what there is, and leave.")] = False,
 ) -> None:
     """Attack methods with scenes made to break numerics, and print the size at which each gives way.
@@ -74,9 +76,10 @@ def stress(
             quick=quick,
             jobs=jobs,
             time_limit_s=time_limit,
+            memory_limit_mb=memory_limit,
         )
     page = write_stress(results, out)
-    shared.print_document(stress_document(results))
+    shared.print_document(stress_document(results), full=verbose)
     shared.console().print(f"report: {page}", soft_wrap=True)
     if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(shared.EXIT_UNAVAILABLE)

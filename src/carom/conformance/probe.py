@@ -16,6 +16,7 @@ from carom.adapter import AdapterError, CuttableWorld, Observation, World
 from carom.errors import CaromError
 from carom.registry import load_adapter
 from carom.runs.environment import resident_bytes
+from carom.runs.wire import CarriedObservation
 from carom.scene import Scene
 from carom.trace import Setting
 
@@ -39,7 +40,7 @@ class Watched:
     """
 
     settings: Mapping[str, Setting]
-    seen: tuple[Observation, ...]
+    seen: tuple[CarriedObservation, ...]
     altered: int | None
 
 

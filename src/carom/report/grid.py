@@ -52,7 +52,7 @@ class Mark(Enum):
     UNAVAILABLE = ("unavailable", "∅", "the engine is not installed here", "dim")
     CRASHED = ("crashed", "†", "the engine ended its process", "bold magenta")
     TIMED_OUT = ("timed out", "⧖", "the engine gave no answer in time", "bold magenta")
-    FAILED = ("failed", "!", "the adapter raised an error", "bold magenta")
+    FAILED = ("failed", "!", "the adapter raised an error, or answered what can't be", "bold magenta")
     ABSENT = ("not planned", "·", "these settings were run under another profile's name", "dim")
 
     def __init__(self, word: str, symbol: str, meaning: Grade | str, style: str) -> None:

@@ -40,6 +40,7 @@ class ClusterPool(Pool):
     Args:
         scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
         time_limit_s: As of a `carom.runs.pool.Lane`.
+        memory_limit_mb: As of a `carom.runs.pool.Lane`, on each of the cluster's machines.
 
     Raises:
         MissingExtraError: distributed, the extra `cluster`, is not installed.
@@ -47,14 +48,16 @@ class ClusterPool(Pool):
         InputError: The versions of a worker are not those here: its results would not be the same ones.
     """
 
-    def __init__(self, scheduler: str, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
+    def __init__(
+        self, scheduler: str, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None
+    ) -> None:
         try:
             distributed: Any = importlib.import_module("distributed")  # untyped
         except ImportError:
             raise MissingExtraError(
                 "--scheduler needs distributed, which is not installed: pip install 'carom[cluster]'"
             ) from None
-        self._time_limit_s = time_limit_s
+        self._limits = (time_limit_s, memory_limit_mb)
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:  # its TimeoutError is an OSError
@@ -82,7 +85,7 @@ class ClusterPool(Pool):
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
-            self._client.submit(_carry_out, work, item, self._time_limit_s, pure=False, retries=RETRIES): name
+            self._client.submit(_carry_out, work, item, self._limits, pure=False, retries=RETRIES): name
             for name, item in items
         }
         lost = []
@@ -128,10 +131,10 @@ def _shown(versions: tuple[tuple[str, str], ...] | None) -> str:
 _OF_THREAD = threading.local()
 
 
-def _carry_out(work: Callable[[Item, Asker], Iterable[T]], item: Item, time_limit_s: float) -> list[T]:
+def _carry_out(work: Callable[[Item, Asker], Iterable[T]], item: Item, limits: tuple[float, float | None]) -> list[T]:
     """Work on one item in the cluster's worker; engines stay up from one item to the next."""
     if not hasattr(_OF_THREAD, "lane"):
-        _OF_THREAD.lane = Lane(time_limit_s)  # its processes end by themselves when this one is gone
+        _OF_THREAD.lane = Lane(*limits)  # its processes end by themselves when this one is gone
     return list(work(item, _OF_THREAD.lane))
 
 

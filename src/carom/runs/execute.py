@@ -113,7 +113,7 @@ def execute(
     shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
     own: AbstractContextManager[Pool]
-    own = LocalPool(options.jobs, options.time_limit_s) if pool is None else nullcontext(pool)
+    own = LocalPool(options.jobs, options.time_limit_s, options.memory_limit_mb) if pool is None else nullcontext(pool)
     with own as asked:
         observer = _Observer(asked, journal, progress, samples=options.samples)
         observed = {_key(job) for one in jobs for job in (one, _sampling(one))}

@@ -93,7 +93,7 @@ class Status(Enum):
     UNAVAILABLE = "unavailable"
     CRASHED = "crashed"
     TIMED_OUT = "timed out"
-    FAILED = "the adapter raised an error"
+    FAILED = "the adapter failed"
 
 
 @dataclass(frozen=True)

@@ -16,15 +16,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from pydantic import ConfigDict, TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from carom.errors import InputError
 from carom.runs.pool import Closing
+from carom.runs.wire import Codec
 
 __all__ = ["Journal", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
-JOURNAL_FORMAT = 2
+JOURNAL_FORMAT = 3
 
 T = TypeVar("T")
 
@@ -54,8 +55,7 @@ class Journal(Closing, Generic[T]):
         resume: bool = False,
     ) -> None:
         self.path = path
-        # The tuple is there for its settings, which pydantic takes for no dataclass, though it hands them down to one.
-        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))  # type: ignore[valid-type] # a type that is a value
+        self._codec = Codec[T](kind)
         self._key = key
         if not resume and path.exists() and path.stat().st_size:
             raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
@@ -77,8 +77,7 @@ class Journal(Closing, Generic[T]):
     def add(self, entries: Iterable[T]) -> None:
         """Write entries, all in one piece, and return when they are on the disk."""
         found = list(entries)
-        # Without the brackets of the tuple.
-        self._append(self._adapter.dump_json((entry,))[1:-1] for entry in found)
+        self._append(map(self._codec.dumps, found))
         self._entries.update((self._key(entry), entry) for entry in found)
 
     def close(self) -> None:
@@ -114,7 +113,7 @@ class Journal(Closing, Generic[T]):
         found: dict[Hashable, T] = {}
         for number, line in enumerate(lines, start=2):
             try:
-                (entry,) = self._adapter.validate_json(b"[" + line + b"]")
+                entry = self._codec.loads(line)
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"

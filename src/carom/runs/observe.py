@@ -15,6 +15,7 @@ from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
+from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
@@ -31,7 +32,7 @@ class Observe(JobTask):
 
     samples: bool = False
 
-    def carry_out(self) -> Trace:
+    def carry_out(self) -> CarriedTrace:
         """Return what happened."""
         job = self.job
         return observe_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s, samples=self.samples)

@@ -72,6 +72,8 @@ class Options:
         samples: Whether to keep states for drawing; nobody draws them where no report is written.
         jobs: How many jobs are run at a time; as many as there are cores by default.
         time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
+        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
+            it.
 
     Raises:
         InputError: A number is out of range, or a list is none.
@@ -88,6 +90,7 @@ class Options:
     samples: bool = True
     jobs: int | None = None
     time_limit_s: float = DEFAULT_TIME_LIMIT_S
+    memory_limit_mb: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("engines", "dts", "profiles"):

@@ -6,7 +6,6 @@ Whoever runs engines asks a pool, and gets an `Answer` whatever an engine does. 
 
 from __future__ import annotations
 
-import os
 import queue
 import threading
 from abc import ABC, abstractmethod
@@ -14,6 +13,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
+from carom.cores import available_cores, available_memory
 from carom.runs.job import Answer, Task
 from carom.runs.process import ClosedError, Worker
 from carom.runs.worker import answer
@@ -22,6 +22,12 @@ __all__ = ["DEFAULT_TIME_LIMIT_S", "Asker", "Closing", "InProcess", "Lane", "Loc
 
 #: An engine that gives no answer for so long is ended.
 DEFAULT_TIME_LIMIT_S = 60.0
+
+
+def memory_share(lanes: int) -> float:
+    """Return how many megabytes each of so many processes at work may take, where one share is left for all else."""
+    return available_memory() / (lanes + 1) / 1e6
+
 
 T = TypeVar("T")
 Item = TypeVar("Item")
@@ -83,10 +89,12 @@ class Lane(Asker):
 
     Args:
         time_limit_s: A task that gives no answer for so long is ended, and its answer says so.
+        memory_limit_mb: Megabytes that a process may take; by default `memory_share` of this one lane.
     """
 
-    def __init__(self, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
+    def __init__(self, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None) -> None:
         self._time_limit_s = time_limit_s
+        self._memory_bytes = round(1e6 * (memory_share(1) if memory_limit_mb is None else memory_limit_mb))
         self._workers: dict[str, Worker] = {}
         self._closed = False
         self._lock = threading.Lock()
@@ -97,19 +105,25 @@ class Lane(Asker):
             if self._closed:
                 raise ClosedError
             if engine not in self._workers:
-                self._workers[engine] = Worker()
+                self._workers[engine] = Worker(self._memory_bytes)
             return self._workers[engine]
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out in its worker, by one message."""
         return self.of(tasks[0].engine).ask_each(tasks, self._time_limit_s) if tasks else iter(())
 
-    def close(self) -> None:
-        """End the processes; who waits for an answer is told so."""
+    def stop(self) -> None:
+        """Let whoever waits for an answer wait no longer, and nobody ask again."""
         with self._lock:
             self._closed = True
             for worker in self._workers.values():
-                worker.close()
+                worker.stop()
+
+    def close(self) -> None:
+        """End the processes; who waits for an answer is told so."""
+        self.stop()
+        for worker in self._workers.values():
+            worker.close()
 
 
 class LocalPool(Pool):
@@ -118,14 +132,24 @@ class LocalPool(Pool):
     Args:
         jobs: How many tasks are carried out at a time; as many as there are cores by default.
         time_limit_s: As of a `Lane`.
+        memory_limit_mb: As of a `Lane`; by default each has the same share.
     """
 
-    def __init__(self, jobs: int | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S) -> None:
-        self._lanes = [Lane(time_limit_s) for _ in range(jobs or os.cpu_count() or 1)]
+    def __init__(
+        self,
+        jobs: int | None = None,
+        time_limit_s: float = DEFAULT_TIME_LIMIT_S,
+        memory_limit_mb: float | None = None,
+    ) -> None:
+        lanes = jobs or available_cores()
+        share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
+        self._lanes = [Lane(time_limit_s, share_mb) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
 
     def close(self) -> None:
         """End the engines, and with them the threads that wait for their answers."""
+        for lane in self._lanes:
+            lane.stop()  # all at once, since each takes its time to end
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:

@@ -1,24 +1,45 @@
-"""The parent's side of a worker process: starts it, asks it, and survives whatever an engine does to it."""
+"""The parent's side of a worker process: starts it, asks it, and survives whatever an engine does to it.
+
+Nothing here waits without a limit, holds more than a stated number of bytes, or runs code that came back.
+"""
 
 from __future__ import annotations
 
 import os
 import pickle
-import queue
+import selectors
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from functools import cache
-from typing import Any, TypeVar, get_type_hints
+from typing import TypeVar
+
+from pydantic import ValidationError
 
 from carom.errors import AdapterError
+from carom.runs.folder import Folder
 from carom.runs.job import Answer, Status, Task
+from carom.runs.wire import Codec
+from carom.runs.worker import codec_of
 
 __all__ = ["ClosedError", "Worker"]
+
+#: An answer that is longer is none. Half a million impacts with all that is known of them are not.
+MOST_ANSWER_BYTES = 2**27
+#: Of what an engine prints, the end is kept.
+MOST_PRINTED_BYTES = 2**16
+#: More than a pipe holds by default, and what one can be made to hold.
+MOST_PIPE_BYTES = 2**20
+#: Of what is no answer, so much is shown.
+SHOWN_BYTES = 60
+
+#: How long a process that was told to end may take to do so, seconds: what the system takes to end it.
+GRACE_S = 5.0
+#: How often whoever waits for an answer looks whether the worker was closed meanwhile, seconds.
+CLOSED_CHECK_S = 0.2
 
 T = TypeVar("T")
 
@@ -28,127 +49,210 @@ class ClosedError(Exception):
 
 
 class Worker:
-    """One worker process, started at the first task and again after one that ended it."""
+    """One worker process, started at the first task and again after one that ended it.
 
-    def __init__(self) -> None:
-        self._process: subprocess.Popen[bytes] | None = None
+    Args:
+        memory_bytes: Most that the process, or one that it starts, may take.
+    """
+
+    def __init__(self, memory_bytes: int) -> None:
+        if os.name != "posix":
+            raise AdapterError("engines run in worker processes, which need a POSIX system: Linux, or macOS")
+        self._memory_bytes = memory_bytes
+        self._process: _Process | None = None
         self._closed = False
-        self._answers: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._folder = tempfile.TemporaryDirectory(prefix="carom-", ignore_cleanup_errors=True)
-        self._printed = tempfile.TemporaryFile()  # noqa: SIM115 - lives as long as the worker
+        self._lock = threading.Lock()  # of the process, between the thread that asks and the one that closes
+        self._folder = Folder()
 
     def ask_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send several tasks in one message and yield the answer to each, in their order, as soon as it is there.
 
-        A task that ends the process, or gives no answer within `time_limit_s` of the one before, costs nobody else:
-        its answer says so, and those behind it are sent again.
+        A task that ends the process, gives no answer within `time_limit_s` of the one before, or answers something else
+        than was asked for, costs nobody else: its answer says so, and those behind it are sent again.
 
         Raises:
             ClosedError: The worker was closed meanwhile.
-            AdapterError: The process answers something else than was asked for.
         """
         todo = list(tasks)
         try:
             while todo:
-                sent = self._send(todo)
-                while todo:
-                    answer, alive = self._receive(time_limit_s, sent)
-                    _require_kind(answer, todo.pop(0))
+                with self._lock:
+                    process = self._running()
+                    process.send(todo)
+                while todo and self._process is process:
+                    with self._lock:
+                        answer = self._receive(process, codec_of(type(todo[0])), time_limit_s)
+                    del todo[0]
                     yield answer
-                    if not alive:
-                        break
         finally:
             if todo:  # whoever asked went away: what is still to come must not answer the next
-                self._kill()
+                with self._lock:
+                    self._end()
 
-    def _send(self, message: object) -> bool:
-        """Send a message to the process, which is started where there is none; False where it has ended."""
+    def _running(self) -> _Process:
         if self._closed:
             raise ClosedError
-        process = self._process or self._start()
-        assert process.stdin is not None  # noqa: S101 - it was opened with a pipe
-        try:
-            pickle.dump(message, process.stdin, protocol=pickle.HIGHEST_PROTOCOL)
-            process.stdin.flush()
-        except BrokenPipeError:
-            return False
-        return True
+        if self._process is None:
+            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes)
+        return self._process
 
-    def _receive(self, time_limit_s: float, sent: bool) -> tuple[Any, bool]:
-        """Return an answer, and whether the process that gave it, or gave none, is still there."""
-        try:
-            answer = self._answers.get(timeout=time_limit_s) if sent else None
-        except queue.Empty:
-            self._kill()
-            return Answer(Status.TIMED_OUT, f"no answer within {time_limit_s:g} s"), False
-        return (Answer(Status.CRASHED, self._obituary()), False) if answer is None else (answer, True)
+    def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
+        """Return an answer; a process that gave none, or nonsense, is ended."""
+        until = time.monotonic() + time_limit_s
+        while (line := process.line()) is None and not process.ended:
+            if self._closed:
+                raise ClosedError
+            left_s = until - time.monotonic()
+            if left_s <= 0:
+                self._end()
+                return Answer(Status.TIMED_OUT, f"no answer within {time_limit_s:g} s")
+            process.exchange(min(left_s, CLOSED_CHECK_S))
+        if line is None:
+            answer: Answer[T] = Answer(Status.CRASHED, process.obituary())
+        else:
+            with suppress(ValidationError):
+                number, answer = codec.loads(line)
+                if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
+                    process.answered += 1
+                    return answer
+            answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
+        self._end()
+        return answer
 
     def printed(self) -> str:
-        """Return what the process has printed since it was started; the place where it prints next is left alone."""
-        descriptor = self._printed.fileno()
-        return os.pread(descriptor, os.fstat(descriptor).st_size, 0).decode(errors="replace")
+        """Return the end of what the process has printed since it was started."""
+        with self._lock:
+            return self._process.printed() if self._process else ""
 
     def files(self) -> list[str]:
         """Return the names of the files that lie in the process's working folder, which was empty when it began."""
-        return sorted(os.listdir(self._folder.name))
+        return sorted(os.listdir(self._folder.path))
+
+    def stop(self) -> None:
+        """Let whoever waits for an answer wait no longer, and nobody ask again."""
+        self._closed = True
 
     def close(self) -> None:
         """End the process and remove what it left; who still waits for an answer is told so."""
-        self._closed = True
-        self._kill()
-        self._printed.close()
-        self._folder.cleanup()
+        self.stop()
+        with self._lock:
+            self._end()
+            self._folder.close()
 
-    def _start(self) -> subprocess.Popen[bytes]:
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.end()
+
+
+class _Process:
+    """One process, from its start to its end.
+
+    Attributes:
+        answered: How many tasks it has answered.
+        ended: Whether no further answer can come: it has ended, or closed its end, or answered too much.
+    """
+
+    def __init__(self, folder: str, memory_bytes: int) -> None:
         # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
         # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
-        self._printed.seek(0)
-        self._printed.truncate()
-        process = subprocess.Popen(
-            [sys.executable, "-m", "carom.runs.worker"],
+        self._popen = subprocess.Popen(  # noqa: S603 - our own interpreter and our own module
+            [sys.executable, "-m", "carom.runs.keeper", str(memory_bytes)],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            stderr=self._printed,
-            cwd=self._folder.name,
+            stderr=subprocess.PIPE,
+            bufsize=0,
+            cwd=folder,
             env={**os.environ, "PYTHONPATH": path},
             start_new_session=True,  # Ctrl-C in the terminal reaches the parent alone
         )
-        self._process = process
-        self._answers = queue.SimpleQueue()
-        threading.Thread(target=_read, args=(process, self._answers), daemon=True).start()
-        return process
+        requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
+        assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
+        self._requests, self._answers, self._printed = requests.fileno(), answers.fileno(), printed.fileno()
+        self._selector = selectors.DefaultSelector()
+        for file in (self._answers, self._printed):
+            os.set_blocking(file, False)
+            self._selector.register(file, selectors.EVENT_READ)
+        os.set_blocking(self._requests, False)
+        self.answered, self.ended = 0, False
+        self._unsent, self._found, self._searched, self._tail = memoryview(b""), bytearray(), 0, b""
 
-    def _obituary(self) -> str:
-        process, self._process = self._process, None
-        if process is not None:
-            code = process.wait()
-            _close_pipes(process)
-        if process is None or self._closed:  # ended by the thread that closes this worker
-            raise ClosedError
+    def send(self, message: object) -> None:
+        """Have a message sent while answers are waited for."""
+        if not self._unsent:
+            self._selector.register(self._requests, selectors.EVENT_WRITE)
+        self._unsent = memoryview(bytes(self._unsent) + pickle.dumps(message, protocol=pickle.HIGHEST_PROTOCOL))
+
+    def line(self) -> bytes | None:
+        """Return the next whole line of what was answered; None where there is none yet."""
+        end = self._found.find(b"\n", self._searched)
+        if end < 0:
+            self._searched = len(self._found)
+            if len(self._found) <= MOST_ANSWER_BYTES:
+                return None
+            end = 2 * SHOWN_BYTES  # no answer is so long, and its beginning is none
+        line = bytes(self._found[:end])
+        del self._found[: end + 1]
+        self._searched = 0
+        return line
+
+    def exchange(self, wait_s: float) -> None:
+        """Send and take in what can be, after waiting for some time at most."""
+        for key, _ in self._selector.select(wait_s):
+            try:
+                if key.fd == self._requests:
+                    self._unsent = self._unsent[os.write(self._requests, self._unsent) :]
+                    if not self._unsent:
+                        self._selector.unregister(self._requests)
+                elif chunk := os.read(key.fd, MOST_PRINTED_BYTES):
+                    if key.fd == self._answers:
+                        self._found += chunk
+                    else:
+                        self._tail = (self._tail + chunk)[-MOST_PRINTED_BYTES:]
+                else:
+                    self._selector.unregister(key.fd)
+                    self.ended |= key.fd == self._answers
+            except BlockingIOError:
+                pass
+            except BrokenPipeError:  # it ended before it had read all; the end of its answers says so
+                self._selector.unregister(self._requests)
+
+    def printed(self) -> str:
+        """Return the end of what it has printed."""
+        for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
+            self.exchange(0)
+        return self._tail.decode(errors="replace")
+
+    def obituary(self) -> str:
+        """Return how it ended, and what it last printed."""
+        try:
+            code = self._popen.wait(GRACE_S)
+        except subprocess.TimeoutExpired:
+            return "the engine's process closed what it answers by, and ran on"
         how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
         printed = [line.strip() for line in self.printed().splitlines() if line.strip()]
         return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
 
-    def _kill(self) -> None:
-        process, self._process = self._process, None
-        if process is not None:
-            process.kill()
-            process.wait()
-            _close_pipes(process)
+    def end(self) -> None:
+        """End the process with all that it started."""
+        self._popen.send_signal(signal.SIGCONT)  # its keeper can have been stopped
+        for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
+            if pipe is not None:
+                pipe.close()  # the end of its input is the keeper's sign
+        self._selector.close()
+        with suppress(subprocess.TimeoutExpired):
+            self._popen.wait(GRACE_S)
+            return
+        self._popen.kill()  # its worker ends with it
+        with suppress(subprocess.TimeoutExpired):
+            self._popen.wait(GRACE_S)
 
 
-@cache
-def _kind_of(task: type[Task[object]]) -> Any:
-    return get_type_hints(task.carry_out)["return"]
-
-
-def _require_kind(answer: object, task: Task[object]) -> None:
-    kind = _kind_of(type(task))
-    if isinstance(answer, Answer) and (answer.value is None or isinstance(answer.value, kind)):
-        return
-    found = answer.value if isinstance(answer, Answer) else answer
-    raise AdapterError(f"a worker answered with {type(found).__name__} where {kind} was asked for")
+def _shown(line: bytes) -> str:
+    """Return the first bytes of a line, such as can be printed."""
+    text = "".join(chr(byte) if 32 <= byte < 127 else "." for byte in line[:SHOWN_BYTES])
+    return f"{text!r} and more" if len(line) > SHOWN_BYTES else repr(text)
 
 
 def _signal_name(number: int) -> str:
@@ -156,19 +260,3 @@ def _signal_name(number: int) -> str:
         return signal.Signals(number).name
     except ValueError:  # a real-time signal has no name
         return f"signal {number}"
-
-
-def _close_pipes(process: subprocess.Popen[bytes]) -> None:
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            with suppress(BrokenPipeError):
-                pipe.close()
-
-
-def _read(process: subprocess.Popen[bytes], answers: queue.SimpleQueue[object]) -> None:
-    """Pass on answers until the process ends; None says that it has."""
-    assert process.stdout is not None  # noqa: S101 - it was opened with a pipe
-    with suppress(Exception):  # whatever a dying process left half written, it is no answer
-        while True:
-            answers.put(pickle.load(process.stdout))  # noqa: S301 - written by our own child process
-    answers.put(None)

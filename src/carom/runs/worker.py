@@ -1,7 +1,10 @@
 """The worker process: takes tasks on standard input, carries them out, answers on what was standard output.
 
-Run as ``python -m carom.runs.worker`` by `carom.runs.process` only. Engines print, abort and hang; here they do it
-to nobody else. What they print goes where standard error goes, which the parent keeps for the reason of a crash.
+Started by `carom.runs.keeper` only. Engines print, abort and hang; here they do it to nobody else. What they print goes
+where standard error goes, of which the parent keeps the end, for the reason of a crash.
+
+A message is a pickled list of tasks, which come from Carom itself. An answer is a line of JSON, since what it is made
+of comes from an adapter: the number of the task, counted from the process's start, and the `Answer`.
 """
 
 from __future__ import annotations
@@ -13,15 +16,20 @@ import signal
 import sys
 import threading
 import time
-from typing import BinaryIO, TypeVar
+from functools import cache
+from typing import Any, BinaryIO, TypeVar, get_type_hints
 
 from carom.errors import CaromError
 from carom.runs.job import Answer, Status, Task, UnsupportedError
+from carom.runs.wire import Codec
 
-__all__ = ["answer", "main"]
+__all__ = ["answer", "codec_of", "main"]
 
-#: How long a process may outlive its parent, seconds; looking costs microseconds.
-PARENT_CHECK_S = 0.5
+#: How long a process may outlive its keeper where the system does not end it, seconds; looking costs microseconds.
+KEEPER_CHECK_S = 0.5
+
+#: Characters of a reason: a message, and not what it was about.
+MOST_REASON = 2000
 
 T = TypeVar("T")
 
@@ -31,17 +39,35 @@ def answer(task: Task[T]) -> Answer[T]:
     try:
         return Answer(Status.RAN, value=task.carry_out())
     except UnsupportedError as error:
-        return Answer(Status.UNSUPPORTED, str(error))
+        return Answer(Status.UNSUPPORTED, _told(error))
     except CaromError as error:
-        return Answer(Status.FAILED, str(error))
+        return Answer(Status.FAILED, _told(error))
+    except MemoryError:
+        return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
-        return Answer(Status.FAILED, f"{type(error).__name__}: {error}")
+        return Answer(Status.FAILED, f"{type(error).__name__}: {_told(error)}")
 
 
-def _end_with(parent: int) -> None:
-    """End this process when its parent is gone: killed outright, it could not tell."""
-    while os.getppid() == parent:
-        time.sleep(PARENT_CHECK_S)
+def _told(error: Exception) -> str:
+    try:
+        text = str(error)
+    except Exception as second:  # noqa: BLE001 - an adapter's own error class can fail at this, too
+        return f"its message can't be made: {type(second).__name__}"
+    # A lone surrogate is no text that could be written anywhere.
+    return text[:MOST_REASON].encode(errors="backslashreplace").decode()[:MOST_REASON]
+
+
+@cache
+def codec_of(task: type[Task[T]]) -> Codec[tuple[int, Answer[T]]]:
+    """Return what writes and reads the answers to tasks of a kind: the type stands at its `carry_out`."""
+    kind: Any = get_type_hints(task.carry_out, include_extras=True)["return"]
+    return Codec(tuple[int, Answer[kind]])
+
+
+def _end_with(keeper: int) -> None:
+    """End this process when its keeper is gone, where the system does not see to it."""
+    while os.getppid() == keeper:
+        time.sleep(KEEPER_CHECK_S)
     os._exit(1)
 
 
@@ -53,22 +79,31 @@ def main() -> None:
     os.dup2(2, 1)  # from here on whatever an engine prints can't be mistaken for an answer
     null = os.open(os.devnull, os.O_RDONLY)
     os.dup2(null, 0)
-    threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
-    printed_from_c = ctypes.CDLL(None) if os.name == "posix" else None
+    if sys.platform != "linux":
+        threading.Thread(target=_end_with, args=(os.getppid(),), daemon=True).start()
+    printed_from_c = ctypes.CDLL(None)
+    this, number = os.getpid(), 0
     while True:
         try:
             tasks: list[Task[object]] = pickle.load(requests)  # noqa: S301 - written by our own parent process
         except EOFError:
             return
         for task in tasks:
-            found = answer(task)
-            if printed_from_c is not None:
-                printed_from_c.fflush(None)  # what an engine printed from C is still in its buffer
+            line = _line(number, task)
+            if os.getpid() != this:  # a copy that the engine has made of this process; it has nothing to say
+                os._exit(1)
+            printed_from_c.fflush(None)  # what an engine printed from C is still in its buffer
             sys.stdout.flush()
             # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
-            pickle.dump(found, answers, protocol=pickle.HIGHEST_PROTOCOL)
+            answers.write(line)
             answers.flush()
+            number += 1
 
 
-if __name__ == "__main__":
-    main()
+def _line(number: int, task: Task[object]) -> bytes:
+    found = answer(task)
+    try:
+        return codec_of(type(task)).dumps((number, found)) + b"\n"
+    except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
+        reason = f"what it returned can't be told: {type(error).__name__}: {_told(error)}"
+        return codec_of(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

@@ -2,7 +2,7 @@
 
 Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
 fractions worked out by hand from the sources, or the linear maps of these applied to fractions. `docs/spin.md` derives
-the law. The group runs when it is asked for: engines are not scored on friction yet.
+the law. The group runs when it is asked for.
 """
 
 from __future__ import annotations

@@ -46,12 +46,15 @@ class StressOptions:
         quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
         jobs: Cells at a time; as many as there are cores by default.
         time_limit_s: An engine that gives no answer for so long has given way.
+        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
+            it.
     """
 
     profiles: Sequence[str] = ("default", "tuned")
     quick: bool = False
     jobs: int | None = None
     time_limit_s: float | None = None
+    memory_limit_mb: float | None = None
 
     @property
     def limit_s(self) -> float:
@@ -107,7 +110,10 @@ def stress(
     here = environment(engines.values())
     stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
     every = [(task, method) for task in tasks for method in columns]
-    with stress_journal(out / JOURNAL, stamp, resume=resume) as journal, LocalPool(asked.jobs, asked.limit_s) as pool:
+    with (
+        stress_journal(out / JOURNAL, stamp, resume=resume) as journal,
+        LocalPool(asked.jobs, asked.limit_s, asked.memory_limit_mb) as pool,
+    ):
         if not resume and scenes.exists() and any(scenes.iterdir()):
             raise InputError(f"{scenes} holds files already: name another folder, or go on with a campaign by --resume")
         todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
@@ -149,8 +155,8 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
     for attack in attacks():
         if quick and attack.full_only:
             continue
-        ladder = attack.ladder(quick)
-        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
+        ladder = tuple(attack.ladder(quick))
+        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
     truth = "none is needed: the two runs of the method are held against each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from tests.unit.runs.conftest import hostile
+from tests.unit.runs.conftest import hostile, install
 
-__all__ = ["hostile"]
+__all__ = ["hostile", "install"]

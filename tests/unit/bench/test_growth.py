@@ -40,7 +40,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     ran: list[tuple[str, int]] = []
 
     class Lane(InProcess):
-        def __init__(self, _time_limit_s: float) -> None:
+        def __init__(self, *_limits: float | None) -> None:
             super().__init__()
 
         def ask(self, task: Task[T]) -> Answer[T]:
@@ -52,6 +52,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     return ran
 
 
+@pytest.mark.long
 def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
     """What was run before Ctrl-C is taken from the journal to the bit; only what was run in one sitting is a ratio."""
 

@@ -40,6 +40,7 @@ def test_importing_carom_does_not_import_pytest(run_pytest: Pytest) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
     """Where there is nothing else to collect, the cases are all there is, and -k chooses among them."""
     done = run_pytest("--carom-engine", "carom-toys", "-rs", "-k", "(sound and declares) or available")
@@ -69,6 +70,7 @@ def test_the_suite_joins_tests_of_ones_own(project: Path, run_pytest: Pytest) ->
     assert not done.stderr
 
 
+@pytest.mark.long
 def test_a_known_failure_that_is_none_fails(project: Path, run_pytest: Pytest) -> None:
     """A listed case that passes, or that does not apply, fails and names the file that has to be put right."""
     (project / "carom-known-failures.toml").write_text(
@@ -93,6 +95,7 @@ def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path
     assert ": 0 passed, 2 failed, 0 skipped, 1 known failures" in done.stdout
 
 
+@pytest.mark.long
 def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Pytest) -> None:
     """An engine that is unknown, or asked for by name and missing, is a usage error that says what to do."""
     for name, message in (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -81,32 +81,37 @@ aborts, exits, hangs, raises, litters, goes_nan, warns = (
 missing, only_discs = Missing("missing"), OnlyDiscs("only-discs")
 """
 
-ENTRY_POINTS = """[carom.adapters]
-aborts = hostile:aborts
-exits = hostile:exits
-hangs = hostile:hangs
-raises = hostile:raises
-litters = hostile:litters
-goes-nan = hostile:goes_nan
-warns = hostile:warns
-missing = hostile:missing
-only-discs = hostile:only_discs
-broken = hostile:no_such_name
-bad-profile = hostile:bad_profile
-"""
+#: Of its entry points; there is no adapter for the last.
+NAMES = (
+    *("aborts", "exits", "hangs", "raises", "litters", "goes-nan", "warns", "missing", "only-discs", "bad-profile"),
+    "broken",
+)
 
 
 @pytest.fixture
-def hostile(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[str, dict[str, str]], None]]:
+    """Install adapters, as somebody else's distribution: the source of a module, and its entry points by name."""
+
+    def install(source: str, names: dict[str, str]) -> None:
+        module = f"hostile_{tmp_path.name}"
+        (tmp_path / f"{module}.py").write_text(source)
+        info = tmp_path / f"{module}-1.0.dist-info"
+        info.mkdir()
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
+        lines = "".join(f"{name} = {module}:{held}\n" for name, held in names.items())
+        (info / "entry_points.txt").write_text(f"[carom.adapters]\n{lines}")
+        monkeypatch.syspath_prepend(str(tmp_path))
+        forget()
+
+    def forget() -> None:
+        registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
+        scoring.versions_of.cache_clear()
+
+    yield install
+    forget()
+
+
+@pytest.fixture
+def hostile(install: Callable[[str, dict[str, str]], None]) -> None:
     """Adapters that abort, exit, hang, raise, litter, go NaN, warn, are missing, or can't be loaded."""
-    (tmp_path / "hostile.py").write_text(HOSTILE)
-    info = tmp_path / "hostile-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(ENTRY_POINTS)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
-    scoring.versions_of.cache_clear()
-    yield
-    registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found
-    scoring.versions_of.cache_clear()
+    install(HOSTILE, {name: name.replace("-", "_") for name in NAMES})

@@ -143,7 +143,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
     assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
     assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
-    assert "no_such_name" in reasons["walled", "broken"][1]
+    assert "has no attribute 'broken'" in reasons["walled", "broken"][1]
     for name, words in (
         ("walled", "walls"),
         ("fast", "11 m/s, and this method's limit is 10 m/s"),

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from carom.comparator import Errors
 from carom.errors import InputError
 from carom.runs.job import Answer, Method, Status
-from carom.runs.journal import canonical
+from carom.runs.journal import JOURNAL_FORMAT, canonical
 from carom.runs.scoring import JobKey, Measures, Scored, score_journal
 from carom.stress.campaign import stress_journal
 from carom.stress.spots import Spot, SpotEnding
@@ -151,7 +151,7 @@ def test_a_journal_of_another_format_is_refused(tmp_path: Path, line: dict[str, 
     path = tmp_path / "journal.jsonl"
     path.write_text(json.dumps(line) + "\n")
     with pytest.raises(
-        InputError, match=rf"it is of format {line['format']}, as another version .* this one is 2; name"
+        InputError, match=rf"it is of format {line['format']}, as another version .* this one is {JOURNAL_FORMAT}; name"
     ):
         score_journal(path, resume=True)
 

@@ -45,6 +45,7 @@ def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> No
     assert max(map(len, found)) == scoring.BATCH_JOBS
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("hostile")
 def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     """Where an engine aborts or exits in the middle of a message, each such job says so, and every other is run."""

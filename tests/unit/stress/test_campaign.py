@@ -74,6 +74,7 @@ def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
     assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
 
+@pytest.mark.long
 def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
     """Ctrl-C after the first cell leaves that cell in the journal, and the campaign can be taken up."""
 
@@ -119,8 +120,10 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 
 
 def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
-    """A table for each kind of line that there is, and what was found in plain sentences."""
-    shown = list(terminal(stress_document(results), 160))
-    headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
-    assert headings == ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
-    assert any(isinstance(item, str) and "Of 1 attack, stood as far as the axis goes" in item for item in shown)
+    """A row a method, in full a table for each kind of line that there is, and what was found in plain sentences."""
+    kinds = ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
+    for full in (False, True):
+        shown = list(terminal(stress_document(results), 160, full=full))
+        headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
+        assert headings == ["What became of each method", *(kinds if full else ())]
+        assert any(isinstance(item, str) and item.startswith("Of 1 attack ") for item in shown)

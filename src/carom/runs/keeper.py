@@ -1,0 +1,134 @@
+"""The keeper of a worker process: it ends the worker with everything that it started, and outlives nobody.
+
+Run as ``python -m carom.runs.keeper MEMORY_BYTES`` by `carom.runs.process` only. It forks before it loads anything: the
+child becomes the worker (`carom.runs.worker`), which keeps standard input, output and error; the keeper watches. When
+the worker ends, or the other end of standard input is closed, since whoever asked wants no more answers or was killed,
+the keeper kills what is left and ends as the worker did.
+
+On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,
+too, and a worker whose keeper was killed is killed. Elsewhere what has left the worker's process group is not found.
+What is never covered: a program that leaves its session again and again faster than it is looked for.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import resource
+import select
+import signal
+import sys
+from contextlib import suppress
+
+__all__ = ["main"]
+
+#: From <linux/prctl.h>.
+PR_SET_PDEATHSIG = 1
+PR_SET_CHILD_SUBREAPER = 36
+
+
+def main() -> None:
+    """Keep a worker."""
+    keeper, memory_bytes = os.getpid(), int(sys.argv[1])
+    _on_linux(PR_SET_CHILD_SUBREAPER, 1)
+    woken, wake = os.pipe()
+    os.set_blocking(wake, False)
+    signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)  # without a handler nobody is woken
+    worker = os.fork()
+    if worker:
+        _keep(worker, woken)
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    os.close(woken)
+    os.close(wake)
+    _on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != keeper:  # killed before that was said
+        os._exit(1)
+    os.setsid()
+    _limit(memory_bytes)
+    from carom.runs.worker import main as work
+
+    work()
+
+
+def _keep(worker: int, woken: int) -> None:
+    """Wait until the worker ends or nobody asks any more; kill what is left, and end as the worker did."""
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)  # the end of the answers is the worker's
+    os.dup2(null, 2)
+    poll = select.poll()
+    poll.register(0, 0)  # not for what there is to read, which is the worker's, but for the other end being closed
+    poll.register(woken, select.POLLIN)
+    status: int | None = None
+    while status is None and all(file == woken for file, _ in poll.poll()):
+        os.read(woken, select.PIPE_BUF)
+        status = _reaped(worker)
+    while children := _children() if sys.platform == "linux" else [worker] * (status is None):
+        for child in children:
+            _kill(child)
+        ended = _reaped(worker, wait=True)
+        status = ended if status is None else status
+    if status is not None and os.WIFSIGNALED(status):
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))  # the worker has left its own
+        number = os.WTERMSIG(status)
+        if number != signal.SIGKILL:
+            signal.signal(number, signal.SIG_DFL)
+        os.kill(os.getpid(), number)
+    os._exit(1 if status is None else os.waitstatus_to_exitcode(status))
+
+
+def _reaped(worker: int, *, wait: bool = False) -> int | None:
+    """Take note of the children that have ended, and return how the worker did; None where it is not among them."""
+    found = None
+    with suppress(ChildProcessError):
+        while True:
+            child, status = os.waitpid(-1, 0 if wait else os.WNOHANG)
+            if not child:
+                break
+            wait = False
+            if child == worker:
+                found = status
+    return found
+
+
+def _children() -> list[int]:
+    """Return the children of this process, those adopted and those ended among them."""
+    found = []
+    for name in os.listdir("/proc"):
+        if name.isdecimal():
+            with suppress(OSError), open(f"/proc/{name}/stat", "rb") as file:
+                # The name of the program, in parentheses, may hold anything; state and parent come after it.
+                if int(file.read().rpartition(b")")[2].split()[1]) == os.getpid():
+                    found.append(int(name))
+    return found
+
+
+def _kill(child: int) -> None:
+    """Kill a child with its process group; before it has one of its own, alone."""
+    with suppress(ProcessLookupError, PermissionError):
+        group = os.getpgid(child)
+        if group == os.getpgrp():
+            os.kill(child, signal.SIGKILL)
+        else:
+            os.killpg(group, signal.SIGKILL)
+
+
+def _limit(memory_bytes: int) -> None:
+    """Let this process, and each that it starts, take no more memory.
+
+    What is counted is data that can be written: address space alone is reserved by libraries far beyond what they use.
+    """
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
+    with suppress(ValueError, OSError):  # a system without such a limit
+        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+
+
+def _on_linux(option: int, value: int) -> None:
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,269 @@
+"""Whatever an adapter does to its process, Carom ends in bounded time with a truthful row, and nothing is left over."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from carom import Disc, Scene, save_scene
+from carom.runs.environment import resident_bytes
+from carom.runs.execute import execute
+from carom.runs.folder import _clear_abandoned
+from carom.runs.job import Status
+from carom.runs.plan import Options, plan_of
+from carom.runs.pool import LocalPool
+from carom.runs.results import Row
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
+
+#: What an adapter does in its first step; `here` is a folder of its own.
+ACTS = {
+    "answers-garbage": "[write(file, b'\\x00\\xff{garbage\\n') for file in others()]",
+    "answers-ahead": '[write(file, b\'[0, {"status": "ran", "reason": "", "value": null}]\\n\') for file in others()]',
+    "answers-without-end": "[write(file, b'x' * 2**28) for file in others()]",
+    "answers-empty-lines": "[write(file, b'\\n' * 2**20) for file in others()]",
+    "forks-and-aborts": "child(sleep); os.abort()",
+    "forks": "child(sleep)",
+    "forks-and-leaves": "child(lambda: (os.setsid(), child(sleep), os._exit(0)))",
+    "forgets-everything": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {})))",
+    "comes-back-twice": "os.fork()",
+    "forgets-and-sleeps": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {}))); sleep()",
+    "prints-much": "[os.write(2, b'a line that says nothing\\n' * 1000) for _ in range(4000)]; os.abort()",
+    "prints-for-ever": "thread(lambda: [os.write(2, b'noise\\n' * 1000) for _ in iter(int, 1)])",
+    "stops": "note(os.getpid()); os.kill(os.getpid(), signal.SIGSTOP)",
+    "stops-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGSTOP); sleep()",
+    "kills-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()",
+    "holds-the-lock": "note(os.getpid()); ctypes.PyDLL(None).sleep(3600)",
+    "closes-all": "note(os.getpid()); os.closerange(0, 256); sleep()",
+    "takes-memory": "self.hoard = [bytearray(2**34)]",
+    "leaves": "sys.exit(0)",
+    "ends": "os._exit(0)",
+    "fails-to-fail": "raise Mute()",
+    "fails-in-surrogates": "raise ValueError('\\ud800' * 10_000)",
+    "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
+}
+
+SOURCE = """
+import ctypes, os, signal, sys, threading, time
+from pathlib import Path
+
+import numpy as np
+from carom.adapter import Capabilities, Engine, Observation, Profile
+
+here = Path(os.environ["CAROM_TEST_FOLDER"])
+
+def note(pid):
+    (here / str(pid)).touch()
+
+def sleep():
+    time.sleep(3600)
+
+def child(act):
+    pid = os.fork()
+    if not pid:
+        note(os.getpid())
+        act()
+        os._exit(0)
+
+def thread(act):
+    threading.Thread(target=act, daemon=True).start()
+
+def others():
+    return [int(name) for name in os.listdir("/proc/self/fd") if int(name) > 2]
+
+def write(file, data):
+    try:
+        while data:
+            data = data[os.write(file, data):]
+    except OSError:
+        pass
+
+class Mute(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+class World:
+    settings = {"dt_s": 0.1}
+
+    def __init__(self, scene, act):
+        self.scene, self.act = scene, act
+
+    def advance(self, steps):
+        exec(self.act, {**globals(), "self": self})
+        self.act = ""
+
+    def observe(self):
+        position = np.array([disc.position_m for disc in self.scene.discs])
+        return Observation(position, np.array([disc.velocity_m_s for disc in self.scene.discs]))
+
+    def close(self):
+        pass
+
+class Adapter:
+    engine = Engine("Hostile")
+    capabilities = Capabilities()
+
+    def __init__(self, name, act):
+        self.name, self.act = name, act
+        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def prepare(self, scene, settings):
+        return World(scene, self.act)
+"""
+
+#: Long enough for a process to start on a machine that is busy.
+LIMIT_S = 8.0
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable[[str, dict[str, str]], None]) -> None:
+    """Adapters that do these acts; all that they note and leave lies in folders of their own."""
+    for variable, name in (("CAROM_TEST_FOLDER", "here"), ("TMPDIR", "temp")):
+        (tmp_path / name).mkdir()
+        monkeypatch.setenv(variable, str(tmp_path / name))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
+    made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
+    install(SOURCE + made, {name: name.replace("-", "_") for name in ACTS})
+
+
+@pytest.fixture
+def run(installed: None) -> Callable[..., dict[str, Row]]:  # noqa: ARG001 - its adapters are run
+    """Run a scene on adapters that do these acts, and on PIT."""
+
+    def run(*names: str, limit_s: float = LIMIT_S) -> dict[str, Row]:
+        plan = plan_of([scene()], Options(("pit", *names), [0.1], ["tuned"], timing=False, samples=False))
+        with LocalPool(2, limit_s, memory_limit_mb=1500) as pool:
+            rows = {row.job.engine: row for row in execute(plan, pool).rows}
+        assert rows["pit"].status is Status.RAN
+        return rows
+
+    return run
+
+
+def scene() -> Scene:
+    return Scene(name="one disc", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)], duration_s=2)
+
+
+def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
+    """Whether each process that was noted has ended, and each folder is gone."""
+    pids = [int(file.name) for file in (tmp_path / "here").iterdir()]
+    assert noted is None or len(pids) == noted
+    until = time.monotonic() + 10.0
+    while any(alive(pid) for pid in pids) and time.monotonic() < until:
+        time.sleep(0.05)
+    return not any(map(alive, pids)) and not any((tmp_path / "temp").iterdir())
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+#: What the row must say of each act; an empty reason is a run like any other.
+SAYS = {
+    "answers-garbage": (Status.FAILED, "answered nonsense: '..{garbage'"),
+    "answers-ahead": (Status.FAILED, "answered nonsense: '[0, {"),
+    "answers-without-end": (Status.FAILED, "answered nonsense: 'xxxx"),
+    "answers-empty-lines": (Status.FAILED, "answered nonsense: ''"),
+    "forks-and-aborts": (Status.CRASHED, "ended by SIGABRT"),
+    "forks": (Status.RAN, ""),
+    "forks-and-leaves": (Status.RAN, ""),
+    "forgets-everything": (Status.RAN, ""),
+    "forgets-and-sleeps": (Status.TIMED_OUT, "no answer within"),
+    "comes-back-twice": (Status.RAN, ""),
+    "prints-much": (Status.CRASHED, "it last printed: a line that says nothing"),
+    "prints-for-ever": (Status.RAN, ""),
+    "stops": (Status.TIMED_OUT, "no answer within"),
+    "stops-its-keeper": (Status.TIMED_OUT, "no answer within"),
+    "kills-its-keeper": (Status.CRASHED, "ended by SIGKILL"),
+    "holds-the-lock": (Status.TIMED_OUT, "no answer within"),
+    "closes-all": (Status.CRASHED, "closed what it answers by, and ran on"),
+    "takes-memory": (Status.FAILED, "--memory-limit"),
+    "leaves": (Status.CRASHED, "exit code 0"),
+    "ends": (Status.CRASHED, "exit code 0"),
+    "fails-to-fail": (Status.FAILED, "Mute: its message can't be made: RuntimeError"),
+    "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
+    "litters": (Status.RAN, ""),
+}
+
+
+@LINUX
+@pytest.mark.long
+@pytest.mark.parametrize("name", ACTS)
+def test_an_act_is_a_row(run: Callable[..., dict[str, Row]], name: str, tmp_path: Path) -> None:
+    """Each act ends in a row that says what happened; the other row stands, and no process or folder is left."""
+    row = run(name)[name]
+    status, words = SAYS[name]
+    assert row.status is status, row.reason
+    assert words in row.reason
+    assert len(row.reason) < 3000
+    assert nothing_is_left(tmp_path)
+
+
+@LINUX
+def test_some_acts_at_once(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
+    """A child that has left its session, garbage and a flood among the answers each cost their own row alone."""
+    names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
+    before = resident_bytes("VmHWM") or 0
+    rows = run(*names)
+    for name in names:
+        status, words = SAYS[name]
+        assert (rows[name].status, words in rows[name].reason) == (status, True), rows[name].reason
+    assert (resident_bytes("VmHWM") or 0) - before < 2**26  # of the 100 MB that were printed, the end is kept
+    assert nothing_is_left(tmp_path, noted=1)
+
+
+def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
+    """Start `carom run` on an adapter, and return when its act has begun."""
+    save_scene(scene(), tmp_path / "scene.toml")
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
+    until = time.monotonic() + 60.0
+    while not any((tmp_path / "here").iterdir()):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    return process
+
+
+@LINUX
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize(
+    "act", ["holds-the-lock", *(pytest.param(act, marks=pytest.mark.long) for act in ("stops", "forgets-and-sleeps"))]
+)
+def test_a_killed_parent_takes_all_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
+) -> None:
+    """A worker that hears nothing, and what it started, ends with its parent; the next start clears its folder."""
+    with begun(tmp_path, act) as process:
+        process.kill()
+    assert any((tmp_path / "temp").iterdir())
+    monkeypatch.setattr("carom.runs.folder._clear_abandoned", _clear_abandoned.__wrapped__)  # as in a new process
+    run()
+    assert nothing_is_left(tmp_path, noted=1)
+
+
+@LINUX
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, *(pytest.param(one, marks=pytest.mark.long) for one in (signal.SIGHUP, signal.SIGQUIT))]
+)
+def test_a_signal_ends_a_command_in_good_order(tmp_path: Path, number: signal.Signals) -> None:
+    """The exit code is 128 and the signal's number, a sentence names it, and no process or folder is left."""
+    with begun(tmp_path, "stops") as process:
+        process.send_signal(number)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=60)
+    assert process.returncode == 128 + number
+    assert said == f"carom: ended by {number.name}; no report was written\n"
+    assert nothing_is_left(tmp_path, noted=1)
