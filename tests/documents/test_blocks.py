@@ -1,0 +1,122 @@
+"""Every block of code in the documents is read by its loader, checked, and run."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+from tests.documents.blocks import LANGUAGES, PAGES, ROOT, Block, blocks_of, fault_of, unfenced
+
+import carom
+from carom.conformance.known_failures import load_known_failures
+
+BLOCKS = [block for page in PAGES for block in blocks_of(page)]
+NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
+SCENE = next(block for block in BLOCKS if block.page == "README.md" and block.file == "my-scene.toml")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_every_block_is_fenced_and_names_its_language(page: Path) -> None:
+    """What is only indented, or has no language, or another, none of these tests would see."""
+    assert unfenced(page) == []
+    assert {block.language for block in blocks_of(page)} <= LANGUAGES
+    assert page.read_text(encoding="utf-8").count("```") == 2 * len(blocks_of(page))
+    assert page.read_text(encoding="utf-8").count("<!-- not run: ") == sum(bool(one.reason) for one in blocks_of(page))
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language in {"toml", "json", "yaml"}], ids=str)
+def test_data_is_read_by_the_loader_that_it_is_for(block: Block, tmp_path: Path) -> None:
+    """A scene is one, known failures are, and what is another program's is TOML, JSON or YAML."""
+    path = tmp_path / f"block.{block.language}"
+    path.write_text(block.text, encoding="utf-8")
+    read = {"toml": tomllib.loads, "json": json.loads, "yaml": yaml.safe_load}[block.language](block.text)
+    assert read
+    if "discs" in read:
+        assert carom.load_scene(path).discs
+    if "known_failure" in read:
+        assert load_known_failures(path)
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language in {"sh", "console"}], ids=str)
+def test_commands_are_commands(block: Block) -> None:
+    """Each program, option, target and module exists, also where the block is not run."""
+    assert [fault for command, _ in block.commands() if (fault := fault_of(command))] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=NAMES)
+def test_commands_in_the_text_are_commands(page: Path) -> None:
+    """So does each in a sentence or in a workflow's step, where N is a number."""
+    text = re.sub(r"\bN\b", "1", page.read_text(encoding="utf-8"))
+    names = "|".join(("run", "diff", "bench", "advise", "certify", "stress", "scenes", "engines"))
+    found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
+    assert [fault for command in found if (fault := fault_of(command))] == []
+
+
+@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "python"], ids=str)
+def test_python_is_python(block: Block) -> None:
+    """Each block compiles, also where it is not run."""
+    compile(block.text, str(block), "exec")
+
+
+def run_of(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command in a folder, with the programs of this environment, as into a pipe."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    environment = {**os.environ, "MPLBACKEND": "agg", "PATH": path}
+    return subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+
+
+def is_shown_by(expected: str, printed: str) -> bool:
+    """Whether a command printed what is shown: line by line, of whatever width, where ... stands for any lines."""
+    shown = [" ".join(line.split()) for line in expected.strip().splitlines()]
+    pattern = "\n".join("(?s:.*)" if line == "..." else re.escape(line) for line in shown)
+    lines = "\n".join(" ".join(line.split()) for line in printed.strip().splitlines())
+    return re.fullmatch(pattern, lines) is not None
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    "page", sorted({b.page for b in BLOCKS if b.language in {"python", "sh", "console"} and not b.reason})
+)
+def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
+    """Files first, the Python of the page as one script, then each command; what is shown is what is printed.
+
+    Exit code 1 is a violation, which the documents show engines have; 2 and above would be a mistake of theirs.
+    """
+    blocks = [block for block in BLOCKS if block.page == page and not block.reason]
+    for block in (SCENE, *blocks):
+        if block.file:
+            (tmp_path / block.file).write_text(block.text, encoding="utf-8")
+    if script := "".join(block.text for block in blocks if block.language == "python"):
+        (tmp_path / "script.py").write_text(script, encoding="utf-8")
+        done = run_of([sys.executable, "-W", "error", "script.py"], tmp_path)
+        assert done.returncode == 0, done.stderr
+    for block in blocks:
+        for command, shown in block.commands():
+            if " # (" in command:
+                continue
+            words = shlex.split(command, comments=True)
+            done = run_of(words, tmp_path)
+            assert done.returncode in ({0, 1} if words[:2] in (["carom", "run"], ["carom", "diff"]) else {0}), (
+                f"{block}: {command}\n{done.stdout}{done.stderr}"
+            )
+            assert shown is None or is_shown_by(shown, done.stdout), f"{block}: {command}\n{done.stdout}"
+
+
+def test_the_pattern_of_an_output_is_strict() -> None:
+    """A line more, a line less and another number are differences; widths and what ... leaves out are none."""
+    printed = "one 1.5\n\n  two\nthree\n"
+    assert is_shown_by("one 1.5\n\ntwo\nthree", printed)
+    assert is_shown_by("one    1.5\n...\nthree\n", printed)
+    assert not is_shown_by("one 1.5\n\ntwo", printed)
+    assert not is_shown_by("one 1x5\n...\n", printed)
+    assert not is_shown_by("...\nfour", printed)
+    assert SCENE.text.startswith("# my-scene.toml\n")
+    assert (ROOT / SCENE.page).is_file()
