@@ -97,7 +97,10 @@ def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, fr
 
 
 def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
-    """At the least declared inertia factor an oblique impact still leaves what the law says."""
+    """At the least declared inertia factor an oblique impact leaves what the law says, but for a rounding over it.
+
+    By so much, a few units of 1 m, a contact point is off the line of centres; the push there is of some 4 N s.
+    """
     factor = engine.capabilities.min_inertia_factor
     first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
     scene = meeting(first, second, 0.1, 0.5)
@@ -105,7 +108,7 @@ def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
     velocity, spin = by_the_law(scene)
     np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
     assert trace.final_spin_rad_s is not None
-    np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=20 * width(engine, ROUNDING))
+    np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=width(engine, 100 * 2.0**-53) / factor)
 
 
 def rubbing(dt_s: float) -> Scene:

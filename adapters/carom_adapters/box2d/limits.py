@@ -46,9 +46,9 @@ LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 #: b2_maxRotation is pi/2: a body that would turn farther in one step is slowed down to that, likewise.
 LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 
-#: The square of a rounding of a contact point (2**-24) over this is what a push turns a disc by. And with the least
-#: mass and radius the inverse of an inertia, 1e38, is still a 32-bit float.
-LEAST_INERTIA_FACTOR = 1e-6
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 5e-4 of a spin here.
+LEAST_INERTIA_FACTOR = 1e-2
 
 #: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN.
 LARGEST_FRICTION = 1e19

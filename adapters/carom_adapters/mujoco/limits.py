@@ -75,8 +75,9 @@ LARGEST_MASS_KG = 1e11
 #: Half a million pairs, which take MuJoCo seconds to compile.
 MOST_LISTED = 1000
 
-#: An inverse inertia so much larger than the inverse mass spoils the solver's digits: by measurement, twelve are left
-#: here. MuJoCo refuses an inertia below mjMINVAL by itself.
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 5e-9 of a spin here. An inertia below mjMINVAL, 1e-15 in units
+#: of the model, is refused by MuJoCo itself.
 LEAST_INERTIA_FACTOR = 1e-5
 
 #: MuJoCo's mjMINMU: a coefficient of less, but for none at all, is silently made this. From 1e80 on there is no

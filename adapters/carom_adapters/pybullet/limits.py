@@ -62,8 +62,9 @@ SHIPPED_SPEED_CLAMP_M_S = 100.0
 SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
 
-#: The square of a rounding of a contact point over this is what a push turns a disc by.
-LEAST_INERTIA_FACTOR = 1e-14
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 1e-8 of a spin here.
+LEAST_INERTIA_FACTOR = 1e-6
 
 #: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
 LARGEST_FRICTION = 10.0
