@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -12,6 +11,7 @@ from pathlib import Path
 from carom.bench.axes import Diagram
 from carom.bench.noise import Noise
 from carom.bench.points import Bench, SceneBench, cheapest, run_s
+from carom.folders import file_name, write_files
 from carom.report import wording
 from carom.report.bench_figure import diagram_png, diagram_svg, is_floor
 from carom.report.bench_tables import (
@@ -28,7 +28,7 @@ from carom.report.bench_tables import (
     suite_table,
 )
 from carom.report.document import IN_FULL, ON_PAPER, TERMINAL, Document, Figure, Figures, Lines, Section, Text
-from carom.report.files import as_json, require_report_extra, write_files
+from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
 from carom.report.svg import alone
@@ -70,17 +70,17 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files of others.
     """
     require_report_extra()
     files: dict[str, str | bytes] = {"index.html": html(bench_document(bench, axes)), "bench.json": _json(bench)}
     label, foot = bench.plan.error.label, stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
         for kind in _diagrams_of(scene, axes):
-            name = f"{_file_name(scene)}-{kind.value}"
+            name = f"{file_name(scene.scene.name)}-{kind.value}"
             files[f"{name}.svg"] = alone(diagram_svg(scene, kind, label))
             files[f"{name}.png"] = diagram_png(scene, kind, label, foot)
-    return write_files(folder, files)
+    return write_files(folder, "bench", files)
 
 
 def _json(bench: Bench) -> str:
@@ -97,10 +97,6 @@ def _json(bench: Bench) -> str:
         elapsed_s=bench.elapsed_s,
         scenes=scenes,
     )
-
-
-def _file_name(scene: SceneBench) -> str:
-    return re.sub(r"[^A-Za-z0-9._-]+", "-", scene.scene.name).strip("-.") or "scene"
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:

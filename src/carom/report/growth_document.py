@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
+from carom.folders import write_files
 from carom.report import wording
 from carom.report.bench_tables import METHOD
 from carom.report.document import IN_FULL, Cell, Column, Document, Figure, Figures, Lines, Section, Table
-from carom.report.files import as_json, require_report_extra, write_files
+from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
 from carom.report.svg import alone, drawing, finish, framed, line_style, plain_number, png, render
@@ -164,7 +165,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files of others.
     """
     require_report_extra()
     foot = stamp_lines(growth.environment, growth.command)
@@ -175,4 +176,4 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, files[f"{name}.png"] = _diagram(growth, memory, foot)
         files[f"{name}.svg"] = alone(svg)
-    return write_files(folder, files)
+    return write_files(folder, "bench", files)

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
+from carom.folders import write_files
 from carom.report import wording
 from carom.report.document import (
     DETAIL,
@@ -27,7 +28,7 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.files import as_json, write_files
+from carom.report.files import as_json
 from carom.report.made import making
 from carom.report.render import html, markdown
 from carom.runs.job import Method, Status
@@ -79,11 +80,11 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
     Raises:
         MissingExtraError: jinja2, of the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files of others.
     """
     document = stress_document(results)
     contents = {"stress.html": html(document), "stress.md": markdown(document), "stress.json": _json(results)}
-    return write_files(folder, contents)
+    return write_files(folder, "stress", contents)
 
 
 def stress_document(results: StressResults) -> Document:

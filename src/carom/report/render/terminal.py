@@ -13,6 +13,7 @@ from rich.text import Text as RichText
 
 from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Medium, Share, Table
+from carom.text import visible
 
 __all__ = ["terminal"]
 
@@ -34,21 +35,21 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
         for block in section.shown(medium):
             match block:
                 case Table():
-                    yield block.title or section.heading
+                    yield visible(block.title or section.heading)
                     yield from _parts(block, medium, width)
-                    yield from filter(None, (block.note, *below))
+                    yield from map(visible, filter(None, (block.note, *below)))
                     below.clear()
                 case blocks.Legend():
                     below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
                 case blocks.Lines():
-                    yield from block.items
+                    yield from map(visible, block.items)
                 case blocks.Text() | blocks.Code():
-                    yield block.text
+                    yield visible(block.text)
                 case blocks.Facts():
-                    yield from (f"{name}: {value}" for name, value in block.items)
+                    yield from (visible(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
-    yield from document.lead
+    yield from map(visible, document.lead)
 
 
 #: What stands between two columns: the padding of both, and the box's own sign.
@@ -80,7 +81,7 @@ class _Fitted(NamedTuple):
 
 
 def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
-    heading = RichText("\n".join(filter(None, (column.head, column.under))))
+    heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
     shown = [_cell(cell) for cell in cells]
     whole = first or any(cell.shares for cell in cells)  # a name, or a bar
     lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
@@ -109,7 +110,7 @@ def _cell(cell: Cell) -> RichText:
     if cell.shares:
         return _bar(cell.shares)
     head = " ".join(filter(None, (cell.symbol, cell.short or cell.text)))
-    return RichText(head if cell.short or not cell.note else f"{head}\n  {cell.note}", cell.style)
+    return RichText(visible(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
 
 
 def _bar(shares: Sequence[Share]) -> RichText:
