@@ -20,6 +20,7 @@ from carom.adapter.protocol import (
     Observation,
     Profile,
     Stamp,
+    TimedWorld,
     World,
 )
 from carom.errors import AdapterError
@@ -43,6 +44,7 @@ __all__ = [
     "Setting",
     "Stamp",
     "StepClock",
+    "TimedWorld",
     "Wall",
     "World",
     "factored_restitutions",
