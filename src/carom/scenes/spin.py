@@ -27,8 +27,8 @@ _GARWIN = (
 _FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 #: When the first impact of a scene is, seconds.
 _FIRST_S = 0.5
-#: A coefficient at which no impact of these scenes slides.
-_GRIP = 100.0
+#: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
+_GRIP = 10.0
 
 
 def _numbers(*values: Fraction | float) -> tuple[float, ...]:
