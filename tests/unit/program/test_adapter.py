@@ -165,12 +165,6 @@ def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: Progr
         echoing.save,
         lambda: echoing.cut(0.5),
     )
-        lambda: echoing.advance(1),
-        echoing.observe,
-        echoing.touching,
-        echoing.save,
-        lambda: echoing.cut(0.5),
-    ]
     for ask in asked:
         line = told.draw(lines).replace(b"\n", b" ")
         echoing.restore(line.hex() or "20")
