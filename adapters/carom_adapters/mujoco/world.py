@@ -112,6 +112,7 @@ class MujocoWorld:
             "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
+            "in_turn": self._asked.get("in_turn", False),
             "stiffness": abs(float(model.geom("0").solref[0])),
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
@@ -121,7 +122,6 @@ class MujocoWorld:
             read["joints"] = "slide" if slide else "free"
         if self._turns:
             read |= {
-                "in_turn": bool(self._asked.get("in_turn", False)),
                 "cone": mujoco.mjtCone(model.opt.cone).name.removeprefix("mjCONE_").lower(),
                 "solver": mujoco.mjtSolver(model.opt.solver).name.removeprefix("mjSOL_"),
                 "mass_unit": self._unit,
