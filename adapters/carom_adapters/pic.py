@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -75,6 +76,10 @@ class PicAdapter:
         contact_times=ContactTimes.SOLVED,
         stamp=Stamp.INSTANT,
         continuous_detection=True,
+        spin=True,
+        friction=(0.0, sys.float_info.max),
+        friction_combine="pair",
+        tangential_restitution=True,
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -66,7 +67,15 @@ class PitAdapter:
 
     name = "pit"
     engine = Engine("Carom")
-    capabilities = Capabilities(gravity=True, restitution=(0.0, 1.0), contact_times=ContactTimes.STEP)
+    capabilities = Capabilities(
+        gravity=True,
+        restitution=(0.0, 1.0),
+        contact_times=ContactTimes.STEP,
+        spin=True,
+        friction=(0.0, sys.float_info.max),
+        friction_combine="pair",
+        tangential_restitution=True,
+    )
     profiles: Mapping[str, Profile] = {
         "default": Profile("The source paper's Algorithm 1.", lambda dt_s: {"dt_s": dt_s}),
         "tuned": Profile("The source paper's Algorithm 1: there is nothing to tune.", lambda dt_s: {"dt_s": dt_s}),

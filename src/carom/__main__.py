@@ -17,9 +17,9 @@ def main() -> None:
         if signal.getsignal(number) is not signal.SIG_IGN:  # as `nohup` has it
             signal.signal(number, _end)
     try:
-        from carom.cli import app
+        from carom.cli import command
 
-        app()
+        command()
     except KeyboardInterrupt as error:
         sys.stderr.write("carom: ended before it began\n")
         sys.exit(128 + (error.args or (signal.SIGINT,))[0])

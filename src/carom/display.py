@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from carom.text import visible
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
@@ -21,14 +23,14 @@ class Shown:
 
     def __repr__(self) -> str:
         text: str = _report("summary").summary(self)
-        return text
+        return visible(text)
 
     def __str__(self) -> str:
         return repr(self)
 
     def _repr_html_(self) -> str | None:
         page: str | None = _report("notebook").html_of(self)
-        return page
+        return page and visible(page)
 
 
 class Drawn(Shown):

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from carom.text import shortened
+
 __all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Problem", "SceneError", "UnknownNameError"]
 
 
@@ -38,7 +40,8 @@ class Problem(NamedTuple):
     message: str
 
     def __str__(self) -> str:
-        path = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.field).lstrip(".")
+        parts = (f"[{part}]" if isinstance(part, int) else f".{shortened(part)}" for part in self.field)
+        path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message
 
 
@@ -64,7 +67,7 @@ class SceneError(InputError):
         lines = [str(problem) for problem in self.problems[: self.SHOWN]]
         hidden = len(self.problems) - self.SHOWN
         if self.more:
-            lines.append(f"and more than {hidden} others" if hidden > 0 else "and more of them")
+            lines.append(f"and {hidden} others at least" if hidden > 0 else "and more of them")
         elif hidden > 0:
             lines.append(f"and {hidden} more")
         return "\n".join(f"{self.source}: {line}" if self.source else line for line in lines)

@@ -1,4 +1,4 @@
-"""The sizes of numbers that Carom computes with. They are stated here, and every way in keeps them.
+"""How large numbers, files and options may be. It is stated here, and every way in keeps it.
 
 - No number that measures something is larger than `LARGEST` in magnitude, so that its square is a float; and a radius,
   mass, duration or rate is not smaller than `SMALLEST`.
@@ -10,16 +10,36 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from carom.errors import InputError
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
-__all__ = ["LARGEST", "MOST_STEPS", "ORDINARY", "SMALLEST", "SPAN", "beyond", "require_within"]
+__all__ = [
+    "LARGEST",
+    "LONGEST_S",
+    "MOST_BYTES",
+    "MOST_DISCS",
+    "MOST_JOBS",
+    "MOST_KEY_PARTS",
+    "MOST_PHASES",
+    "MOST_ROUNDS",
+    "MOST_SERIES",
+    "MOST_STEPS",
+    "MOST_VALUES",
+    "MOST_WALLS",
+    "ORDINARY",
+    "SMALLEST",
+    "SPAN",
+    "beyond",
+    "require_seconds",
+    "require_within",
+    "values_in",
+]
 
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
@@ -29,6 +49,25 @@ SPAN = 2.0**396
 
 #: Steps or frames of a run. Who asks for more has mistaken a unit.
 MOST_STEPS = 2**32
+
+#: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.
+MOST_DISCS = 100_000
+MOST_WALLS = 1_000
+#: By ending: bytes, and values as `values_in` counts them, of TOML with the lines. JSON holds the largest scene with
+#: room to spare; each of its values takes up to 100 bytes of memory. TOML takes ten times as long to read.
+MOST_BYTES = {".json": 40 * 2**20, ".toml": 16 * 2**20}
+MOST_VALUES = {".json": 2**21, ".toml": 2**19}
+#: Parts of a dotted key of TOML, which is read in a time that grows with the square of their number; a scene needs one.
+MOST_KEY_PARTS = 4
+
+#: Of an option: twenty times what the largest of machines have use for, and what ends in an hour at worst.
+MOST_JOBS = 1024
+MOST_PHASES = 1024
+MOST_ROUNDS = 1024
+#: Steps of a series: more lie closer together than their errors tell apart.
+MOST_SERIES = 256
+#: Seconds that a limit or a budget can be: four months. No system waits for 1e10.
+LONGEST_S = 1e7
 
 
 def beyond(least: float, most: float) -> str:
@@ -43,8 +82,23 @@ def require_within(name: str, array: NDArray[np.float64], least: float, most: fl
     Raises:
         InputError: The message names the argument, the first such value, and the limits.
     """
-    size = np.abs(array)
+    size = abs(array)
     wrong = ~((size <= most) & (size >= least))
     if wrong.any():
         value = array[wrong].flat[0]
-        raise InputError(f"{name} {beyond(least, most) if np.isfinite(value) else 'must be finite'}, got {value}")
+        raise InputError(f"{name} {beyond(least, most) if math.isfinite(value) else 'must be finite'}, got {value}")
+
+
+def require_seconds(name: str, value: float) -> None:
+    """Refuse what is no time limit: a number of seconds above 0, and not above `LONGEST_S`.
+
+    Raises:
+        InputError: The message names the option or argument, and the value.
+    """
+    if not (isinstance(value, int | float) and 0.0 < value <= LONGEST_S):
+        raise InputError(f"{name} must be a positive number of seconds, {LONGEST_S:g} at most, got {value!r}")
+
+
+def values_in(data: bytes) -> int:
+    """Return how many values a text of JSON can hold at most, without reading it."""
+    return 1 + data.count(b",") + data.count(b"[") + data.count(b"{")

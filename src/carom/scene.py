@@ -24,10 +24,11 @@ from pydantic import (
 )
 
 from carom.arguments import shown
+from carom.data_files import read_data
 from carom.disc_arrays import DiscArrays
 from carom.display import Drawn
 from carom.errors import InputError, Problem, SceneError
-from carom.limits import LARGEST, MOST_STEPS, ORDINARY, SMALLEST, beyond
+from carom.limits import LARGEST, MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS, ORDINARY, SMALLEST, beyond
 from carom.sizes import span_problems
 
 if TYPE_CHECKING:
@@ -37,8 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
 
-#: A million discs written as JSON take about 100 MiB; a file above this size is not a scene.
-MAX_FILE_BYTES = 256 * 2**20
+#: What a file may hold of each; a scene that a program makes may have more.
+MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
 def _plain(value: object) -> object:
@@ -381,6 +382,8 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
 def scene_schema() -> dict[str, Any]:
     """Return the JSON Schema of a scene file (the one published as ``carom/scene.schema.json``)."""
     schema = Scene.model_json_schema()
+    for name, most in MOST_BODIES.items():
+        schema["properties"][name]["maxItems"] = most
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
@@ -393,45 +396,51 @@ def load_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        return Scene(**_parse(path))
+        return Scene(**_few_problems(_parse(path)))
     except SceneError as error:
-        raise SceneError(error.problems, source=str(path), more=error.more) from None
+        more = error.more or len(error.problems) > SceneError.SHOWN  # nobody looked for all of them
+        raise SceneError(error.problems, source=str(path), more=more) from None
 
 
 def _parse(path: Path) -> dict[str, Any]:
-    import json
-    import tomllib
-
-    if path.suffix not in {".toml", ".json"}:
+    if path.suffix not in MOST_BYTES:
         raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
     try:
-        with path.open("rb") as file:
-            # Never trust a reported size: a pipe or a device has none.
-            data = file.read(MAX_FILE_BYTES + 1)
-    except OSError as error:
-        raise SceneError([Problem((), f"can't be read: {error.strerror or error}")]) from None
-    if len(data) > MAX_FILE_BYTES:
-        message = f"is larger than {MAX_FILE_BYTES >> 20} MiB, which no scene file needs"
-        raise SceneError([Problem((), message)])
-    kind = path.suffix[1:].upper()
-    try:
-        text = data.decode("utf-8")
-        content = tomllib.loads(text) if kind == "TOML" else json.loads(text)
-    except UnicodeDecodeError as error:
-        raise SceneError([Problem((), f"is not {kind}: byte {error.start} is not UTF-8 text")]) from None
-    except RecursionError:
-        raise SceneError([Problem((), f"is not a scene: its {kind} is nested too deeply")]) from None
-    except ValueError as error:
-        raise SceneError([Problem((), f"is not {kind}: {_shown_error(error)}")]) from None
-    if not isinstance(content, dict):
-        message = f"must hold an object with the fields of a scene, got {shown(content)}"
-        raise SceneError([Problem((), message)])
+        content = read_data(path, path.suffix)
+    except InputError as error:
+        raise SceneError([Problem((), str(error))]) from None
+    for name, most in MOST_BODIES.items():
+        bodies = content.get(name)
+        if isinstance(bodies, list) and len(bodies) > most:
+            raise SceneError([Problem((name,), f"a file of a scene holds {most} of them at most, got {len(bodies)}")])
     return content
 
 
-def _shown_error(error: ValueError) -> str:
-    text = str(error).splitlines()[0] if str(error) else type(error).__name__
-    return text if len(text) <= 200 else f"{text[:197]}..."
+def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
+    """Return what a file holds with no more in it that is wrong than a message shows; what is right is all there.
+
+    Each problem takes a kilobyte, and a file has room for millions.
+    """
+    content = _few_unknown(content, Scene)
+    if isinstance(walls := content.get("walls"), list):
+        content["walls"] = [_few_unknown(wall, Wall) for wall in walls]
+    if isinstance(discs := content.get("discs"), list):
+        good: list[Any] = []
+        for k, disc in enumerate(discs):
+            try:
+                good.append(Disc(**_few_unknown(disc, Disc)))
+            except (SceneError, TypeError):
+                good += [_few_unknown(one, Disc) for one in discs[k : k + SceneError.SHOWN]]
+                break
+        content["discs"] = good
+    return content
+
+
+def _few_unknown(fields: Any, model: type[_Model]) -> Any:
+    if not isinstance(fields, dict) or len(fields) <= len(model.model_fields):
+        return fields
+    unknown = [name for name in fields if name not in model.model_fields]
+    return {name: fields[name] for name in (*model.model_fields, *unknown[: SceneError.SHOWN]) if name in fields}
 
 
 def save_scene(scene: Scene, path: str | Path) -> None:

@@ -30,6 +30,7 @@ __all__ = [
     "impact_array",
     "kinetic_energy",
     "pair_name",
+    "rim_speeds",
     "spin_array",
     "velocities",
     "wall_body",
@@ -116,6 +117,19 @@ def pair_name(impact: np.void) -> str:
 def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: the first bodies', then the second."""
     return np.stack([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
+
+
+def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
+    """Return the speeds of the rims of both bodies of each impact, ``R w``, shape ``(2, m)``: the first bodies', then.
+
+    0 of a wall, and of all where the trace has no spins; metres a second, counterclockwise.
+    """
+    speeds = np.zeros((2, len(trace.impacts)))
+    if trace.spins is not None:
+        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is that of any wall
+        for row, side in zip(speeds, ("first", "second"), strict=True):
+            row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
+    return speeds
 
 
 class Outcome(Enum):

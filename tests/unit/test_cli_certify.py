@@ -46,7 +46,7 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
     """Both are the document that `from_enclosures` reads."""
     result = carom_command("certify", "classics/box", "--max-impacts", "5", "--json", "--out", str(tmp_path))
     assert result.exit_code == 0
-    assert json.loads(result.output) == json.loads((tmp_path / "classics-box.json").read_text())
+    assert json.loads(result.output) == json.loads((tmp_path / "classics.box.json").read_text())
     assert len(from_enclosures(json.loads(result.output))) == 5
 
 

@@ -17,8 +17,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from carom import scene as scene_module
 from carom.errors import SceneError
+from carom.limits import MOST_BYTES
 from carom.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
 
 SAMPLE = Scene(
@@ -98,9 +98,10 @@ def test_a_file_nested_too_deeply_is_refused(tmp_path: Path, name: str, data: st
 
 @pytest.mark.parametrize("data", ["name.{} = 1", "[name.{}]\nx = 1"])
 def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) -> None:
-    """Dotted keys nest without brackets; what they build is refused by its field, however deep."""
-    text = refusal(written(tmp_path / "x.toml", data.format(".".join("a" * 3000))))
-    assert "name: must be a valid string, got a value nested too deeply to show" in text
+    """Dotted keys nest without brackets, and are read in a time that grows with the square of their parts."""
+    for separator in (".", " . ", '."b".', ".'b'\t."):
+        text = refusal(written(tmp_path / "x.toml", data.format(separator.join("a" * 3000))))
+        assert text == "holds a key of more than 4 parts with full stops between them"
 
 
 @pytest.mark.parametrize("depth", range(940, 1000, 4))
@@ -134,7 +135,7 @@ def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Pa
 @pytest.mark.parametrize(("data", "shown"), [("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'")])
 def test_a_json_file_whose_top_level_is_no_object_is_refused(tmp_path: Path, data: str, shown: str) -> None:
     """A list or a number is valid JSON, but no scene."""
-    says = f"must hold an object with the fields of a scene, got {shown}"
+    says = f"must hold an object with named fields, got {shown}"
     assert refusal(written(tmp_path / "x.json", data)) == says
 
 
@@ -149,7 +150,7 @@ def test_a_number_of_too_many_digits_is_refused(tmp_path: Path) -> None:
 
 def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a file of two gigabytes no more than the limit is ever held in memory."""
-    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", 2**20)
+    monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
     path = tmp_path / "x.toml"
     with path.open("wb") as file:
         file.truncate(2 * 2**30)
@@ -157,26 +158,26 @@ def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, mo
     text = refusal(path)
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
-    assert text == "is larger than 1 MiB, which no scene file needs"
+    assert text == "is larger than 1 MiB, the limit for TOML"
     assert peak < 8 * 2**20
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
 def test_a_device_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A device that reports no size and never ends is read up to the limit and refused."""
-    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", 2**20)
+    monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
     path = tmp_path / "x.toml"
     path.symlink_to("/dev/zero")
-    assert refusal(path) == "is larger than 1 MiB, which no scene file needs"
+    assert refusal(path) == "is larger than 1 MiB, the limit for TOML"
 
 
 def test_a_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The limit itself is still allowed; one byte more is not."""
     save_scene(SAMPLE, tmp_path / "x.toml")
     size = (tmp_path / "x.toml").stat().st_size
-    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", size)
+    monkeypatch.setitem(MOST_BYTES, ".toml", size)
     assert load_scene(tmp_path / "x.toml") == SAMPLE
-    monkeypatch.setattr(scene_module, "MAX_FILE_BYTES", size - 1)
+    monkeypatch.setitem(MOST_BYTES, ".toml", size - 1)
     assert "is larger than" in refusal(tmp_path / "x.toml")
 
 
@@ -377,3 +378,38 @@ def test_the_schema_requires_what_loading_requires(field: str) -> None:
     del edited[field]
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(edited, scene_schema())
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "words"),
+    [
+        ("x.json", '{"a": [' + "[],[]," * 600_000 + "0]}", "holds more than 2097152 values, the limit for JSON"),
+        ("x.toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
+        (
+            "x.json",
+            '{"walls": [' + "{}," * 1000 + "{}]}",
+            "walls: a file of a scene holds 1000 of them at most",
+        ),
+        (
+            "x.json",
+            '{"discs": [' + "0," * 100_000 + "0]}",
+            "a file of a scene holds 100000 of them at most, got 10",
+        ),
+        ("x.json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
+        ("x.toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
+        ("x.toml", '"\\u001b[31m\u202e" = 1', "is not a field of a scene"),
+    ],
+)
+def test_what_is_beyond_a_limit_is_refused_in_a_sentence(tmp_path: Path, name: str, data: str, words: str) -> None:
+    """Values, bodies, a key that is there twice and the length of a key: each is refused by the limit's own number."""
+    text = refusal(written(tmp_path / name, data))
+    assert words in text
+    assert len(text) < 2000
+
+
+def test_a_million_problems_are_not_listed(tmp_path: Path) -> None:
+    """Of what is wrong in a file no more is looked for than a message shows; it says that there is more."""
+    disc = ",".join(f'"k{k}":1' for k in range(100))
+    lines = refusal(written(tmp_path / "x.json", '{"discs": [' + f"{{{disc}}}," * 5000 + "0]}")).splitlines()
+    assert len(lines) == 11
+    assert lines[-1].endswith("others at least")

@@ -8,7 +8,15 @@ declares.
 """
 
 from carom.adapter.checks import require_sound, require_supported, unsupported_reason
-from carom.adapter.helpers import StepClock, factored_restitutions, is_fast, oriented_contact, pair_of, reach
+from carom.adapter.helpers import (
+    StepClock,
+    factored_frictions,
+    factored_restitutions,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    reach,
+)
 from carom.adapter.protocol import (
     Accuracy,
     Adapter,
@@ -45,6 +53,7 @@ __all__ = [
     "StepClock",
     "Wall",
     "World",
+    "factored_frictions",
     "factored_restitutions",
     "is_fast",
     "oriented_contact",

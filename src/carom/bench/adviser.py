@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
-from carom.comparator.compare import require_scored
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.registry import chosen_engines
@@ -211,11 +210,10 @@ def advise(
         progress: Called with (done, all, what).
 
     Raises:
-        InputError: A number of the demand is out of range, or the scene has friction, spin, or no reference.
+        InputError: A number of the demand is out of range, or the scene has no reference.
         UnknownNameError: There is no such engine.
     """
     started = time.perf_counter()
-    require_scored(scene)
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is nothing to hold a step against: {reference}")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from carom.bench.axes import ErrorKind
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
+from carom.limits import require_seconds
 from carom.registry import EngineInfo
 from carom.runs.job import Job
 from carom.runs.plan import distinct_methods, profiles_to_plan, sorted_out
@@ -61,9 +62,10 @@ class BenchPlan:
     def __post_init__(self) -> None:
         if self.rounds < 1:
             raise InputError(f"rounds must be 1 or more, got {self.rounds}")
-        for name, value in (("budget", self.budget_s), ("time limit", self.time_limit_s), ("target", self.target)):
-            if not value > 0:
-                raise InputError(f"the {name} must be a positive number, got {value}")
+        require_seconds("the budget", self.budget_s)
+        require_seconds("the time limit", self.time_limit_s)
+        if not self.target > 0:
+            raise InputError(f"the target must be a positive number, got {self.target}")
 
 
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:

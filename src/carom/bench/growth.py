@@ -12,6 +12,7 @@ from carom.adapter import unsupported_reason
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import InputError
+from carom.limits import require_seconds
 from carom.registry import EngineInfo, chosen_engines, load_adapter
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
@@ -133,9 +134,10 @@ class GrowthRun:
     answer: Answer[Grown]
 
 
-def growth_journal(path: Path, *, resume: bool = False) -> Journal[GrowthRun]:
-    """Open the journal of a growth bench."""
-    return Journal(path, GrowthRun, lambda run: run.key, resume=resume)
+def growth_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[GrowthRun]:
+    """Open the journal of a growth bench; with `retry` what an engine broke off counts as not run."""
+    again = (lambda run: run.answer.status.broken) if retry else None
+    return Journal(path, GrowthRun, lambda run: run.key, resume=resume, again=again)
 
 
 @dataclass(frozen=True)
@@ -235,8 +237,8 @@ def growth(
     for size in sizes or ():
         if size < 1:
             raise InputError(f"a number of discs must be 1 or more, got {size}")
-    if not budget_s > 0 or not time_limit_s > 0:
-        raise InputError(f"budget and time limit must be positive, got {budget_s:g} and {time_limit_s:g}")
+    require_seconds("the budget", budget_s)
+    require_seconds("the time limit", time_limit_s)
     infos = chosen_engines(engine_names)
     here = environment(infos)
     wanted = [

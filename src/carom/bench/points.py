@@ -16,7 +16,7 @@ from carom.runs.environment import Environment
 from carom.runs.job import Method
 from carom.scene import Scene
 
-__all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front"]
+__all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front", "run_s"]
 
 
 @dataclass(frozen=True)
@@ -127,14 +127,15 @@ class Bench:
     elapsed_s: float
 
 
-def _run_s(point: Point) -> float:
-    return point.timing.advance_s.median if point.timing else math.inf
+def run_s(point: Point | None) -> float:
+    """Return the run time of all steps, seconds; infinite where there is no point, or it was not timed."""
+    return point.timing.advance_s.median if point is not None and point.timing else math.inf
 
 
 def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
     """Return the sound, timed points that no other one beats in both run time and error, from fast to exact."""
     front: list[Point] = []
-    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (_run_s(p), p.error)):
+    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
         # Two methods that do the same differ by rounding, which is no accuracy to pay for.
         if not front or point.error < front[-1].error - THRESHOLDS.rounding:
             front.append(point)
@@ -144,4 +145,4 @@ def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
 def cheapest(points: Sequence[Point], target: float) -> Point | None:
     """Return the sound point of least run time whose error is at most the target, None where there is none."""
     meeting = [point for point in points if point.sound and point.timing and point.error <= target]
-    return min(meeting, key=_run_s, default=None)
+    return min(meeting, key=run_s, default=None)

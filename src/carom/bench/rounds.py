@@ -195,9 +195,10 @@ def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
     return TimingKey(scene_hash(scene), ordered, versions, environment().machine, seed)
 
 
-def timing_journal(path: Path, *, resume: bool = False) -> Journal[SceneTiming]:
-    """Open the journal of a timing pass."""
-    return Journal(path, SceneTiming, lambda timing: timing.key, resume=resume)
+def timing_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[SceneTiming]:
+    """Open the journal of a timing pass; with `retry` a pass that left something untimed counts as not run."""
+    again = (lambda timing: bool(timing.untimed)) if retry else None
+    return Journal(path, SceneTiming, lambda timing: timing.key, resume=resume, again=again)
 
 
 def time_scene(

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+from contextlib import suppress
 from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, diff, engines, run, scenes, stress
+from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress
 
-__all__ = ["app"]
+__all__ = ["app", "command"]
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -21,7 +23,7 @@ app = typer.Typer(
     "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
 )
 
-for command in (
+for one in (
     run.run,
     diff.diff,
     bench.bench,
@@ -32,7 +34,7 @@ for command in (
     engines.engines,
 ):
     # Its first sentence whole: by default the list of commands cuts it at 45 characters.
-    app.command(short_help=(command.__doc__ or "").partition("\n\n")[0])(command)
+    app.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
 
 
 def _print_version(wanted: bool) -> None:
@@ -50,3 +52,23 @@ def _options(
     ] = False,
 ) -> None:
     del version  # its callback has done all there is to do
+
+
+def command() -> None:
+    """Run the command, and end the process with its exit code, whatever becomes of the output."""
+    out = sys.stdout
+    try:
+        try:
+            app()
+            code: str | int | None = 0
+        except SystemExit as end:
+            code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
+        out.flush()  # here, where what goes wrong can still be told
+    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        code = 0
+    except OSError as error:  # a disk that is full
+        with suppress(OSError):
+            shared.say(f"carom: output: {error.strerror or error}", apart=True)
+        code = shared.EXIT_BAD_INPUT
+    shared.drop_unwritten(out, sys.stderr)
+    sys.exit(code)

@@ -9,6 +9,7 @@ import typer
 
 from carom.cli import shared
 from carom.errors import InputError
+from carom.limits import MOST_PHASES, require_seconds
 
 __all__ = ["advise"]
 
@@ -27,12 +28,16 @@ def advise(
     engine: shared.EngineNames = None,
     profile: shared.ProfileNames = None,
     phases: Annotated[
-        int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each step is tried at.")
+        int,
+        typer.Option(
+            "--phases", min=1, max=MOST_PHASES, help="Starts, spread evenly over a step, that each step is tried at."
+        ),
     ] = 8,
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
     memory_limit: shared.MemoryLimit = None,
     budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+    verbose: shared.Verbose = False,
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
 
@@ -50,8 +55,7 @@ def advise(
     if len(found) != 1:
         raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
     for name, value in (("--budget", budget), ("--time-limit", time_limit)):
-        if not value > 0:
-            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+        require_seconds(name, value)
     with LocalPool(jobs, time_limit, memory_limit) as pool, shared.progress_bar() as progress:
         advice = find(
             found[0],
@@ -63,7 +67,7 @@ def advise(
             budget_s=budget,
             progress=progress,
         )
-    shared.print_document(advice_document(advice))
+    shared.print_document(advice_document(advice), full=verbose)
 
 
 def angle(text: str) -> float:

@@ -10,6 +10,9 @@ import typer
 from carom.bench.axes import Diagram, ErrorKind
 from carom.cli import shared
 from carom.errors import InputError
+from carom.folders import claimed
+from carom.limits import MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
+from carom.text import shortened
 
 if TYPE_CHECKING:
     from carom.bench.bench_plan import BenchPlan
@@ -34,19 +37,23 @@ def bench(
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
     ] = Path("carom-bench"),
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the journals in --out: run only what is missing.")
-    ] = False,
+    resume: shared.Resume = False,
+    retry: shared.Retry = False,
     error: Annotated[ErrorKind, typer.Option("--error", help="Which error stands on the axis.")] = ErrorKind.IMPACT,
     target: Annotated[
         float, typer.Option("--target", help="The error to which the cheapest way is looked for.")
     ] = 1e-3,
     axes: Annotated[list[Diagram] | None, typer.Option("--axes", help="Diagrams, repeatable. All by default.")] = None,
     phases: Annotated[
-        int, typer.Option("--phases", min=1, help="Starts, spread evenly over a step, that each run is scored at.")
+        int,
+        typer.Option(
+            "--phases", min=1, max=MOST_PHASES, help="Starts, spread evenly over a step, that each run is scored at."
+        ),
     ] = 4,
-    rounds: Annotated[int, typer.Option("--rounds", min=3, help="Rounds of the timing pass.")] = 7,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Of the random order within the rounds.")] = 1,
+    rounds: Annotated[int, typer.Option("--rounds", min=3, max=MOST_ROUNDS, help="Rounds of the timing pass.")] = 7,
+    seed: Annotated[
+        int, typer.Option("--seed", min=0, max=2**63 - 1, help="Of the random order within the rounds.")
+    ] = 1,
     budget: Annotated[
         float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
     ] = 80.0,
@@ -57,13 +64,16 @@ def bench(
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
     ] = "",
     timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
+    verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
         typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
     ] = False,
     discs: Annotated[
         list[int] | None,
-        typer.Option("--discs", min=1, help="With --grow, a number of discs; repeatable. 2 to 10,000 by default."),
+        typer.Option(
+            "--discs", min=1, max=MOST_DISCS, help="With --grow, a number of discs; repeatable. 2 to 10,000 by default."
+        ),
     ] = None,
 ) -> None:
     """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
@@ -75,12 +85,13 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        _grow(scenes or [], engine, profile, discs, out, budget, time_limit, memory_limit, resume=resume)
+        limits = (budget, time_limit, memory_limit)
+        _grow(scenes or [], engine, profile, discs, out, *limits, resume=resume, retry=retry, verbose=verbose)
         return
     from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
-    from carom.report import require_writable
+    from carom.report import require_report_extra
     from carom.report.bench_document import bench_document, write_bench
     from carom.runs.scoring import score_journal
 
@@ -101,20 +112,26 @@ def bench(
         memory_limit_mb=memory_limit,
         timing=timing,
     )
-    require_writable(out)
-    pool = _pool(plan, scheduler, jobs)
+    require_report_extra()
     scored = out / "journal.jsonl"
     with (
+        claimed(out, "bench", "--out"),
         shared.resumable(scored),
-        score_journal(scored, resume=resume) as journal,
-        timing_journal(out / "timings.jsonl", resume=resume) as timings,
+        score_journal(scored, resume=resume or retry, retry=retry) as journal,
+        timing_journal(out / "timings.jsonl", resume=resume or retry, retry=retry) as timings,
         shared.progress_bar() as progress,
     ):
         result = work_precision(
-            found, plan, pool, journal=journal, timings=timings, progress=progress, command=shared.command_line()
+            found,
+            plan,
+            _pool(plan, scheduler, jobs),
+            journal=journal,
+            timings=timings,
+            progress=progress,
+            command=shared.command_line(),
         )
     page = write_bench(result, out, tuple(axes or Diagram))
-    shared.print_document(bench_document(result))
+    shared.print_document(bench_document(result), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 
@@ -126,8 +143,9 @@ def step_series(text: str) -> tuple[float, ...]:
         return (shared.seconds(text),)
     ends, _, count = text.partition(":")
     coarsest, _, finest = ends.partition("..")
-    if count and not (count.isascii() and count.isdigit()):
-        raise InputError(f"--dt must be a series such as 1/60..1/10000:6, got {text!r}")
+    if count and not (count.isascii() and count.isdigit() and len(count) < 10 and int(count) <= MOST_SERIES):
+        what = f"a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"
+        raise InputError(f"--dt must be {what}, got {shortened(repr(text))}")
     return geometric_steps(shared.seconds(coarsest), shared.seconds(finest), int(count) if count else STEPS)
 
 
@@ -142,18 +160,25 @@ def _grow(
     memory_limit_mb: float | None,
     *,
     resume: bool,
+    retry: bool,
+    verbose: bool,
 ) -> None:
     from carom.bench.growth import growth, growth_journal
-    from carom.report import require_writable
+    from carom.report import require_report_extra
     from carom.report.growth_document import growth_document, write_growth
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
     if profile and len(profile) > 1:
         raise InputError(f"--grow runs one profile, got {len(profile)}")
-    require_writable(out)
+    require_report_extra()
     path = out / "growth.jsonl"
-    with shared.resumable(path), growth_journal(path, resume=resume) as journal, shared.progress_bar() as progress:
+    with (
+        claimed(out, "bench", "--out"),
+        shared.resumable(path),
+        growth_journal(path, resume=resume or retry, retry=retry) as journal,
+        shared.progress_bar() as progress,
+    ):
         found = growth(
             engine,
             profile=profile[0] if profile else "tuned",
@@ -166,7 +191,7 @@ def _grow(
             command=shared.command_line(),
         )
     page = write_growth(found, out)
-    shared.print_document(growth_document(found))
+    shared.print_document(growth_document(found), full=verbose)
     shared.console().print(f"page: {page}", soft_wrap=True)
 
 

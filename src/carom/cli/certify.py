@@ -18,6 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["certify"]
 
 
+#: What a folder of certified runs is for.
+PURPOSE = "certified"
+
+
 @shared.guarded
 def certify(
     scenes: Annotated[list[str], shared.SCENE_NAMES],
@@ -43,16 +47,18 @@ def certify(
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
+    from carom.folders import claim, file_name, write_files
     from carom.report.small import certified_document
     from carom.solvers.certified.as_data import enclosures
     from carom.solvers.certified.certify import certify as certified
     from carom.solvers.certified.result import Ending
 
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
     worst = 0
     documents = []
-    for scene in shared.plain_scenes_named(scenes):
+    found_scenes = shared.plain_scenes_named(scenes)
+    if out is not None:
+        claim(out, PURPOSE, "--out")
+    for scene in found_scenes:
         with shared.progress_bar() as show_progress:
             found = certified(
                 scene,
@@ -66,8 +72,8 @@ def certify(
             document = enclosures(found)
             documents.append(document)
             if out is not None:
-                path = out / f"{scene.name.replace('/', '-')}.json"
-                path.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+                text = json.dumps(document, indent=1) + "\n"
+                write_files(out, PURPOSE, {f"{file_name(scene.name)}.json": text})
         if not as_json:
             shared.print_document(certified_document(found, show))
         if found.ending is Ending.INTERRUPTED:

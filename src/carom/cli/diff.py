@@ -52,22 +52,21 @@ def diff(
     if old is None or new is None:
         raise InputError("carom diff needs two reports: carom diff OLD NEW")
     from carom.comparator import Grade
+    from carom.folders import write_file
     from carom.report.diff import diff as held_against
     from carom.report.diff_document import diff_document
-    from carom.report.files import write_files
     from carom.report.render import html
     from carom.report.render import markdown as markdown_of
 
     found = held_against(old, new, None if engine is None else _pair(engine))
     document = diff_document(found, str(old), str(new))
     if page is not None:
-        write_files(page.parent, {page.name: html(document)})
+        write_file(page, html(document))
     if markdown == Path("-"):
-        shared.plain_where_needed()
-        typer.echo(markdown_of(document), nl=False)
+        shared.say(markdown_of(document).removesuffix("\n"))
     else:
         if markdown is not None:
-            write_files(markdown.parent, {markdown.name: markdown_of(document)})
+            write_file(markdown, markdown_of(document))
         shared.print_document(document)
     if fail_on is not FailOn.NEVER and any(change.violates(Grade[fail_on.name]) for change in found.changes):
         raise typer.Exit(shared.EXIT_VIOLATION)

@@ -10,6 +10,7 @@ import typer
 
 from carom.cli import shared
 from carom.errors import InputError
+from carom.limits import MOST_PHASES
 
 if TYPE_CHECKING:
     from carom.runs.results import Results
@@ -54,9 +55,8 @@ def run(
             "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with a run into the folder of --report that was ended.")
-    ] = False,
+    resume: shared.Resume = False,
+    retry: shared.Retry = False,
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
     memory_limit: shared.MemoryLimit = None,
@@ -77,15 +77,16 @@ def run(
     phases: Annotated[
         int,
         typer.Option(
-            "--phases", min=0, help="Run each cell at so many sub-step phases too, and show the spread of its errors."
+            "--phases",
+            min=0,
+            max=MOST_PHASES,
+            help="Run each cell at so many sub-step phases too, and show the spread of its errors.",
         ),
     ] = 0,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Print every cell of every scene, not the answer alone.")
-    ] = False,
+    verbose: shared.Verbose = False,
     fail_on: Annotated[
         FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
     ] = FailOn.INACCURATE,
@@ -95,8 +96,9 @@ def run(
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
     """
-    from carom.report import require_writable, write_report
-    from carom.report.cross_check import cross_check_document
+    from carom.folders import claimed
+    from carom.report import require_report_extra, write_report
+    from carom.report.cross_check import PURPOSE, cross_check_document
     from carom.runs.execute import execute
     from carom.runs.explain import explain as explained
     from carom.runs.observed import observed_journal
@@ -118,20 +120,21 @@ def run(
     plan = plan_of(shared.scenes_named(scenes or []), options)
     if explain:
         for line in explained(plan):
-            typer.echo(line)
+            shared.say(line)
         return
     if report is None:
-        if resume:
+        if resume or retry:
             raise InputError("--resume goes on with what lies in the folder of --report: name it")
         with shared.progress_bar() as progress:
             results = execute(plan, progress=progress, command=shared.command_line())
         shared.print_document(cross_check_document(results), full=verbose)
     else:
-        require_writable(report)
+        require_report_extra()
         path = report / "journal.jsonl"
         with (
+            claimed(report, PURPOSE, "--report"),
             shared.resumable(path),
-            observed_journal(path, options, resume=resume) as journal,
+            observed_journal(path, options, resume=resume or retry, retry=retry) as journal,
             shared.progress_bar() as progress,
         ):
             results = execute(plan, journal=journal, progress=progress, command=shared.command_line())
@@ -150,8 +153,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
     from carom.runs.job import Status
     from carom.runs.results import violates
 
-    broken = {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
-    if any(row.status in broken for row in results.rows):
+    if any(row.status.broken for row in results.rows):
         return shared.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return shared.EXIT_UNAVAILABLE

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import guarded, print_document
+from carom.cli.shared import guarded, print_document, say
 
 __all__ = ["scenes"]
 
@@ -31,6 +31,8 @@ def scenes(
 
         typer.echo(json.dumps(scene_schema(), indent=2))
         return
+    from carom.errors import InputError
+    from carom.folders import file_name
     from carom.report.small import scene_document, scene_text
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
@@ -41,9 +43,11 @@ def scenes(
     found = find_scenes(names) if names else list(all_scenes().values())
     for entry in found:
         if save is None:
-            typer.echo(scene_text(entry))
+            say(scene_text(entry))
             continue
-        path = save / f"{entry.name.replace('/', '-')}.toml"
-        path.parent.mkdir(parents=True, exist_ok=True)
+        path = save / f"{file_name(entry.name)}.toml"
+        if path.exists() or path.is_symlink():
+            raise InputError(f"{path} exists already, and may have been edited: name another folder by --save")
+        save.mkdir(parents=True, exist_ok=True)
         save_scene(entry.scene, path)
-        typer.echo(path)
+        say(str(path))

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import functools
 import io
+import os
 import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
 
 import typer
 
 from carom.errors import CaromError, InputError
+from carom.limits import LARGEST, MOST_JOBS, SMALLEST
+from carom.text import shortened, visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -35,15 +38,20 @@ __all__ = [
     "Jobs",
     "MemoryLimit",
     "ProfileNames",
+    "Resume",
+    "Retry",
     "TimeLimit",
+    "Verbose",
     "command_line",
     "console",
+    "drop_unwritten",
     "guarded",
     "plain_scenes_named",
     "plain_where_needed",
     "print_document",
     "progress_bar",
     "resumable",
+    "say",
     "scenes_named",
     "seconds",
 ]
@@ -67,11 +75,24 @@ ProfileNames = Annotated[
 ]
 
 Jobs = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, help="Runs at a time. As many as there are cores by default.")
+    int | None,
+    typer.Option("--jobs", "-j", min=1, max=MOST_JOBS, help="Runs at a time. As many as there are cores by default."),
+]
+
+Resume = Annotated[
+    bool, typer.Option("--resume", help="Go on with what lies in the folder of results: run only what is missing.")
+]
+
+Retry = Annotated[
+    bool, typer.Option("--retry", help="As --resume, and run again what crashed, timed out or raised an error.")
 ]
 
 TimeLimit = Annotated[
     float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
+]
+
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
 ]
 
 
@@ -93,20 +114,38 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         try:
             command(*args, **kwargs)
         except CaromError as error:
-            typer.echo(f"carom: {error}", err=True)
+            say(f"carom: {error}", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except KeyboardInterrupt as error:
             word, code = _ended(error)
-            typer.echo(f"carom: {word}; no report was written", err=True)
+            say(f"carom: {word}; no report was written", apart=True)
             raise typer.Exit(code) from None
         except BrokenPipeError:  # the reader, `head` say, has seen enough
-            sys.stderr.close()
+            drop_unwritten(sys.stdout, sys.stderr)
             raise typer.Exit from None
         except OSError as error:  # a disk that is full, a file that may not be written
-            typer.echo(f"carom: {error.filename or 'output'}: {error.strerror or error}", err=True)
+            say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+        except MemoryError:
+            say("carom: there is not enough memory for this", apart=True)
             raise typer.Exit(EXIT_BAD_INPUT) from None
 
     return guarded
+
+
+def drop_unwritten(*streams: TextIO) -> None:
+    """Let what can't be written be, or the interpreter tries again when it ends, and fails."""
+    for stream in streams:
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def say(text: str, *, apart: bool = False) -> None:
+    """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
+    plain_where_needed()
+    typer.echo(visible(text), err=apart)
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
@@ -124,7 +163,7 @@ def resumable(journal: Path) -> Iterator[None]:
         if not journal.exists():  # nothing was finished, so nothing is left behind
             raise
         word, code = _ended(error)
-        typer.echo(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", err=True)
+        say(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", apart=True)
         raise typer.Exit(code) from None
 
 
@@ -135,12 +174,12 @@ def progress_bar() -> Iterator[Progress]:
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
-    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}"))
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
     with Bar(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
         task = bar.add_task("", total=None)
 
         def show(done: int, total: int, what: str) -> None:
-            bar.update(task, completed=done, total=total, description=what)
+            bar.update(task, completed=done, total=total, description=visible(what))
 
         yield show
 
@@ -149,10 +188,14 @@ def console() -> Console:
     """Return the console that results are printed on."""
     from rich.console import Console
 
+    class Out(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # noqa: PLE0704 - called where it is handled; by itself it would end with exit code 1
+
     plain_where_needed()
     # Names and an engine's own words may hold brackets and colons that are no markup. A pipe has no width of its own;
     # what is asked for by COLUMNS is taken there, too.
-    return Console(highlight=False, markup=False, emoji=False)
+    return Out(highlight=False, markup=False, emoji=False)
 
 
 def plain_where_needed() -> None:
@@ -181,14 +224,16 @@ def command_line() -> str:
 
 def seconds(text: str) -> float:
     """Read a step such as ``1/240`` or ``0.004``."""
-    from fractions import Fraction
-
+    whole, slash, parts = text.partition("/")
     try:
-        value = float(Fraction(text))
-    except (ValueError, ZeroDivisionError, OverflowError):
-        raise InputError(f"--dt must be a number of seconds such as 1/240 or 0.004, got {text!r}") from None
-    if not value > 0:
-        raise InputError(f"--dt must be above 0, got {text!r}")
+        value = float(whole) / (float(parts) if slash else 1.0)
+    except (ValueError, ZeroDivisionError):
+        raise InputError(
+            f"--dt must be a number of seconds such as 1/240 or 0.004, got {shortened(repr(text))}"
+        ) from None
+    if not SMALLEST <= value <= LARGEST:
+        limits = f"above 0: from {SMALLEST:.3g} to {LARGEST:.3g} s"
+        raise InputError(f"--dt must be {limits}, got {shortened(repr(text))}")
     return value
 
 

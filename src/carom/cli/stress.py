@@ -26,9 +26,8 @@ def stress(
     quick: Annotated[
         bool, typer.Option("--quick", help="The quick form: under a minute, with fewer rungs and nearer ends.")
     ] = False,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Take up the campaign whose journal lies in the folder of --out.")
-    ] = False,
+    resume: shared.Resume = False,
+    retry: shared.Retry = False,
     out: Annotated[
         Path,
         typer.Option(
@@ -42,6 +41,7 @@ def stress(
         float | None,
         typer.Option("--time-limit", help="Seconds after which an engine that gives no answer has given way."),
     ] = None,
+    verbose: shared.Verbose = False,
     memory_limit: shared.MemoryLimit = None,
     list_only: Annotated[bool, typer.Option("--list", help="List what there is, and leave.")] = False,
 ) -> None:
@@ -50,25 +50,31 @@ def stress(
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.
     """
-    from carom.errors import InputError
+    from carom.folders import claimed
+    from carom.limits import require_seconds
     from carom.stress import campaign
 
     if list_only:
         for line in campaign.listing(quick=quick):
-            typer.echo(f"{line.kind:10} {line.name:24} {line.axis}")
+            shared.say(f"{line.kind:10} {line.name:24} {line.axis}")
         return
-    if time_limit is not None and not time_limit > 0:
-        raise InputError(f"--time-limit must be a number of seconds above 0, got {time_limit}")
-    from carom.report import require_writable
+    if time_limit is not None:
+        require_seconds("--time-limit", time_limit)
+    from carom.report import require_report_extra
     from carom.report.stress_document import stress_document, write_stress
 
-    require_writable(out)
-    with shared.resumable(out / campaign.JOURNAL), shared.progress_bar() as progress:
+    require_report_extra()
+    with (
+        claimed(out, campaign.PURPOSE, "--out"),
+        shared.resumable(out / campaign.JOURNAL),
+        shared.progress_bar() as progress,
+    ):
         results = campaign.stress(
             attacks or [],
             engine,
             out=out,
-            resume=resume,
+            resume=resume or retry,
+            retry=retry,
             progress=progress,
             command=shared.command_line(),
             profiles=tuple(profile or ("default", "tuned")),
@@ -78,7 +84,7 @@ def stress(
             memory_limit_mb=memory_limit,
         )
     page = write_stress(results, out)
-    shared.print_document(stress_document(results))
+    shared.print_document(stress_document(results), full=verbose)
     shared.console().print(f"report: {page}", soft_wrap=True)
     if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(shared.EXIT_UNAVAILABLE)

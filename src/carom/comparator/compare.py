@@ -12,6 +12,7 @@ from carom.comparator.consistency import Consistency, consistency_of
 from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.finite import not_finite
 from carom.comparator.grade import Grade, equals_pit, grade
+from carom.comparator.grip import WrongBranches, wrong_branches
 from carom.comparator.horizon import reach_of
 from carom.comparator.local import LocalErrors, local_errors
 from carom.comparator.measure import Errors, ImpactError, measure
@@ -22,10 +23,9 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, Finding, Verdict, findings
 from carom.display import Shown
 from carom.errors import InputError
-from carom.scene import Need, Scene
 from carom.trace import Outcome, Trace
 
-__all__ = ["Score", "compare", "require_scored"]
+__all__ = ["Score", "compare"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -43,10 +43,10 @@ class Score(Shown):
             PIT was not given.
         against_pit: The same of the observed trace against that PIT. None where PIT was not given.
         pit_missed: How many impacts that PIT misses; None where it was not given.
-        price_paid: The largest velocity error over PIT's at worst over the phases of the same step; an impact that is
-            missed is off by all that it changes. 1: the run pays the price of sampling; 0: none of it; above 1: it does
-            worse than looking once a step. NaN where PIT was not given or there is no impact, infinite where sampling
-            costs nothing or a number of the run is not finite.
+        price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
+            error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
+            the price of sampling; 0: none of it; above 1: it does worse than looking once a step. NaN where PIT was not
+            given or there is no impact, infinite where sampling costs nothing or a number of the run is not finite.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
@@ -59,6 +59,7 @@ class Score(Shown):
         convention: Which of the admissible outcomes the trace took, where the scene has no unique answer.
         consistency: How far the trace is from what its own impacts and states lead to; None where one of its numbers is
             NaN or infinite.
+        branches: Which of its impacts took the wrong branch of friction.
     """
 
     expected: int
@@ -82,6 +83,7 @@ class Score(Shown):
     local: LocalErrors
     convention: ConventionMatch | None
     consistency: Consistency | None
+    branches: WrongBranches
 
     @property
     def own_velocity(self) -> float | None:
@@ -120,14 +122,19 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
             What lies beyond is held against the trace's own states only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, of one with friction or spin, the horizon is negative, or the
-            reference has a number that is NaN or infinite.
+        InputError: The traces are of different scenes, one of them tells no spins though discs turn, the horizon is
+            negative, or the reference has a number that is NaN or infinite.
     """
     scene = reference.scene
     if observed.scene != scene:
         message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
         raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
-    require_scored(scene)
+    for trace in (reference, observed, *([] if sampling is None else [sampling])):
+        if scene.arrays.turns and (trace.spins is None or trace.final_spin_rad_s is None):
+            raise InputError(
+                f"the trace of {trace.method!r} tells no spins, and discs of scene {scene.name!r} turn: nobody can say "
+                "how right they are; run the scene with a method that declares spin"
+            )
     if broken := not_finite(reference):
         raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
     if sampling is not None and not_finite(sampling):
@@ -135,17 +142,6 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     # What is no number makes more of its kind on every way; they are looked for by name, and not by warnings.
     with np.errstate(all="ignore"):
         return _score(reference, observed, sampling, horizon)
-
-
-def require_scored(scene: Scene) -> None:
-    """Refuse a scene with friction or spin, of which no trace can be scored yet.
-
-    Raises:
-        InputError: Its message names which.
-    """
-    if turning := scene.needs & {Need.FRICTION, Need.SPIN}:
-        what = " and ".join(sorted(need.value for need in turning))
-        raise InputError(f"scene {scene.name!r} has {what}: it can be run, but traces of it are not scored yet")
 
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
@@ -172,6 +168,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
         consistency=None if broken else consistency_of(observed, scales, rest_s),
+        branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
     )
     return Score(
@@ -196,6 +193,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         local=evidence.local,
         convention=evidence.convention,
         consistency=evidence.consistency,
+        branches=evidence.branches,
     )
 
 
@@ -207,8 +205,9 @@ def _price_paid(evidence: Evidence) -> float:
     if not evidence.reach.impacts:
         return math.nan
     paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.reach.impacts)
-    most, worst = float(np.max(paid)), evidence.price.worst
-    # 0 over 0 is 0, and an error where sampling costs none is infinitely worse.
-    if most <= evidence.rounding:
-        return 0.0
-    return most / worst if worst > THRESHOLDS.rounding else math.inf
+    ratios = []
+    for errors, costs in zip(paid, (evidence.price.velocity, evidence.price.spin), strict=True):
+        most, worst = float(np.max(errors)), float(costs[-1])
+        # 0 over 0 is 0, and an error where sampling costs none is infinitely worse.
+        ratios.append(0.0 if most <= evidence.rounding else most / worst if worst > THRESHOLDS.rounding else math.inf)
+    return max(ratios)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest
-from carom.trace import Trace, velocities, wall_index
+from carom.trace import Trace, rim_speeds, velocities, wall_index
 
 __all__ = ["Consistency", "Slip", "consistency_of"]
 
@@ -42,6 +42,7 @@ class Consistency:
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
+        spin: The same of a spin times its radius, over the scene's speed of rims; 0 where nothing turns.
         position: Largest distance of a disc from where its own velocities lead, over the scene's length.
         excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
         stamp_s: How far the stamp of an impact lies outside the step that reported it, or outside the run, seconds.
@@ -50,10 +51,16 @@ class Consistency:
         normal_rad: Angle between that normal and the change, radians.
         normal_length: What the length of a normal differs from 1 by.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
+        angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
+            radius and the scene's speed of rims; 0 where nothing turns.
+        angular_excess: The largest of these beyond what bodies close in on each other in a step explains.
+        arm: At the impact of `angular`, what turned the disc over what friction would have turned it by at full radius;
+            NaN where nothing rubbed there.
         unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
     """
 
     velocity: Slip
+    spin: Slip
     position: Slip
     excess: Slip
     stamp_s: float
@@ -61,6 +68,9 @@ class Consistency:
     normal_rad: float
     normal_length: float
     momentum: float
+    angular: float
+    angular_excess: float
+    arm: float
     unchecked: int
 
 
@@ -71,8 +81,10 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
     """
     flights = np.concatenate(list(_flights(trace, until_s)))
     across, normal_rad = _normals(trace, scales)
+    angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
         velocity=_worst(flights["turned"] / scales.speed_m_s, flights),
+        spin=_worst(flights["spun"] / scales.rim_m_s, flights),
         position=_worst(flights["moved"] / scales.length_m, flights),
         excess=_worst((flights["moved"] - flights["allowed"]) / scales.length_m, flights),
         stamp_s=_stamps(trace),
@@ -80,13 +92,18 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
         normal_rad=normal_rad,
         normal_length=float(np.max(np.abs(np.hypot(*trace.impacts["normal"].T) - 1.0), initial=0.0)),
         momentum=_momentum(trace) / scales.speed_m_s,
+        angular=angular / scales.rim_m_s,
+        angular_excess=excess / scales.rim_m_s,
+        arm=arm,
         unchecked=int(np.isnan(flights["turned"]).sum()),
     )
 
 
-#: One free flight of a disc: how far its velocity and its place come out otherwise than it set out (NaN where it could
-#: not be followed), and how far a contact at either end may have moved it.
-_FLIGHT_DTYPE = np.dtype([("disc", "i8"), ("since_s", "f8"), ("turned", "f8"), ("moved", "f8"), ("allowed", "f8")])
+#: One free flight of a disc: how far its velocity, its rim's speed and its place come out otherwise than it set out
+#: (NaN where it could not be followed), and how far a contact at either end may have moved it.
+_FLIGHT_DTYPE = np.dtype(
+    [("disc", "i8"), ("since_s", "f8"), ("turned", "f8"), ("spun", "f8"), ("moved", "f8"), ("allowed", "f8")]
+)
 
 
 def _worst(sizes: Array, flights: NDArray[np.void]) -> Slip:
@@ -109,6 +126,9 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
     closing = np.hypot(*(before[1] - before[0]).T)
     arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
     places = _turning_places(trace, turning).reshape(-1, 2)
+    rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
+    start = trace.scene.arrays
+    rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
         rows = order[first_of[number] : first_of[number + 1]]
         own = rows % max(count, 1)
@@ -117,6 +137,10 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
         change = arriving - leaving
+        spun = np.abs(
+            np.concatenate([rims_arriving[rows], rims_end[[number]]])
+            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]])
+        )
         lasted = np.diff(time)
         moved = _off_path(place, leaving * lasted[:, None])
         allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
@@ -135,6 +159,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         flights = np.empty(len(lasted), _FLIGHT_DTYPE)
         flights["disc"], flights["since_s"], flights["allowed"] = number, time[:-1], allowed[:-1] + allowed[1:]
         flights["turned"] = np.where(followed, turned, math.nan)
+        flights["spun"] = np.where(followed, spun, math.nan)
         flights["moved"] = np.where(followed, distance, math.nan)
         yield flights
 
@@ -188,9 +213,9 @@ def _stamps(trace: Trace) -> float:
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Largest part of a change of velocity that is across the normal, over the speed, and the angle between the two.
 
-    A wall's normal is known. Between discs it is along what the impact changes of their relative velocity, of which
-    gravity is a part where it acts on one of them alone. Where several contacts of one step share a disc, nobody knows
-    which of them changed what.
+    A wall's normal is known. Between discs it is along what the impact changes of their relative velocity, but for what
+    friction adds across it (its coefficient times the part along it, at most) and gravity where it acts on one alone.
+    Where several contacts of one step share a disc, nobody knows which of them changed what.
     """
     impacts = trace.impacts
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
@@ -201,7 +226,8 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     length = np.hypot(*impacts["normal"].T)
     normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
     along, across = np.sum(change * normal, axis=1), _cross(change, normal)
-    off = np.where(along > 0.0, np.maximum(across - _pulled(trace), 0.0), size)
+    rubbed = np.where(impacts["second"] < 0, 0.0, trace.scene.friction) * along
+    off = np.where(along > 0.0, np.maximum(across - rubbed - _pulled(trace), 0.0), size)
     off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
     if not len(off):
         return 0.0, 0.0
@@ -233,6 +259,44 @@ def _momentum(trace: Trace) -> float:
         centre = share[:, None] * changes[0] + (1.0 - share)[:, None] * changes[1]
     off = np.hypot(*centre.T) - math.hypot(*trace.scene.gravity_m_s2) * _lasted(trace)
     return largest(off[asked & ~(off <= 0.0)].tolist(), default=0.0)
+
+
+def _angular(trace: Trace) -> tuple[float, float, float]:
+    """Largest change of a disc's angular momentum about the contact, its part beyond sampling, and the arm there.
+
+    An impulse at the contact has no moment about it: what friction takes of a disc's velocity across the normal, it
+    takes of ``k R w``, k the inertia factor, and of the second body the opposite. In metres a second, over the mass and
+    the radius. Bodies that are found in contact overlap by as much as they close in a step, and the normal turns by as
+    much: so much of the arm and of the direction sampling explains, as it does of places. What gravity adds across the
+    normal while the contact lasts is no fault, and what nobody can tell apart is not asked for.
+    """
+    impacts, start = trace.impacts, trace.scene.arrays
+    before, after = velocities(impacts, "before"), velocities(impacts, "after")
+    change, spun = after - before, rim_speeds(trace, "after") - rim_speeds(trace, "before")
+    length = np.hypot(*impacts["normal"].T)
+    normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
+    tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    closing = np.hypot(*(before[1] - before[0]).T)
+    pulled = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
+    known = np.isfinite(_turning_times(trace))
+    worst, most, arm = 0.0, 0.0, math.nan
+    for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
+        body = np.maximum(impacts[side], 0)
+        inertia, radius = start.inertia[body], start.radius_m[body]
+        taken = sign * np.sum(change[k] * tangent, axis=1)
+        with np.errstate(invalid="ignore"):  # what can't turn is not asked
+            turned = inertia * spun[k]
+        asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
+        off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
+        blurred = np.where(impacts["second"] < 0, np.abs(taken), np.hypot(*change[k].T))  # a wall's normal never turns
+        explained = blurred * closing * trace.dt_s / radius
+        beyond = np.maximum(off - explained, 0.0)
+        if len(off):
+            at = int(np.argmax(off))
+            if off[at] > worst:
+                worst, arm = float(off[at]), float(turned[at] / taken[at]) + 0.0 if taken[at] else math.nan
+            most = max(most, float(np.max(beyond)))
+    return worst, most, arm
 
 
 def _lasted(trace: Trace) -> Array:

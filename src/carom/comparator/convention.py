@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
+from carom.physics.friction import Grip, friction_impulse
 from carom.scene import Scene
-from carom.trace import Trace, body_name, free_flights, wall_body
+from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body
 
 __all__ = ["AdmissibleOutcome", "ConventionMatch", "Group", "admissible_outcomes", "first_group", "match_outcome"]
 
@@ -34,7 +35,8 @@ MOST_STATES = 4096
 #: Every subset of the contacts can be the one that pushes; of more contacts than these, subsets are not tried.
 MOST_AT_ONCE = 8
 
-Velocities = NDArray[np.float64]
+#: Velocity and speed of the rim, ``(x, y, R w)``, one row a disc.
+Motions = NDArray[np.float64]
 Contact = tuple[int, int, tuple[float, float]]
 
 
@@ -44,11 +46,16 @@ class AdmissibleOutcome:
 
     Attributes:
         how: The order of impacts that leads there, in words.
-        velocity_m_s: Velocities after, one row a disc of the group, shape ``(k, 2)``.
+        motion_m_s: Velocity and speed of the rim after, ``(x, y, R w)``, one row a disc of the group, shape ``(k, 3)``.
     """
 
     how: str
-    velocity_m_s: Velocities
+    motion_m_s: Motions
+
+    @property
+    def velocity_m_s(self) -> NDArray[np.float64]:
+        """Velocities after, one row a disc of the group, shape ``(k, 2)``."""
+        return self.motion_m_s[:, :2]
 
 
 @dataclass(frozen=True)
@@ -59,13 +66,13 @@ class Group:
         time_s: The instant.
         discs: Numbers of the discs, ascending.
         contacts: Pairs of bodies (a wall is negative) with the normal from first to second.
-        velocity_m_s: Velocities before, one row a disc, shape ``(k, 2)``.
+        motion_m_s: Velocity and speed of the rim before, one row a disc, shape ``(k, 3)``.
     """
 
     time_s: float
     discs: tuple[int, ...]
     contacts: tuple[Contact, ...]
-    velocity_m_s: Velocities
+    motion_m_s: Motions
 
 
 @dataclass(frozen=True)
@@ -76,7 +83,8 @@ class ConventionMatch:
         group: The shared instant.
         outcomes: The admissible outcomes; empty where there are too many to list.
         nearest: Index of the nearest outcome; None where there is none.
-        distance: Largest difference of a velocity from it, over the scene's speed.
+        distance: Largest difference of a velocity from it, over the scene's speed, or of a rim's speed, over that of
+            rims, where that is more.
         matches: Whether that is no more than rounding, or no more than PIT's at the same step.
     """
 
@@ -112,8 +120,13 @@ def first_group(reference: Trace) -> Group | None:
             break
         discs |= linked
     kept = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
-    velocity = np.array([flights[disc].velocity_m_s for disc in sorted(discs)])
-    return Group(time_s, tuple(sorted(discs)), kept, velocity)
+    rim = scene.arrays.surface_speed_m_s.copy()
+    for impact, rims in zip(impacts[:begin], rim_speeds(reference, "after").T[:begin], strict=True):
+        for side, speed in zip(("first", "second"), rims, strict=True):
+            if impact[side] >= 0:
+                rim[impact[side]] = speed
+    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) for disc in sorted(discs)])
+    return Group(time_s, tuple(sorted(discs)), kept, motion)
 
 
 def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:
@@ -128,23 +141,23 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
     tolerance = SAME * speed_m_s
     found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
-    stack: list[tuple[Velocities, tuple[str, ...]]] = [(group.velocity_m_s.copy(), ())]
+    stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
     while stack:
-        velocity, path = stack.pop()
+        motion, path = stack.pop()
         # Cells far wider than rounding and far narrower than any difference that could matter.
-        key = np.round(velocity / (1e3 * tolerance)).astype(np.int64).tobytes()
+        key = (np.round(motion / (1e3 * tolerance)) + 0.0).tobytes()  # which makes a zero of either sign one
         if key in seen:
             continue
         seen.add(key)
         if len(seen) > MOST_STATES:
             return ()
-        active = [c for c in group.contacts if _closing(c, velocity, row) > tolerance]
+        active = [c for c in group.contacts if _closing(c, motion, row) > tolerance]
         if not active:
-            found.append(AdmissibleOutcome(", then ".join(path) or "no impact", velocity))
+            found.append(AdmissibleOutcome(", then ".join(path) or "no impact", motion))
         # Last first, so that the stack gives the lower body numbers first.
-        stack += [(_struck(scene, c, velocity, row), (*path, _name(c))) for c in reversed(active)]
+        stack += [(_struck(scene, c, motion, row), (*path, _name(c))) for c in reversed(active)]
     at_once = _at_once(scene, group, row, tolerance)
-    if at_once is not None and all(np.max(np.abs(at_once - o.velocity_m_s)) > 1e3 * tolerance for o in found):
+    if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > 1e3 * tolerance for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))
     return tuple(found)
 
@@ -164,25 +177,28 @@ def match_outcome(reference: Trace, observed: Trace, sampling: Trace | None, sca
 
 
 def _nearest(trace: Trace, group: Group, outcomes: Sequence[AdmissibleOutcome], scales: Scales) -> tuple[int, float]:
-    found = _velocities_after(trace, group)
-    distances = [float(np.max(np.hypot(*(found - outcome.velocity_m_s).T))) / scales.speed_m_s for outcome in outcomes]
+    found = _motions_after(trace, group)
+    distances = []
+    for outcome in outcomes:
+        x, y, rim = (found - outcome.motion_m_s).T
+        distances.append(float(np.max([np.hypot(x, y) / scales.speed_m_s, np.abs(rim) / scales.rim_m_s])))
     best = int(np.argmin(distances))
     return best, distances[best]
 
 
-def _velocities_after(trace: Trace, group: Group) -> Velocities:
-    """Velocities of the group's discs once it has done with this instant: after its impacts within the next steps."""
-    velocity = group.velocity_m_s.copy()
+def _motions_after(trace: Trace, group: Group) -> Motions:
+    """Motions of the group's discs once it has done with this instant: after its impacts within the next steps."""
+    motion = group.motion_m_s.copy()
     row = {disc: k for k, disc in enumerate(group.discs)}
     slack = LATEST_STAMP_STEPS * trace.dt_s + SAME * trace.scene.duration_s
-    for impact in trace.impacts:
+    for impact, rims in zip(trace.impacts, rim_speeds(trace, "after").T, strict=True):
         bodies = (int(impact["first"]), int(impact["second"]))
         if abs(float(impact["time_s"]) - group.time_s) > slack or any(b >= 0 and b not in row for b in bodies):
             continue
-        for name, body in zip(("first", "second"), bodies, strict=True):
+        for name, body, rim in zip(("first", "second"), bodies, rims, strict=True):
             if body >= 0:
-                velocity[row[body]] = impact[f"velocity_{name}_after"]
-    return velocity
+                motion[row[body]] = (*impact[f"velocity_{name}_after"], rim)
+    return motion
 
 
 def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -> Iterator[Contact]:
@@ -199,9 +215,9 @@ def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -
                 yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
 
 
-def _closing(contact: Contact, velocity: Velocities, row: dict[int, int]) -> float:
+def _closing(contact: Contact, motion: Motions, row: dict[int, int]) -> float:
     first, second, normal = contact
-    relative = velocity[row[first]] - (velocity[row[second]] if second >= 0 else 0.0)
+    relative = motion[row[first], :2] - (motion[row[second], :2] if second >= 0 else 0.0)
     return float(relative @ np.array(normal))
 
 
@@ -210,22 +226,52 @@ def _inverse_masses(scene: Scene, contact: Contact) -> tuple[float, float]:
     return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
 
 
-def _struck(scene: Scene, contact: Contact, velocity: Velocities, row: dict[int, int]) -> Velocities:
+def _struck(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]) -> Motions:
     first, second, normal = contact
     w1, w2 = _inverse_masses(scene, contact)
     if w1 + w2 == 0.0:
-        return velocity
+        return motion
     restitution = scene.restitution if second >= 0 else scene.wall_restitution
-    impulse = (1.0 + restitution) * _closing(contact, velocity, row) / (w1 + w2)
-    after = velocity.copy()
-    after[row[first]] -= impulse * w1 * np.array(normal)
+    impulse = (1.0 + restitution) * _closing(contact, motion, row) / (w1 + w2)
+    after = motion.copy()
+    after[row[first], :2] -= impulse * w1 * np.array(normal)
     if second >= 0:
-        after[row[second]] += impulse * w2 * np.array(normal)
+        after[row[second], :2] += impulse * w2 * np.array(normal)
+    return _rubbed(scene, contact, motion, after, impulse, row)
+
+
+def _rubbed(
+    scene: Scene, contact: Contact, before: Motions, after: Motions, pressed: float, row: dict[int, int]
+) -> Motions:
+    """Return what friction makes of the bodies of a contact besides, in place, given how hard they are pressed."""
+    first, second, (nx, ny) = contact
+    wall, start = second < 0, scene.arrays
+    grip = (
+        Grip(start.wall_friction, start.wall_tangential_restitution)
+        if wall
+        else Grip(start.friction, start.tangential_restitution)
+    )
+    if not grip.friction:
+        return after
+    tangent = np.array([-ny, nx])
+    sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
+    weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
+    slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
+    yielding = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
+    rub = friction_impulse(grip, slip, yielding, pressed)
+    for body, sign in sides:
+        after[row[body], :2] += sign * rub * weights[body] * tangent
+        after[row[body], 2] -= rub * weights[body] / start.inertia[body]
     return after
 
 
-def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Velocities | None:
-    """All impulses at once, by trying which contacts push; None where there is no answer, or too many contacts."""
+def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) -> Motions | None:
+    """All impulses at once, by trying which contacts push; None where there is no answer, or too many contacts.
+
+    With friction the answer of all impulses at once is not unique (Baraff 1989), and none is listed.
+    """
+    if scene.arrays.rubs:
+        return None
     contacts = [c for c in group.contacts if sum(_inverse_masses(scene, c)) > 0.0]
     if len(contacts) > MOST_AT_ONCE:
         return None
@@ -236,7 +282,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
         if second >= 0:
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
-    closing = np.array([_closing(c, group.velocity_m_s, row) for c in contacts])
+    closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
     # Closing speeds after: -e times those before; where nothing closed, nothing may close.
     restitution = [scene.restitution if second >= 0 else scene.wall_restitution for _, second, _ in contacts]
     wanted = -np.array(restitution) * np.maximum(closing, 0.0)
@@ -248,7 +294,8 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
         impulse = np.zeros(len(contacts))
         impulse[active] = np.linalg.solve(inner, (closing - wanted)[active])
         if np.all(impulse >= 0.0) and np.all(closing - matrix @ impulse <= wanted + 1e3 * tolerance):
-            after: Velocities = group.velocity_m_s + (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
+            after = group.motion_m_s.copy()
+            after[:, :2] += (inverse_mass * (jacobian.T @ impulse)).reshape(-1, 2)
             return after
     return None
 

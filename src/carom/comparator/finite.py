@@ -8,16 +8,19 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from carom.trace import IMPACT_DTYPE, Trace, velocities
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 
 __all__ = ["finite_impacts", "not_finite"]
 
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
+_SPINS = SPIN_DTYPE.names or ()
 
 
 def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return for each impact whether all of its own numbers are finite, shape ``(m,)``."""
-    sound: NDArray[np.bool_] = np.all([_rows(trace.impacts[name]) for name in _NUMBERS], axis=0)
+    numbers = [trace.impacts[name] for name in _NUMBERS]
+    numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
+    sound: NDArray[np.bool_] = np.all([_rows(values) for values in numbers], axis=0)
     return sound
 
 
@@ -34,6 +37,9 @@ def _broken(trace: Trace) -> Iterator[str]:
     impacts, state, effective, samples = trace.impacts, trace.state_before, trace.effective_time_s, trace.samples
     for name in _NUMBERS:
         yield from _named(f"{name} of impact", impacts[name])
+    if trace.spins is not None:
+        for name in _SPINS:
+            yield from _named(f"spin {name} of impact", trace.spins[name])
     unknown = np.zeros(len(impacts), dtype=np.bool_)
     if state is not None:
         places = np.concatenate([state["position_first"], state["position_second"]], axis=1)
@@ -45,6 +51,8 @@ def _broken(trace: Trace) -> Iterator[str]:
         yield from _named("effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed))
     yield from _named("final_position_m of disc", trace.final_position_m)
     yield from _named("final_velocity_m_s of disc", trace.final_velocity_m_s)
+    if trace.final_spin_rad_s is not None:
+        yield from _named("final_spin_rad_s of disc", trace.final_spin_rad_s)
     for name in ("end_time_s", "dt_s"):
         if not math.isfinite(getattr(trace, name)):
             yield f"{name} is {getattr(trace, name)}"

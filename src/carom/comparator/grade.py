@@ -83,17 +83,23 @@ def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) ->
     own = evidence.consistency
     if own is None:
         return False
-    off = own.excess if but_for_sampling else own.position
-    return off.size <= evidence.place_rounding and not list(contradictions(evidence))
+    off, angular = (own.excess, own.angular_excess) if but_for_sampling else (own.position, own.angular)
+    agrees = off.size <= evidence.place_rounding and angular <= evidence.rounding
+    return agrees and not list(contradictions(evidence))
 
 
 def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
-    """Whether nothing that was measured is more than rounding; beyond a horizon the end is not measured, and NaN."""
+    """Whether nothing that was measured is more than rounding; beyond a horizon the end is not measured, and NaN.
+
+    So are spins where nothing turns.
+    """
     errors, largest = measured.errors, measured.largest
     return (
         all(abs(error.time_s) <= rounding_s and error.velocity <= evidence.rounding for error in errors)
+        and not any(error.spin > evidence.rounding for error in errors)
         and abs(largest.energy) <= min(evidence.rounding, THRESHOLDS.energy)
         and not largest.final_velocity > evidence.rounding
+        and not largest.final_spin > evidence.rounding
         and not largest.final_position > evidence.place_rounding
     )
 
@@ -101,9 +107,11 @@ def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
 def _impacts_are_close(evidence: Evidence, price: Price) -> bool:
     """Whether each impact is off by a small part of a step, and of the price of sampling up to it, at most."""
     step_s = evidence.observed.dt_s or price.dt_s
-    allowed = THRESHOLDS.close * price.velocity + evidence.rounding
+    velocity, spin = (THRESHOLDS.close * paid + evidence.rounding for paid in (price.velocity, price.spin))
     return all(
-        abs(error.time_s) <= THRESHOLDS.close * step_s and error.velocity <= allowed[error.reference]
+        abs(error.time_s) <= THRESHOLDS.close * step_s
+        and error.velocity <= velocity[error.reference]
+        and not error.spin > spin[error.reference]
         for error in evidence.measured.errors
     )
 
@@ -119,17 +127,21 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
     own = {error.reference: error for error in evidence.measured.errors}
     pit = {error.reference: error for error in sampling.errors}
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
-    late_s, early_s, velocity = evidence.observed.dt_s, 0.0, 0.0
+    late_s, early_s, velocity, spin = evidence.observed.dt_s, 0.0, 0.0, 0.0
     for index in range(evidence.reach.impacts):
         found, paid = own.get(index), pit.get(index)
         if paid is not None:
             late_s, early_s = max(late_s, paid.time_s), max(early_s, -paid.time_s)
-        velocity = max(velocity, float(changed[index]) if paid is None else paid.velocity)
+        velocity = max(velocity, float(changed.velocity[index]) if paid is None else paid.velocity)
+        turned = float(changed.spin[index]) if paid is None else paid.spin
+        spin = max(spin, 0.0 if math.isnan(turned) else turned)
         if found is None:
             continue
         # Where PIT misses the impact, there is no lateness to hold its own against.
         latest_s, earliest_s = (math.inf, math.inf) if paid is None else (late_s, early_s)
         if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
+            return False
+        if found.spin > spin + rounding:
             return False
         if found.time_s < -rounding_s:
             # Looking once a step finds no impact before it is there, as the run's own state before it tells. One that
@@ -153,7 +165,11 @@ def _ends_as_well(evidence: Evidence, paid: Price | Errors, part: float = 1.0) -
     falls = any(evidence.reference.scene.gravity_m_s2)
     if own is not None and not (falls or own.unchecked) and own.position.size <= evidence.place_rounding:
         return True
-    position, velocity = (0.0 if math.isnan(x) else part * x for x in (paid.final_position, paid.final_velocity))
+    position, velocity, spin = (
+        0.0 if math.isnan(x) else part * x for x in (paid.final_position, paid.final_velocity, paid.final_spin)
+    )
     return not (
-        found.final_velocity > velocity + evidence.rounding or found.final_position > position + evidence.place_rounding
+        found.final_velocity > velocity + evidence.rounding
+        or found.final_spin > spin + evidence.rounding
+        or found.final_position > position + evidence.place_rounding
     )

@@ -15,7 +15,7 @@ from carom.scene import Disc, Scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace, Vector, velocities
+from carom.trace import Trace, Vector, rim_speeds, velocities
 
 __all__ = ["Horizon", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
 
@@ -194,7 +194,12 @@ def estimate_horizon(reference: Trace) -> float | None:
     last = times > scene.duration_s * (1.0 - BELIEVED)
     speed = float(np.max(np.abs([velocities(one, "before"), velocities(one, "after")])))
     # Asked so that NaN differs from everything.
-    differs = ~(_apart(one, other.impacts[np.maximum(same, 0)], scene.duration_s, speed) <= BELIEVED)
+    matched = np.maximum(same, 0)
+    rims = rim_speeds(reference, "after"), rim_speeds(other, "after")[:, matched]
+    speed = max(speed, float(np.max(np.abs(rims))))
+    error = _apart(one, other.impacts[matched], scene.duration_s, speed)
+    error = np.maximum(error, np.max(np.abs(rims[0] - rims[1]), axis=0) / speed)
+    differs = ~(error <= BELIEVED)
     apart = np.where(same < 0, ~last, differs)
     if not apart.any():
         return None
@@ -215,15 +220,19 @@ def _same_impacts(reference: Trace, other: Trace) -> NDArray[np.intp]:
 
 def _nudged(scene: Scene, *, positions: bool) -> Scene:
     """Return the scene with every velocity, and every position where asked for, moved by one unit in the last place."""
-    signs = np.random.default_rng(0).choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
+    rng = np.random.default_rng(0)
+    signs = rng.choice([-math.inf, math.inf], size=(len(scene.discs), 4)).tolist()
+    turns = rng.choice([-math.inf, math.inf], size=len(scene.discs)).tolist()
 
-    def moved(disc: Disc, sign: list[float]) -> Disc:
+    def moved(disc: Disc, sign: list[float], turn: float) -> Disc:
         if disc.immovable:
             return disc
         place = _moved(disc.position_m, sign[:2]) if positions else disc.position_m
-        return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": _moved(disc.velocity_m_s, sign[2:])})
+        spin = math.nextafter(disc.spin_rad_s, turn) if disc.spin_rad_s else 0.0
+        velocity = _moved(disc.velocity_m_s, sign[2:])
+        return Disc(**{**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin})
 
-    discs = tuple(map(moved, scene.discs, signs))
+    discs = tuple(map(moved, scene.discs, signs, turns))
     return Scene(**{**dict(scene), "discs": discs}) if positions else scene.model_copy(update={"discs": discs})
 
 

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
-from carom.physics.impact_law import resolve_impact
+from carom.physics.rough_impact import RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.trace import STATE_DTYPE, Trace, free_flights, velocities, wall_index
+from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
 __all__ = ["LocalErrors", "local_errors", "own_states"]
 
@@ -38,19 +38,26 @@ class LocalErrors:
         time_s: Effective time, or the reported one where that is not known, less the analytic one, seconds.
         velocity: Length of the velocity error after, the worse of the two bodies, over the scene's speed.
         restitution: Effective coefficient of restitution along the analytic normal, less the scene's.
+        spin: Error of the spin after times the radius, the worse of the two bodies, over the scene's speed of rims; NaN
+            everywhere where nothing turns.
         energy: Kinetic energy gained against the analytic answer, over that at the start of the scene.
         sampling_velocity: What `velocity` would be for PIT from the same state at the same step; NaN where PIT would
             find no impact, or there are no steps.
         solver_velocity: Velocity error against that PIT, over the scene's speed.
+        sampling_spin: As `sampling_velocity`, of the spin.
+        solver_spin: As `solver_velocity`, of the spin.
         spurious: Impacts that, from the method's own state, do not happen at all.
     """
 
     time_s: Array
     velocity: Array
+    spin: Array
     restitution: Array
     energy: Array
     sampling_velocity: Array
     solver_velocity: Array
+    sampling_spin: Array
+    solver_spin: Array
     spurious: tuple[int, ...]
 
     @cached_property
@@ -94,9 +101,13 @@ class _Bodies:
     wall: NDArray[np.bool_]
     position: Array
     velocity: Array
+    rim: Array
     radius: Array
     mass: Array
+    inertia: Array
     restitution: Array
+    friction: Array
+    tangential_restitution: Array
 
     @classmethod
     def of(cls, trace: Trace, state: NDArray[np.void]) -> _Bodies:
@@ -107,21 +118,30 @@ class _Bodies:
             position=np.stack([state["position_first"], state["position_second"]]),
             velocity=velocities(trace.impacts, "before"),
             radius=np.stack([start.radius_m[first], np.where(wall, 0.0, start.radius_m[second])]),
+            rim=rim_speeds(trace, "before"),
             mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
+            inertia=np.stack([start.inertia[first], start.inertia[second]]),
             restitution=np.where(wall, start.wall_restitution, start.restitution),
+            friction=np.where(wall, start.wall_friction, start.friction),
+            tangential_restitution=np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
         )
 
-    def after(self, at: NDArray[np.intp], normal: Array) -> Array:
-        """Return the velocities after the impacts at some indices, along given normals, shape ``(2, k, 2)``."""
+    def after(self, at: NDArray[np.intp], normal: Array) -> tuple[Array, Array]:
+        """Return the velocities and rims after the impacts at some indices, shapes ``(2, k, 2)`` and ``(2, k)``."""
         if not len(at):
-            return np.zeros((2, 0, 2))
-        (v1, v2), (m1, m2) = self.velocity[:, at], self.mass[:, at]
-        return np.stack(resolve_impact(v1, m1, v2, m2, normal, self.restitution[at]))
+            return np.zeros((2, 0, 2)), np.zeros((2, 0))
+        one, two = (
+            RoughBodies(*(x[k][at] for x in (self.velocity, self.rim, self.mass, self.inertia))) for k in (0, 1)
+        )
+        laws = (self.restitution[at], self.friction[at], self.tangential_restitution[at])
+        after = resolve_rough_impact(one, two, normal, *laws)
+        return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
-    def energy(self, velocity: Array) -> Array:
-        """Return the kinetic energies of what moves at these velocities, joules, shape ``(m,)``."""
+    def energy(self, velocity: Array, rim: Array) -> Array:
+        """Return the kinetic energies of what moves, and turns, as fast as that, joules, shape ``(m,)``."""
         mass = np.where(np.isinf(self.mass), 0.0, self.mass)
-        total: Array = np.sum(0.5 * mass * np.sum(velocity**2, axis=-1), axis=0)
+        inertia = np.where(np.isinf(self.inertia), 0.0, self.inertia)
+        total: Array = np.sum(0.5 * mass * (np.sum(velocity**2, axis=-1) + inertia * rim**2), axis=0)
         return total
 
 
@@ -150,20 +170,30 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
+    rim, expected_rim = rim_speeds(trace, "after"), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
-    expected[:, ok] = bodies.after(ok, normal[ok])
-    sampled = _sampled(trace.dt_s, bodies, wait, expected)
+    expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
+    sampled, sampled_rim = _sampled(trace.dt_s, bodies, wait, expected, expected_rim)
+    unturned = 0.0 if trace.scene.arrays.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
     restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
     return LocalErrors(
         time_s=_turns(trace) - instant,
         velocity=worse(after - expected) / scales.speed_m_s,
+        spin=_worse_rim(rim - expected_rim) / scales.rim_m_s + unturned,
         restitution=np.where(happens, restitution, math.nan),
-        energy=(bodies.energy(after) - bodies.energy(expected)) / (scales.energy_j or 1.0),
+        energy=(bodies.energy(after, rim) - bodies.energy(expected, expected_rim)) / (scales.energy_j or 1.0),
         sampling_velocity=worse(sampled - expected) / scales.speed_m_s,
         solver_velocity=worse(after - sampled) / scales.speed_m_s,
+        sampling_spin=_worse_rim(sampled_rim - expected_rim) / scales.rim_m_s + unturned,
+        solver_spin=_worse_rim(rim - sampled_rim) / scales.rim_m_s + unturned,
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
+
+
+def _worse_rim(difference: Array) -> Array:
+    largest: Array = np.max(np.abs(difference), axis=0)  # which keeps NaN
+    return largest
 
 
 def _turns(trace: Trace) -> Array:
@@ -197,12 +227,13 @@ def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
 
 
-def _sampled(dt_s: float, bodies: _Bodies, wait: Array, expected: Array) -> Array:
-    """Velocities after that PIT would give from the same states, at step boundaries counted from them."""
-    result = np.full_like(expected, math.nan)
+def _sampled(dt_s: float, bodies: _Bodies, wait: Array, expected: Array, rim: Array) -> tuple[Array, Array]:
+    """Velocities and rims after that PIT would give from the same states, at step boundaries counted from them."""
+    result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:
-        return result
-    result[:, bodies.wall] = expected[:, bodies.wall]  # a wall's normal is the same wherever the disc is found
+        return result, rims
+    # A wall's normal, and the arm of its friction, are the same wherever the disc is found.
+    result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
         # A contact at a step boundary to rounding is found at that boundary.
@@ -211,5 +242,5 @@ def _sampled(dt_s: float, bodies: _Bodies, wait: Array, expected: Array) -> Arra
     line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
     reach = np.sum(bodies.radius[:, at], axis=0)
     found = (np.sum(line * u[at], axis=1) < 0.0) & (np.hypot(*line.T) <= reach * (1.0 + 2.0**-40))
-    result[:, at[found]] = bodies.after(at[found], line[found])
-    return result
+    result[:, at[found]], rims[:, at[found]] = bodies.after(at[found], line[found])
+    return result, rims

@@ -14,7 +14,7 @@ from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import Scales, largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Need
-from carom.trace import Trace, kinetic_energy, velocities
+from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
 
 __all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "worse"]
 
@@ -36,6 +36,8 @@ class ImpactError:
         along_normal: Velocity error along the reference's normal, the worse of the two bodies, over the scene's speed.
         across_normal: The same across it.
         velocity: Length of the velocity error, the worse of the two bodies, over the scene's speed.
+        spin: Error of the spin times the radius, the worse of the two bodies, over the scene's speed of rims; NaN where
+            nothing turns.
         direction_rad: Angle between observed and reference velocity after, the worse of the two bodies; a body that
             rests in either has none.
         normal_rad: Angle between observed and reference normal.
@@ -50,6 +52,7 @@ class ImpactError:
     along_normal: float
     across_normal: float
     velocity: float
+    spin: float
     direction_rad: float
     normal_rad: float
     restitution: float
@@ -72,19 +75,22 @@ class Errors:
     """The metrics: the largest error of each kind, of one trace against another. NaN where there is none.
 
     A metric is a field here, filled below and named in `docs/scoring.md`: tables and JSON lines have all of them. The
-    first seven are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs. Of what
-    ends, nothing is measured beyond a horizon, nor where the two runs end at different times.
+    first eight are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs. Of what
+    ends, nothing is measured beyond a horizon, nor where the two runs end at different times; nor of spins where
+    nothing turns.
 
     Attributes:
         energy: Final kinetic energy, over that at the start, with its sign; 0 where nothing moved at the start.
         momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
         final_position: Distance of a disc from its final place, over the scene's length.
         final_velocity: Final velocity of a disc, over the scene's speed.
+        final_spin: Final spin of a disc times its radius, over the scene's speed of rims.
     """
 
     time_s: float = _called("time error")
     reported_time_s: float = _called("reported time")
     velocity: float = _called("velocity error")
+    spin: float = _called("spin error")
     along_normal: float = _called("along the normal")
     across_normal: float = _called("across it")
     restitution: float = _called("restitution error")
@@ -93,9 +99,10 @@ class Errors:
     momentum: float = _called("momentum error")
     final_position: float = _called("final place")
     final_velocity: float = _called("final velocity")
+    final_spin: float = _called("final spin")
 
 
-_OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "along_normal", "across_normal", "direction_rad")
+_OF_IMPACTS = ("time_s", "reported_time_s", "velocity", "spin", "along_normal", "across_normal", "direction_rad")
 
 
 @dataclass(frozen=True)
@@ -116,13 +123,14 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
     # Final states can be compared where both runs end at one time, to its rounding.
     apart_s = abs(observed.end_time_s - reference.end_time_s)
     together = reach.whole and not apart_s > THRESHOLDS.rounding * scales.time_s
-    momentum = position = velocity = math.nan
+    momentum = position = velocity = spin = math.nan
     if together:
         momentum = _momentum_error(reference, observed, scales)
         position = _largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m
         velocity = _largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s) / scales.speed_m_s
-    # Where the reference's end is no answer, it is an answer still that elastic impacts alone conserve energy.
-    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY}
+        spin = _final_spin_error(reference, observed, scales)
+    # Where the reference's end is no answer, it is an answer still that elastic, smooth impacts alone conserve energy.
+    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY, Need.FRICTION}
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
         alignment=alignment,
@@ -134,6 +142,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
             momentum=momentum,
             final_position=position,
             final_velocity=velocity,
+            final_spin=spin,
         ),
     )
 
@@ -169,7 +178,10 @@ def _largest_row(difference: Array) -> float:
 def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     if scales.energy_j == 0.0:
         return 0.0
-    found, expected = (kinetic_energy(reference.scene, trace.final_velocity_m_s) for trace in (observed, reference))
+    found, expected = (
+        kinetic_energy(reference.scene, trace.final_velocity_m_s, trace.final_spin_rad_s)
+        for trace in (observed, reference)
+    )
     return _number((found - expected) / scales.energy_j)
 
 
@@ -180,6 +192,13 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
         return 0.0
     difference = mass @ (observed.final_velocity_m_s - reference.final_velocity_m_s)
     return _number(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
+
+
+def _final_spin_error(reference: Trace, observed: Trace, scales: Scales) -> float:
+    if reference.final_spin_rad_s is None or observed.final_spin_rad_s is None:
+        return math.nan
+    off = reference.scene.arrays.radius_m * (observed.final_spin_rad_s - reference.final_spin_rad_s)
+    return _number(float(np.max(np.abs(off))) / scales.rim_m_s)
 
 
 def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
@@ -195,6 +214,7 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         found["time_s"] - expected["time_s"],
         effective - expected["time_s"],
         *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
+        _spin_errors(reference, observed, r, o) / scales.rim_m_s,
         np.max(_angles(after, true_after, AT_REST * scales.speed_m_s), axis=0),
         _angles(found["normal"], normal, 0.0),
         restitution,
@@ -204,6 +224,14 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
     errors = np.where(sound, columns, math.inf).T.tolist()
     for k, (reference_index, observed_index) in enumerate(alignment.matched):
         yield ImpactError(reference_index, observed_index, *errors[k])
+
+
+def _spin_errors(reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp]) -> Array:
+    """Largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN where nothing turns."""
+    if reference.spins is None or observed.spins is None:
+        return np.full(len(r), math.nan)
+    off: Array = np.max(np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r]), axis=0)
+    return np.where(np.isnan(off), math.inf, off)
 
 
 def _largest_part(difference: Array, direction: Array) -> Array:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +25,26 @@ from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace, velocities
+from carom.trace import Trace, rim_speeds, velocities
 
-__all__ = ["Price", "changes", "paid_of", "price_of_sampling"]
+__all__ = ["Paid", "Price", "changes", "paid_of", "price_of_sampling"]
 
 Array = NDArray[np.float64]
 
 #: Prices of so many scenes and steps are kept: a cross-check holds every engine against the same few.
 KEPT = 256
+
+
+class Paid(NamedTuple):
+    """Errors at each believed impact of a reference, shape ``(m,)`` each.
+
+    Attributes:
+        velocity: Of the velocity after, over the scene's speed.
+        spin: Of the spin times the radius, over the scene's speed of rims; 0 where nothing turns.
+    """
+
+    velocity: Array
+    spin: Array
 
 
 @dataclass(frozen=True)
@@ -43,28 +56,27 @@ class Price:
         velocity: Velocity error at each believed impact of the reference, over the scene's speed; an impact that is
             missed is off by all that it changes. At worst over the phases it is the largest up to each impact: errors
             hand themselves on from impact to impact.
+        spin: The same of spins times radii, over the scene's speed of rims; 0 where nothing turns.
         energy: Error of the final kinetic energy, over that at the start.
         final_position: Largest distance of a disc from its final place, over the scene's length; 0 where not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
+        final_spin: Largest error of a final spin times its radius, over the scene's speed of rims; 0 as well.
     """
 
     dt_s: float
     velocity: Array
+    spin: Array
     energy: float
     final_position: float
     final_velocity: float
+    final_spin: float
 
     @classmethod
-    def of(cls, dt_s: float, velocity: Array, measured: Measured) -> Price:
+    def of(cls, dt_s: float, paid: Paid, measured: Measured) -> Price:
         """Return the price of one phase, from what was measured of PIT at it."""
         found = measured.largest
-        ends = (0.0 if math.isnan(error) else error for error in (found.final_position, found.final_velocity))
-        return cls(dt_s, velocity, abs(found.energy), *ends)
-
-    @property
-    def worst(self) -> float:
-        """The largest velocity error at any impact; NaN where there is none."""
-        return float(self.velocity[-1]) if len(self.velocity) else math.nan
+        errors = (found.final_position, found.final_velocity, found.final_spin)
+        return cls(dt_s, *paid, abs(found.energy), *(0.0 if math.isnan(error) else error for error in errors))
 
 
 def price_of_sampling(reference: Trace, sampling: Trace, measured: Measured, scales: Scales, reach: Reach) -> Price:
@@ -75,25 +87,31 @@ def price_of_sampling(reference: Trace, sampling: Trace, measured: Measured, sca
     return Price(
         dt_s=sampling.dt_s,
         velocity=np.maximum.accumulate(np.max([price.velocity for price in found], axis=0)),
+        spin=np.maximum.accumulate(np.max([price.spin for price in found], axis=0)),
         energy=max(price.energy for price in found),
         final_position=max(price.final_position for price in found),
         final_velocity=max(price.final_velocity for price in found),
+        final_spin=max(price.final_spin for price in found),
     )
 
 
-def paid_of(reference: Trace, measured: Measured, scales: Scales, believed: int) -> Array:
-    """Return the velocity error of each believed impact: all that it changes where it is missed, 0 where undecided."""
-    paid = np.zeros(believed)
+def paid_of(reference: Trace, measured: Measured, scales: Scales, believed: int) -> Paid:
+    """Return the errors at each believed impact: all that it changes where it is missed, 0 where undecided."""
+    paid = Paid(np.zeros(believed), np.zeros(believed))
     for error in measured.errors:
-        paid[error.reference] = error.velocity
+        paid.velocity[error.reference] = error.velocity
+        paid.spin[error.reference] = 0.0 if math.isnan(error.spin) else error.spin
     missed = list(measured.alignment.missed)
-    paid[missed] = changes(reference, scales)[missed]
+    for errors, changed in zip(paid, changes(reference, scales), strict=True):
+        errors[missed] = changed[missed]
     return paid
 
 
-def changes(reference: Trace, scales: Scales) -> Array:
-    """Return what each impact of a reference changes of a velocity, the more changed one, over the scene's speed."""
-    return worse(velocities(reference.impacts, "after") - velocities(reference.impacts, "before")) / scales.speed_m_s
+def changes(reference: Trace, scales: Scales) -> Paid:
+    """Return what each impact of a reference changes, of the more changed body."""
+    velocity = worse(velocities(reference.impacts, "after") - velocities(reference.impacts, "before"))
+    spin = np.max(np.abs(rim_speeds(reference, "after") - rim_speeds(reference, "before")), axis=0)
+    return Paid(velocity / scales.speed_m_s, spin / scales.rim_m_s)
 
 
 @lru_cache(maxsize=KEPT)
@@ -122,6 +140,6 @@ def _prices(reference: Trace, dt_s: float, believed: int, cut: bool) -> Iterator
         whole = not cut and agreed == believed == len(truth.impacts)
         until_s = math.inf if whole else float(truth.impacts["time_s"][agreed - 1])
         found = measure(truth, pit, scales, Reach(agreed, until_s))
-        paid = np.zeros(believed)
-        paid[:agreed] = paid_of(truth, found, scales, agreed)
-        yield Price.of(dt_s, paid, found)
+        yield Price.of(
+            dt_s, Paid(*(np.pad(paid, (0, believed - agreed)) for paid in paid_of(truth, found, scales, agreed))), found
+        )

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.scene import Scene
-from carom.trace import Trace, kinetic_energy, velocities
+from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
 
 __all__ = ["Scales", "largest", "scales_of"]
 
@@ -21,13 +21,17 @@ class Scales:
     Attributes:
         length_m: Radius of the largest disc.
         speed_m_s: Greatest speed of any disc in the reference; 1 m/s in a scene in which nothing moves.
+        rim_m_s: Greatest speed of any disc, or of any rim as seen from its centre: what errors of spins, times the
+            radius, are divided by. The slip adds up the two, so a rim is as exact as the larger of them; a velocity is
+            no less exact for a fast rim that slides.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start.
+        energy_j: Kinetic energy of the movable discs at the start, that of turning with it.
         reach_m: Farthest that a coordinate can come to lie from the origin, which rounding is in proportion to.
     """
 
     length_m: float
     speed_m_s: float
+    rim_m_s: float
     time_s: float
     energy_j: float
     reach_m: float
@@ -37,12 +41,14 @@ def scales_of(scene: Scene, reference: Trace) -> Scales:
     """Return the scene's own length, speed and time."""
     start = scene.arrays
     speed = float(np.max(np.hypot(*np.concatenate([start.velocity_m_s, *velocities(reference.impacts, "after")]).T)))
+    rims = np.concatenate([start.surface_speed_m_s, *rim_speeds(reference, "after")])
     farthest = float(np.max(np.abs(np.concatenate([start.position_m, reference.final_position_m]))))
     return Scales(
         length_m=float(np.max(start.radius_m)),
         speed_m_s=speed or 1.0,
+        rim_m_s=max(speed, float(np.max(np.abs(rims)))) or 1.0,
         time_s=scene.duration_s,
-        energy_j=kinetic_energy(scene, start.velocity_m_s),
+        energy_j=kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None),
         reach_m=farthest + speed * scene.duration_s,
     )
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, Slip
 from carom.comparator.convention import ConventionMatch
+from carom.comparator.grip import WrongBranches
 from carom.comparator.local import LocalErrors
 from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
@@ -33,6 +34,9 @@ class Verdict(Enum):
     MULTIPLE_MISSED = "several impacts are missed"
     EARLY = "found before it happens"
     WRONG_VELOCITY = "velocities after an impact are off"
+    WRONG_SPIN = "spins after an impact are off"
+    SLID = "discs slide where friction holds them"
+    STUCK = "discs hold where friction lets them slide"
     WRONG_ORDER = "impacts come in the wrong order"
     SPURIOUS = "impacts are invented that do not happen"
     ENERGY_GAINED = "energy is gained"
@@ -43,11 +47,14 @@ class Verdict(Enum):
     UNCOMPARED = "there is no PIT at this step to hold it against"
     MISPLACED = "discs end in the wrong place"
     WRONG_END = "discs end with the wrong velocity"
+    WRONG_LAST_SPIN = "discs end with the wrong spin"
     DRIFTS = "discs move otherwise than their velocities say"
     TURNS = "velocities change where no impact is reported"
+    SPINS = "spins change where no impact is reported"
     WRONG_STAMP = "impacts are stamped outside the step that reports them"
     WRONG_NORMAL = "the normals reported are not those of the impacts"
     MOMENTUM = "momentum is gained or lost at an impact"
+    ANGULAR = "angular momentum about the contact is gained or lost"
     NOT_FINITE = "a number is NaN or infinite"
     NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
     CONFORMS = "agrees with the reference to rounding"
@@ -72,6 +79,7 @@ class Evidence:
         against_pit: What was measured of the observed trace against that PIT; None as well.
         price: What PIT pays at worst over the phases of that step; None as well.
         consistency: None where the observed trace has a number that is NaN or infinite.
+        branches: Which of its impacts took the wrong branch of friction.
         broken: Which number that is, empty where there is none.
     """
 
@@ -87,6 +95,7 @@ class Evidence:
     local: LocalErrors
     convention: ConventionMatch | None
     consistency: Consistency | None
+    branches: WrongBranches
     broken: str
 
     @property
@@ -122,7 +131,7 @@ class Evidence:
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    rules = (_convention, _hits, _order, _timing, _motion, _end, _own_path)
+    rules = (_convention, _hits, _order, _timing, _motion, _turning, _end, _own_path)
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
     found += [finding for rule in rules for finding in rule(evidence)]
     if errors and found and evidence.sampling is None:
@@ -216,6 +225,16 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
 
 
+def _turning(evidence: Evidence) -> Iterator[Finding]:
+    """What is off about spins; NaN where nothing turns."""
+    worst, impacts = evidence.measured.largest.spin, evidence.observed.impacts
+    if worst > evidence.rounding:
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {worst:.3g} of the scene's speed of rims")
+    for verdict, wrong in ((Verdict.SLID, evidence.branches.slid), (Verdict.STUCK, evidence.branches.stuck)):
+        if wrong:
+            yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_first(wrong, impacts)}")
+
+
 def _end(evidence: Evidence) -> Iterator[Finding]:
     """Where the run ended, if the reference decides on that: one answer, no impact left open, and no horizon."""
     if evidence.convention is not None or evidence.measured.alignment.undecided:
@@ -225,6 +244,9 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(Verdict.MISPLACED, f"by up to {place:.3g} of the largest radius")
     if velocity > evidence.rounding:
         yield Finding(Verdict.WRONG_END, f"by up to {velocity:.3g} of the scene's speed")
+    if evidence.measured.largest.final_spin > evidence.rounding:
+        spin = evidence.measured.largest.final_spin
+        yield Finding(Verdict.WRONG_LAST_SPIN, f"by up to {spin:.3g} of the scene's speed of rims")
 
 
 def _own_path(evidence: Evidence) -> Iterator[Finding]:
@@ -235,6 +257,13 @@ def _own_path(evidence: Evidence) -> Iterator[Finding]:
         if own.excess.size > evidence.place_rounding:
             reason += f"; {own.excess.size:.3g} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
+    if own is not None and own.angular > evidence.rounding:
+        reason = f"by up to {own.angular:.3g} of the scene's speed of rims"
+        if math.isfinite(own.arm):
+            reason += f"; friction turns a disc as if at {own.arm:.4g} times its radius"
+        if own.angular_excess > evidence.rounding:
+            reason += f"; {own.angular_excess:.3g} more than bodies close in a step"
+        yield Finding(Verdict.ANGULAR, reason)
     yield from contradictions(evidence)
 
 
@@ -244,9 +273,11 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
     if own is None:
         return
     speed, two_discs = "of the scene's speed", "for the centre of mass of the two discs"
+    rims = "of the scene's speed of rims"
     degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
     for verdict, size, allowed, reason in (
         (Verdict.TURNS, own.velocity.size, rounding, f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}"),
+        (Verdict.SPINS, own.spin.size, rounding, f"{own.spin.size:.3g} {rims}, {_since(own.spin)}"),
         (Verdict.MOMENTUM, own.momentum, rounding, f"{own.momentum:.3g} {speed}, {two_discs}"),
         (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, _seconds(own.stamp_s, evidence)),
         (Verdict.WRONG_NORMAL, own.across, rounding, f"{degrees:.3g} degrees from what the velocities change by"),

@@ -10,10 +10,11 @@
 from __future__ import annotations
 
 import difflib
-import tomllib
 from collections.abc import Collection, Mapping
 from pathlib import Path
 
+from carom.arguments import shown
+from carom.data_files import read_data
 from carom.errors import InputError
 
 __all__ = ["FILE_NAME", "check_names", "load_known_failures"]
@@ -28,12 +29,12 @@ def load_known_failures(path: Path) -> dict[str, str]:
         InputError: The file can't be read or is not of the form above; the message names the entry.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{path}: can't be read: {error}") from error
+        data = read_data(path, ".toml")
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     entries = data.pop("known_failure", [])
     if data:
-        raise InputError(f"{path}: {next(iter(data))!r} is unknown; there is [[known_failure]]")
+        raise InputError(f"{path}: {shown(next(iter(data)))} is unknown; there is [[known_failure]]")
     if not isinstance(entries, list):
         raise InputError(f"{path}: known_failure must be a list of tables, each under [[known_failure]]")
     reasons: dict[str, str] = {}
@@ -41,22 +42,22 @@ def load_known_failures(path: Path) -> dict[str, str]:
         where = f"{path}: known_failure {number}"
         for name, reason in _entry(entry, where):
             if name in reasons:
-                raise InputError(f"{where}: {name!r} is listed twice")
+                raise InputError(f"{where}: {shown(name)} is listed twice")
             reasons[name] = reason
     return reasons
 
 
 def _entry(entry: object, where: str) -> list[tuple[str, str]]:
     if not isinstance(entry, dict):
-        raise InputError(f"{where}: must be a table with `reason` and `cases`, got {entry!r}")
+        raise InputError(f"{where}: must be a table with `reason` and `cases`, got {shown(entry)}")
     unknown = sorted(set(entry) - {"reason", "cases"})
     if unknown:
-        raise InputError(f"{where}: {unknown[0]!r} is unknown; there are: reason, cases")
+        raise InputError(f"{where}: {shown(unknown[0])} is unknown; there are: reason, cases")
     reason, names = entry.get("reason"), entry.get("cases")
     if not (isinstance(reason, str) and reason.strip()):
-        raise InputError(f"{where}: reason must be a sentence that says why, got {reason!r}")
+        raise InputError(f"{where}: reason must be a sentence that says why, got {shown(reason)}")
     if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
-        raise InputError(f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {names!r}")
+        raise InputError(f"{where}: cases must be a list of names such as 'penalty::energy[tuned]', got {shown(names)}")
     return [(name, reason.strip()) for name in names]
 
 
@@ -87,6 +88,6 @@ def check_names(
                 if near
                 else "; `pytest --carom-engine NAME --collect-only -q` lists them"
             )
-            raise InputError(f"{path}: there is no case {name!r}{hint}")
+            raise InputError(f"{path}: there is no case {shown(name)}{hint}")
         if name in skipped:
             raise InputError(f"{path}: {name!r} can't fail, it is skipped: {skipped[name]}; take it out")

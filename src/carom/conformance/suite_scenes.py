@@ -9,6 +9,8 @@ import math
 
 import numpy as np
 
+from carom.adapter.checks import MANTISSA_BITS
+from carom.adapter.protocol import Capabilities
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
@@ -28,11 +30,16 @@ __all__ = [
     "mixed_contacts",
     "post",
     "posts",
+    "rubbing",
+    "rubbing_crowd",
     "walled_box",
 ]
 
 #: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
 DT_S = 1 / 128
+
+#: How many steps the discs of `rubbing` take to touch.
+TOUCH_STEPS = 8
 
 #: Named one by one, so that a scene added to the catalogue can't break anybody's list of known failures. Left out are
 #: scenes without a unique answer, and those in which a rounding error grows from impact to impact.
@@ -195,6 +202,53 @@ def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
         wall_restitution=restitution,
         duration_s=3.0,
     )
+
+
+def rubbing(
+    can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
+) -> Scene:
+    """Discs that slip past each other as they meet along x; where walls are supported, a third slips along one.
+
+    They touch just before the end of a step, by as much as can be told at the declared width of numbers: so friction
+    has its full arm, and the line of centres is x, also where an engine takes both from the overlap that it sees.
+    """
+    overlap = 2.0 ** (8 - MANTISSA_BITS[can.float_bits])
+    turns = can.spin and math.isfinite(inertia_factor)
+    factor = inertia_factor if can.spin else math.inf
+
+    def disc(x: float, y: float, velocity: tuple[float, float], closing: float, spin: float, mass: float) -> Disc:
+        late_s = TOUCH_STEPS * DT_S - overlap / closing
+        return Disc(
+            position_m=(x - velocity[0] * late_s, y - velocity[1] * late_s),
+            velocity_m_s=velocity,
+            radius_m=0.5,
+            mass_kg=mass,
+            spin_rad_s=spin if turns else 0.0,
+            inertia_factor=factor,
+        )
+
+    discs = [disc(0, 0, (2, 0.5), 3, 6, 1.0), disc(1, 0, (-1, -0.25), 3, 2, 2.0)]
+    if can.walls:
+        discs.append(disc(0, 9.5, (2, 3), 3, -8, 1.5))
+    return Scene(
+        name=f"conformance-friction-{friction:g}-{wall_friction:g}-{inertia_factor:g}",
+        discs=discs,
+        walls=[Wall(point_m=(0, 10), normal=(0, -1))] if can.walls else [],
+        restitution=restitution,
+        wall_restitution=restitution,
+        friction=friction,
+        wall_friction=wall_friction if can.walls else 0.0,
+        duration_s=2 * TOUCH_STEPS * DT_S,
+    )
+
+
+def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:
+    """The crowd, among walls where they are supported, in which each disc spins, and rubs on what it meets."""
+    scene = walled_box() if can.walls else crowd()
+    spun = {"spin_rad_s": 4.0} if can.spin else {"inertia_factor": math.inf}
+    discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]
+    update = {"name": "conformance-rubbing", "discs": tuple(discs), "friction": friction, "wall_friction": friction}
+    return scene.model_copy(update=update | {"restitution": restitution, "wall_restitution": restitution})
 
 
 def known_trace(scene: Scene, known: KnownAnswer) -> Trace:

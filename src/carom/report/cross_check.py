@@ -6,9 +6,9 @@ from collections import Counter
 from pathlib import Path
 
 from carom.comparator.thresholds import THRESHOLDS
+from carom.folders import write_files
 from carom.report import tables, wording
 from carom.report.document import Document
-from carom.report.files import write_files
 from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
 from carom.report.overview import overview
@@ -20,7 +20,10 @@ from carom.report.trend import trend_sections
 from carom.runs.plan import default_dts
 from carom.runs.results import Results
 
-__all__ = ["cross_check_document", "write_report"]
+__all__ = ["PURPOSE", "cross_check_document", "write_report"]
+
+#: What a folder of a cross-check is for.
+PURPOSE = "cross-check"
 
 
 def cross_check_document(results: Results) -> Document:
@@ -62,7 +65,7 @@ def write_report(results: Results, folder: Path, document: Document | None = Non
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files that are no report of Carom's.
     """
     document = document or cross_check_document(results)
     contents = {
@@ -71,7 +74,7 @@ def write_report(results: Results, folder: Path, document: Document | None = Non
         "results.jsonl": records(results),
         "junit.xml": junit(results),
     }
-    return write_files(Path(folder), contents)
+    return write_files(Path(folder), PURPOSE, contents)
 
 
 def _reference(results: Results) -> str:

@@ -84,6 +84,7 @@ class Cell:
         link: Where the text leads on a page; empty for nowhere.
         shares: Parts of a bar below the text; a terminal shows it in place of the text.
         part: Length of a meter below the text, in parts of the longest; None for no meter.
+        anchor: Its name within a page, for what leads to it; empty for none.
     """
 
     text: str
@@ -96,6 +97,7 @@ class Cell:
     link: str = ""
     shares: tuple[Share, ...] = ()
     part: float | None = None
+    anchor: str = ""
 
     @property
     def line(self) -> str:
@@ -210,9 +212,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Drawings side by side; a medium that shows none has the tables."""
+    """Drawings side by side, or large, one below the other; a medium that shows none has the tables."""
 
     items: tuple[Figure, ...]
+    large: bool = False
     only: Media = PAGE
 
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
+from carom.folders import write_files
 from carom.report import wording
-from carom.report.bench_document import METHOD
-from carom.report.document import Column, Document, Figure, Figures, Lines, Section, Table
-from carom.report.files import as_json, require_report_extra, write_files
+from carom.report.bench_tables import METHOD
+from carom.report.document import IN_FULL, Cell, Column, Document, Figure, Figures, Lines, Section, Table
+from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
 from carom.report.svg import alone, drawing, finish, framed, line_style, plain_number, png, render
@@ -41,57 +42,66 @@ def growth_document(growth: Growth) -> Document:
     )
     return Document(
         "Carom bench: growth",
-        ("Run time and memory against the number of discs.",),
+        ("Run time and memory against the number of discs.", *_fastest(growth)),
         (
-            Section("Cost as work grows", (Figures(figures), *_tables(growth))),
-            Section("Left out, and why", (Lines(left_out),) if left_out else (), level=3),
+            Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
+            Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
             *making(growth.environment, growth.command, growth.elapsed_s),
         ),
     )
 
 
+def _fastest(growth: Growth) -> Iterator[str]:
+    """Say which method takes the least time for the most discs that any of them ran."""
+    most = max((point.discs for curve in growth.curves for point in _ran(curve)), default=0)
+    ran = [(point.advance_s, curve) for curve in growth.curves for point in _ran(curve) if point.discs == most]
+    if ran:
+        took_s, best = min(ran, key=lambda one: one[0])
+        step = wording.number(1e3 * took_s / STEPS, 3)
+        yield (
+            f"With {most} discs {best.engine} ({best.profile}) is the fastest of {wording.count(len(ran), 'method')}: "
+            f"{step} ms a step."
+        )
+
+
 def _tables(growth: Growth) -> tuple[Table, ...]:
     sizes = sorted({point.discs for curve in growth.curves for point in curve.points})
 
-    def at_each(say: Callable[[GrowthPoint], float]) -> tuple[Column, ...]:
-        return (*METHOD, *(Column(str(size), partial(_at, size, say), number=True) for size in sizes))
+    def at_each(say: Callable[[GrowthPoint], float], title: str, note: str) -> Table:
+        columns = (METHOD, *(Column(str(size), partial(_at, size, say), number=True) for size in sizes))
+        return Table(columns, growth.curves, title=title, note=note, only=IN_FULL)
 
     return (
         Table(
-            at_each(lambda point: 1e3 * point.advance_s / STEPS),
-            growth.curves,
-            title="Run time of a step, ms",
-            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
-            "process of its own, one at a time. Preparation is not in it.",
-        ),
-        Table(
-            at_each(lambda point: point.ratio),
-            growth.curves,
-            title="Run time over PIT's with as many discs",
-            note="Both in one sitting. Only these may be held against another machine's.",
-        ),
-        Table(
-            at_each(lambda point: point.memory_bytes / _MIB),
-            growth.curves,
-            title="Memory, MiB",
-            note="What the process held at most, less what it held with the scene and the engine loaded and no world "
-            "yet.",
-        ),
-        Table(
             (
-                *METHOD,
-                Column("run time grows as", lambda curve: _power(curve.time_exponent)),
-                Column("memory grows as", lambda curve: _power(curve.memory_exponent)),
-                Column(
-                    "prepare, the most discs",
-                    _most(lambda point: f"{wording.seconds(point.prepare_s)} for {point.discs}"),
-                ),
-                Column("peak of the process", _most(lambda point: f"{wording.number(point.peak_bytes / _MIB, 3)} MiB")),
+                METHOD,
+                Column("run time", lambda curve: _power(curve.time_exponent), "grows as"),
+                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as"),
+                Column("most", _most(lambda point: str(point.discs)), "discs", number=True),
+                Column("a step", _most(lambda p: wording.seconds(p.advance_s / STEPS)), "there", number=True),
+                Column("prepare", _most(lambda p: wording.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
+                Column("peak", _most(lambda p: f"{wording.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True),
             ),
             growth.curves,
             title="Growth with the number of discs n, from 100 discs on",
-            note="Least squares on logarithmic axes; 95 % interval. Where run time falls as discs are added, the "
-            "method has changed, and only what follows is fitted.",
+            note="Least squares on logarithmic axes, with 95 % interval; where run time falls as discs are added, the "
+            "method has changed, and what follows is fitted.",
+        ),
+        at_each(
+            lambda point: 1e3 * point.advance_s / STEPS,
+            "Run time of a step, ms",
+            f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
+            "process of its own, one at a time. Preparation is not in it.",
+        ),
+        at_each(
+            lambda point: point.ratio,
+            "Run time over PIT's with as many discs",
+            "Both in one sitting. Only these may be held against another machine's.",
+        ),
+        at_each(
+            lambda point: point.memory_bytes / _MIB,
+            "Memory, MiB",
+            "What the process held at most, less what it held with the scene and the engine loaded and no world yet.",
         ),
     )
 
@@ -110,12 +120,13 @@ def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else wording.ABSENT
 
 
-def _power(exponent: tuple[float, float, float]) -> str:
+def _power(exponent: tuple[float, float, float]) -> Cell:
     value, low, high = exponent
     if math.isnan(value):
-        return "too few runs to tell"
-    interval = "" if math.isnan(low) else f" ({wording.number(low, 3)} to {wording.number(high, 3)})"
-    return f"n^{wording.number(value, 3)}{interval}"
+        return Cell("too few runs")
+    if math.isnan(low):
+        return Cell(f"n^{value:.2f}")
+    return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f} ± {high - value:.2f}")
 
 
 def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
@@ -138,7 +149,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
         axes.plot(
             [discs for discs, height in places if height > 0],
             [height for _, height in places if height > 0],
-            label=f"{curve.engine} {curve.profile}\n{_power(exponent)}",
+            label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
             **line_style(k, pit=curve.engine == "pit", hollow=False),
         )
     axes.set_xlabel("discs")
@@ -154,7 +165,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        OSError: The folder can't be written to.
+        InputError: The folder can't be written into, or holds files of others.
     """
     require_report_extra()
     foot = stamp_lines(growth.environment, growth.command)
@@ -165,4 +176,4 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, files[f"{name}.png"] = _diagram(growth, memory, foot)
         files[f"{name}.svg"] = alone(svg)
-    return write_files(folder, files)
+    return write_files(folder, "bench", files)

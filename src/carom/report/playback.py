@@ -15,8 +15,9 @@ import numpy as np
 from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
+from carom.folders import write_file
 from carom.report import wording
-from carom.report.files import require_report_extra, write_files
+from carom.report.files import require_report_extra
 from carom.report.grid import mark_of, reasons_of
 from carom.report.paths import exact_paths, extent_of, observed_paths
 from carom.report.picture import draw_walls, limits_of
@@ -100,7 +101,7 @@ class Replay:
         """
         path = Path(path)
         if path.suffix == ".html":
-            return write_files(path.parent, {path.name: self.html()})
+            return write_file(path, self.html())
         if path.suffix not in {".gif", ".mp4"}:
             raise InputError(f"a replay is saved as .html, .gif or .mp4, not as {path.suffix or 'nothing'!r}")
         require_report_extra()
@@ -114,7 +115,7 @@ class Replay:
         with tempfile.TemporaryDirectory() as folder, drawing():
             made = Path(folder) / path.name
             _film(self).save(made, writer=writer)
-            return write_files(path.parent, {path.name: made.read_bytes()})
+            return write_file(path, made.read_bytes())
 
 
 def replay(reference: Trace, observed: Trace, *, score: Score | None = None) -> Replay:

@@ -133,7 +133,8 @@ def _paid(price: float) -> float | str:
 def _local(score: Score) -> dict[str, object]:
     """Medians and largest of the local errors: one entry an impact would be too long a line."""
     local = score.local
-    kinds = ("velocity", "time_s", "restitution", "energy", "sampling_velocity", "solver_velocity")
+    sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")
+    kinds = ("velocity", "spin", "time_s", "restitution", "energy", *sampled)
     return {
         "scored": local.scored,
         "spurious": len(local.spurious),

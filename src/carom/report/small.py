@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import tomli_w
@@ -12,7 +13,7 @@ from carom.adapter import Capabilities
 from carom.bench.adviser import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
 from carom.registry import EngineInfo
 from carom.report import wording
-from carom.report.document import Cell, Column, Document, Section, Table
+from carom.report.document import DETAIL, EVERYWHERE, TERMINAL, Cell, Column, Document, Section, Table, Text
 from carom.scenes import CatalogueScene, Complaint
 from carom.trace import body_name, pair_name
 
@@ -145,25 +146,31 @@ def _reach(certified: CertifiedTrace) -> Iterator[str]:
 
 
 def advice_document(advice: Advice) -> Document:
-    """Return the answer, with what was tried for it."""
+    """Return the answer, with what was tried for it: who may take the longest step comes first."""
+    lost = Column("lost,", lambda answer: _found(answer.passes), "direction", only=DETAIL)
     table = Table(
         (
-            Column("engine", lambda answer: answer.method.engine),
-            Column("profile", lambda answer: answer.method.profile),
-            Column("passes at", lambda answer: _step(answer.passes)),
-            Column("there: lost, direction", lambda answer: _found(answer.passes)),
-            Column("fails at", lambda answer: _step(answer.fails)),
-            Column("there: lost, direction", lambda answer: _found(answer.fails)),
-            Column("remark", _remark),
+            Column("method", lambda answer: f"{answer.method.engine} {answer.method.profile}"),
+            Column("steps a", lambda answer: _rate(answer.passes), "second", number=True),
+            Column("passes at", lambda answer: _step(answer.passes), "step, s", number=True),
+            lost,
+            Column("fails at", lambda answer: _step(answer.fails), "step, s", number=True),
+            replace(lost, say=lambda answer: _found(answer.fails), only=EVERYWHERE),
+            Column("search", _ended, only=TERMINAL),
+            Column("remark", _remark, only=DETAIL),
         ),
-        advice.answers,
+        sorted(advice.answers, key=lambda answer: -answer.passes.dt_s if answer.passes else 0.0),
         title=f"{advice.scene.name}: the largest step that meets the demand",
-        note=f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that "
+    )
+    short = "lost: share of starts with an impact missed or invented (+: an unlucky one)"
+    note = (
+        f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that "
         f"look just before the hardest impacts; the two steps are no more than {wording.percent(RESOLUTION - 1.0)} "
         "apart. Lost: share of the even starts with an impact missed or invented (+: only at an aimed one). Found by "
-        "trying: between the steps tried there is no proof.",
+        "trying: between the steps tried there is no proof."
     )
-    return Document("Carom: advice", tuple(_sentences(advice)), (Section(table.title, (table,)),))
+    section = Section(table.title, (table, Text(short, TERMINAL), Text(note, DETAIL)))
+    return Document("Carom: advice", tuple(_sentences(advice)), (section,))
 
 
 def _sentences(advice: Advice) -> Iterator[str]:
@@ -171,21 +178,29 @@ def _sentences(advice: Advice) -> Iterator[str]:
     degrees = wording.number(math.degrees(advice.demand.direction_error_rad), 3)
     lost = advice.demand.miss_probability
     missing = "no impact missed" if lost == 0 else f"an impact missed at no more than {wording.percent(lost)} of starts"
-    demand = f"directions right to {degrees}° and {missing} on {advice.scene.name}"
+    yield f"Asked of {advice.scene.name}: directions right to {degrees}°, and {missing}."
     if advice.closed_form_s is not None:
         yield (
-            f"PIT needs {_rate(advice.closed_form_s)} for {demand}: by closed form, at any start."
+            f"PIT needs {_at_least(advice.closed_form_s)}: by closed form, at any start."
             if math.isfinite(advice.closed_form_s)
-            else f"Any frame rate at which PIT looks before the scene ends gives {demand}."
+            else "PIT does so at any frame rate at which it looks before the scene ends."
         )
-    for answer in advice.answers:
-        if answer.passes is not None and not (answer.method.engine == "pit" and advice.closed_form_s is not None):
-            yield f"{answer.method.engine} ({answer.method.profile}) needs {_rate(answer.passes.dt_s)} for {demand}."
+    engines = [answer for answer in advice.answers if answer.method.engine not in {"pic", "pit"}]
+    ended = [(answer.passes.dt_s, answer.method) for answer in engines if answer.passes and not answer.reason]
+    if ended:
+        dt_s, method = max(ended, key=lambda one: one[0])
+        yield f"Take {method.engine} ({method.profile}), which needs the fewest steps: {_at_least(dt_s)}."
+    elif engines:
+        yield f"No engine's search ended in a step to take: {engines[0].reason}."
     yield _hardest(advice.hardest[0], advice.impacts)
 
 
-def _rate(dt_s: float) -> str:
+def _at_least(dt_s: float) -> str:
     return f"at least {wording.number(1.0 / dt_s, 4)} steps a second (a step of at most {wording.number(dt_s, 4)} s)"
+
+
+def _rate(trial: StepTrial | None) -> str:
+    return "none" if trial is None else wording.number(1.0 / trial.dt_s, 4)
 
 
 def _hardest(impact: HardImpact, impacts: int) -> str:
@@ -213,6 +228,12 @@ def _hardest(impact: HardImpact, impacts: int) -> str:
     )
 
 
+def _ended(answer: Advised) -> str:
+    if answer.reason:
+        return "unfinished" if answer.passes else "none found"
+    return "ended" if answer.closed_form_s is None else "closed form"
+
+
 def _remark(answer: Advised) -> str:
     if answer.reason:
         return answer.reason
@@ -222,7 +243,7 @@ def _remark(answer: Advised) -> str:
 
 
 def _step(trial: StepTrial | None) -> str:
-    return wording.ABSENT if trial is None else f"{wording.number(trial.dt_s, 4)} s"
+    return wording.ABSENT if trial is None else wording.number(trial.dt_s, 4)
 
 
 def _found(trial: StepTrial | None) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError
+from carom.limits import require_seconds
 from carom.registry import load_adapter
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
@@ -53,7 +54,8 @@ def run(
         InputError: `dt` or `time_limit_s` is not a positive number.
         AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
     """
-    require_positive(dt=dt, time_limit_s=time_limit_s)
+    require_positive(dt=dt)
+    require_seconds("time_limit_s", time_limit_s)
     load_adapter(engine)
     job = Job(scene, Method(engine, profile), dt)
     with LocalPool(1, time_limit_s) as pool:

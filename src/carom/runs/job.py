@@ -95,6 +95,11 @@ class Status(Enum):
     TIMED_OUT = "timed out"
     FAILED = "the adapter failed"
 
+    @property
+    def broken(self) -> bool:
+        """Whether the engine, or its adapter, broke a run off: another time it may not."""
+        return self in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED}
+
 
 @dataclass(frozen=True)
 class Answer(Generic[T]):

@@ -3,7 +3,7 @@
 Each append is one write of whole lines to a file opened for appending, and is on the disk before it returns. A process
 killed in the middle can leave one torn line, the last; the next one to open the journal cuts it off. The first line
 says what the journal is of. Floats are written as the shortest text that reads back as the same float, to the bit;
-NaN and infinities are strings.
+NaN and infinities are strings. Control characters are escapes, so that nothing but its end breaks a line.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
@@ -19,13 +20,21 @@ from typing import Any, Generic, TypeVar
 from pydantic import ValidationError
 
 from carom.errors import InputError
+from carom.limits import MOST_VALUES, values_in
 from carom.runs.pool import Closing
 from carom.runs.wire import Codec
+from carom.text import shortened, visible
 
 __all__ = ["Journal", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
 JOURNAL_FORMAT = 3
+
+#: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
+#: kept, and found anew after a resume.
+LONGEST_LINE = 64 * 2**20
+#: Read at a time, from the end backwards, in search of the end of a line.
+_BLOCK = 2**20
 
 T = TypeVar("T")
 
@@ -34,11 +43,12 @@ class Journal(Closing, Generic[T]):
     """A journal that is open for appending, by one process at a time; used as a context manager.
 
     Args:
-        path: The file; made where it does not exist.
+        path: The file; made where it does not exist, in a folder that does.
         kind: The type of an entry: a dataclass of what JSON can hold.
         key: What tells an entry from the others.
         stamp: What whoever goes on with the journal must share with who began it.
         resume: Whether a journal that exists is gone on with; it is refused otherwise.
+        again: Says of an entry whether it is to be found anew; by default of none.
 
     Raises:
         InputError: The file exists and `resume` is not set, is no journal of this kind, stamp and format, or is being
@@ -53,40 +63,39 @@ class Journal(Closing, Generic[T]):
         *,
         stamp: Mapping[str, Any] = MappingProxyType({}),
         resume: bool = False,
+        again: Callable[[T], bool] | None = None,
     ) -> None:
         self.path = path
         self._codec = Codec[T](kind)
         self._key = key
         if not resume and path.exists() and path.stat().st_size:
             raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
-        self._own_folder = not path.parent.exists()
-        path.parent.mkdir(parents=True, exist_ok=True)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)
-            self._entries = self._read({"journal": kind.__name__, "format": JOURNAL_FORMAT, **stamp})
+            found = self._read({"journal": kind.__name__, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
+        self._entries = {name: entry for name, entry in found.items() if again is None or not again(entry)}
 
     @property
     def entries(self) -> Mapping[Hashable, T]:
-        """Every entry, by its key; where one stands there twice, the later one."""
+        """Every entry that counts, by its key; where one stands there twice, the later one."""
         return MappingProxyType(self._entries)
 
     def add(self, entries: Iterable[T]) -> None:
         """Write entries, all in one piece, and return when they are on the disk."""
         found = list(entries)
-        self._append(map(self._codec.dumps, found))
+        lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
+        self._append(line for line in lines if len(line) <= LONGEST_LINE)
         self._entries.update((self._key(entry), entry) for entry in found)
 
     def close(self) -> None:
         """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
         # Ctrl-C can come between a line and what is remembered of it: the file decides.
-        if not self._entries and os.pread(self._file, os.fstat(self._file).st_size, 0).count(b"\n") <= 1:
+        if not self._entries and len([*islice(_lines(self._file, os.fstat(self._file).st_size), 2)]) < 2:
             self.discard()
-            if self._own_folder and not any(self.path.parent.iterdir()):
-                self.path.parent.rmdir()
         os.close(self._file)
 
     def discard(self) -> None:
@@ -103,25 +112,28 @@ class Journal(Closing, Generic[T]):
     def _read(self, stamp: Mapping[str, Any]) -> dict[Hashable, T]:
         """Return what the file holds; in an empty one, write down what it is to be of."""
         stamp = json.loads(json.dumps(stamp))
-        data = self.path.read_bytes()
-        whole = _whole_lines(data)
-        head, *lines = whole.splitlines() or [b""]
+        whole, size = _whole(self._file), os.fstat(self._file).st_size
+        lines = _lines(self._file, whole)
+        head = next(lines, b"")
         there = _parsed(head)
         if head and there != stamp:
             what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
             raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
         found: dict[Hashable, T] = {}
         for number, line in enumerate(lines, start=2):
+            if len(line) > LONGEST_LINE:
+                limit = f"is longer than {LONGEST_LINE >> 20} MiB, which none of Carom's is"
+                raise InputError(f"{self.path}, line {number} {limit}; remove the line, or name another folder")
             try:
                 entry = self._codec.loads(line)
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
-                what = f"{self.path}, line {number}: {where}: {first['msg']}"
+                what = f"{self.path}, line {number}: {shortened(where)}: {first['msg']}"
                 raise InputError(f"{what}; remove the line, or name another folder") from None
             found[self._key(entry)] = entry
-        if len(whole) < len(data):  # a torn line goes only where all before it is sound
-            os.ftruncate(self._file, len(whole))
+        if whole < size:  # a torn line goes only where all before it is sound
+            os.ftruncate(self._file, whole)
         if not head:
             self._append([json.dumps(stamp).encode()])
         return found
@@ -132,22 +144,23 @@ def canonical(path: Path) -> list[bytes]:
 
     Two journals hold the same, to the bit, where these lists are equal.
     """
-    return sorted(set(_whole_lines(path.read_bytes()).splitlines()))
+    with path.open("rb") as file:
+        return sorted({*_lines(file.fileno(), _whole(file.fileno()))})
 
 
 def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     if there.get("format") != JOURNAL_FORMAT:
-        of = f"it is of format {there.get('format')}, as another version of Carom wrote it"
+        of = f"it is of format {shortened(repr(there.get('format')))}, as another version of Carom wrote it"
         return f"{of}, and this one is {JOURNAL_FORMAT}"
     name = next(name for name in (*here, *there) if there.get(name) != here.get(name))
-    return f"its {name} is {there.get(name)}, and this one's {here.get(name)}"
+    return f"its {shortened(name)} is {shortened(str(there.get(name)))}, and this one's {here.get(name)}"
 
 
 def _parsed(line: bytes) -> Any:
-    """Return what a line says; None where it is no JSON."""
+    """Return what a line says; None where it is no JSON, or of so many values that it is none of Carom's."""
     try:
-        return json.loads(line)
-    except ValueError:
+        return json.loads(line) if values_in(line) <= MOST_VALUES[".json"] else None
+    except (ValueError, RecursionError):
         return None
 
 
@@ -164,10 +177,36 @@ def _lock(file: int, path: Path) -> None:
         ) from None
 
 
-def _whole_lines(data: bytes) -> bytes:
-    """Return the data up to the end of the last whole line; a last line that is no JSON is torn, too."""
-    whole = data[: data.rfind(b"\n") + 1]
-    last = whole.rstrip(b"\n").rpartition(b"\n")[2]
-    if last and _parsed(last) is None:  # after a loss of power a file can end in zeros
-        return whole[: whole.rstrip(b"\n").rfind(b"\n") + 1]
-    return whole
+def _whole(file: int) -> int:
+    """Return where the last whole line ends; a last line that is no JSON is torn, too."""
+    size = os.fstat(file).st_size
+    end = _after_line_feed(file, size)
+    begin = _after_line_feed(file, end - 1)
+    while end and begin == end - 1:  # what is empty is no line
+        end, begin = begin, _after_line_feed(file, begin - 1)
+    # After a loss of power a file can end in zeros.
+    return begin if begin < end and _parsed(_read(file, begin, min(end, begin + LONGEST_LINE))) is None else end
+
+
+def _after_line_feed(file: int, end: int) -> int:
+    """Return the place after the last line feed before `end`; 0 where there is none."""
+    while end > 0:
+        begin = max(0, end - _BLOCK)
+        found = os.pread(file, end - begin, begin).rfind(b"\n")
+        if found >= 0:
+            return begin + found + 1
+        end = begin
+    return 0
+
+
+def _lines(file: int, end: int) -> Iterator[bytes]:
+    """Yield the lines up to `end` without their line feeds; of one that is too long no more than shows that it is."""
+    with open(file, "rb", closefd=False) as stream:
+        stream.seek(0)
+        while (left := end - stream.tell()) > 0:
+            line = stream.readline(min(left, LONGEST_LINE + 2))
+            yield line.removesuffix(b"\n")
+
+
+def _read(file: int, begin: int, end: int) -> bytes:
+    return os.pread(file, end - begin, begin)

@@ -63,7 +63,10 @@ class Cutter:
     def _try(self, length_s: float) -> frozenset[tuple[int, int]]:
         self.world.cut(length_s)
         self.world.advance(1)
-        return self.world.touching()
+        found = self.world.touching()
+        if not isinstance(found, frozenset | set):
+            raise AdapterError(f"touching() must return a frozenset of pairs, got a {type(found).__name__}")
+        return found
 
     def _bisect(self, state: object, now_s: float, touching_s: float, begun: frozenset[tuple[int, int]]) -> float:
         """Return the shortest piece, to the resolution of the clock, after which one of the pairs touches."""

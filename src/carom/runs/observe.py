@@ -12,6 +12,7 @@ from carom.adapter import Adapter, Observation, World
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
 from carom.runs.collect import ImpactCollector, gravity_of
+from carom.runs.door import Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import JobTask
 from carom.runs.locate import Cutter
@@ -52,11 +53,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
     except Exception as error:
         message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
-    for name, value in settings.items():
-        if not isinstance(value, float | int | bool | str):
-            message = f"setting {name!r} of profile {profile!r} of {adapter.name} must be a number, a bool or a string"
-            raise AdapterError(f"{message}, got {value!r}")
-    return settings
+    return plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
 
 
 def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
@@ -70,21 +67,24 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         AdapterError: The adapter refuses the scene or fails.
     """
     settings = profile_settings(adapter, profile, dt_s)
-    run = _Run(scene, dt_s, samples=samples)
+    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples)
     world = adapter.prepare(scene, settings)
+    missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
+    if missing:
+        raise AdapterError(f"prepare() must return a world; a {type(world).__name__} has no {', '.join(missing)}")
     try:
-        used = dict(world.settings)
+        used = plain_settings(world.settings, "of a world")
         world.observe()  # some engines begin to note their contacts when they are first looked at
         cutter = Cutter(world) if adapter.profiles[profile].located else None
         run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
-        own = {str(name): int(count) for name, count in getattr(world, "counts", {}).items()}
+        own = plain_counts(getattr(world, "counts", {}))
     finally:
         world.close()
     counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own}
     if cutter is not None:
         counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
     return replace(
-        run.trace(adapter.name),
+        run.trace(plain_text(adapter.name, "the name of an adapter")),
         profile=profile,
         settings=used,
         float_bits=adapter.capabilities.float_bits,
@@ -95,7 +95,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
 class _Run:
     """What has been seen of a run so far; positions are kept every `stride` steps."""
 
-    def __init__(self, scene: Scene, dt_s: float, *, samples: bool) -> None:
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         self.state = Observation(
@@ -104,6 +104,7 @@ class _Run:
             spin_rad_s=scene.arrays.spins,
         )
         self.collector = ImpactCollector(scene, self.state)
+        self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
         self.gravity = gravity_of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [self.state.position_m]
@@ -113,12 +114,13 @@ class _Run:
         """Take steps to the end, or to where nothing but free flight is left."""
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
-                now = world.observe()
+                now = self.door.state(world.observe())
                 self.outcome, self.notes = _health(now)
                 if self.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
                     return
-                self.state = now
-                self.collector.add(time_s, now)
+                self.state = self.door.contacts(now, self.seen_s, time_s)
+                self.collector.add(time_s, self.state)
+                self.seen_s = time_s
                 if self.outcome is Outcome.STANDSTILL:
                     self.taken = step
                     return

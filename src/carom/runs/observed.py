@@ -32,7 +32,11 @@ class Observed:
     answer: Answer[CarriedTrace]
 
 
-def observed_journal(path: Path, options: Options, *, resume: bool = False) -> Journal[Observed]:
-    """Open the journal of a cross-check; one of other options is refused, but for how many jobs run at a time."""
+def observed_journal(path: Path, options: Options, *, resume: bool = False, retry: bool = False) -> Journal[Observed]:
+    """Open the journal of a cross-check; with `retry` what an engine broke off counts as not run.
+
+    One of other options is refused, but for how many jobs run at a time.
+    """
     stamp = {name: value for name, value in asdict(options).items() if name != "jobs"}
-    return Journal(path, Observed, lambda entry: (entry.key, entry.drawn), stamp=stamp, resume=resume)
+    again = (lambda entry: entry.answer.status.broken) if retry else None
+    return Journal(path, Observed, lambda entry: (entry.key, entry.drawn), stamp=stamp, resume=resume, again=again)

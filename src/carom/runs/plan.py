@@ -13,6 +13,7 @@ from typing import Any
 
 from carom.adapter import Adapter, Capabilities, ContactTimes, unsupported_reason
 from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.limits import require_seconds
 from carom.registry import EngineInfo, chosen_engines, load_adapter, unavailable_reason
 from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.observe import Observe, profile_settings
@@ -100,11 +101,9 @@ class Options:
             object.__setattr__(self, name, None if value is None else tuple(value))
         if isinstance(self.phases, bool) or not isinstance(self.phases, int) or self.phases < 0:
             raise InputError(f"phases must be a whole number, 0 or more, got {self.phases!r}")
-        require_positive(
-            time_limit_s=self.time_limit_s,
-            certify_s=self.certify_s,
-            **{f"dts[{k}]": dt for k, dt in enumerate(self.dts or ())},
-        )
+        require_seconds("time_limit_s", self.time_limit_s)
+        require_seconds("certify_s", self.certify_s)
+        require_positive(**{f"dts[{k}]": dt for k, dt in enumerate(self.dts or ())})
 
     def steps_of(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, from the coarsest on."""

@@ -168,9 +168,10 @@ def job_key(job: Job) -> JobKey:
     return JobKey(scene_hash(job.scene), job.method, job.dt_s, job.phase, versions_of(job.engine))
 
 
-def score_journal(path: Path, *, resume: bool = False) -> Journal[Scored]:
-    """Open the journal of a sweep."""
-    return Journal(path, Scored, lambda result: result.key, resume=resume)
+def score_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[Scored]:
+    """Open the journal of a sweep; with `retry` what an engine broke off counts as not run."""
+    again = (lambda result: result.answer.status.broken) if retry else None
+    return Journal(path, Scored, lambda result: result.key, resume=resume, again=again)
 
 
 def sweep(

@@ -2,7 +2,7 @@
 
 Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
 fractions worked out by hand from the sources, or the linear maps of these applied to fractions. `docs/spin.md` derives
-the law. The group runs when it is asked for: engines are not scored on friction yet.
+the law. The group runs when it is asked for.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ _GARWIN = (
 _FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 #: When the first impact of a scene is, seconds.
 _FIRST_S = 0.5
-#: A coefficient at which no impact of these scenes slides.
-_GRIP = 100.0
+#: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
+_GRIP = 10.0
 
 
 def _numbers(*values: Fraction | float) -> tuple[float, ...]:

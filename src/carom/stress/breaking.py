@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.errors import InputError
+from carom.folders import file_name
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
@@ -61,7 +62,7 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'gives way' if fell else 'stands'}."
-    file = save_as(f"{attack.name}-{method.engine}-{method.profile}", shown.trial.scene, shows, scenes)
+    file = save_as(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows, scenes)
     broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
     return Spot(
         "attack",
@@ -77,12 +78,13 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
     )
 
 
-def save_as(stem: str, scene: Scene, shows: str, folder: Path) -> str:
+def save_as(name: str, scene: Scene, shows: str, folder: Path) -> str:
     """Save the scene of a number under a name of its own, so that all of them can be run together; return the file."""
     folder.mkdir(parents=True, exist_ok=True)
-    named = scene.model_copy(update={"name": f"stress/{stem}", "description": shows})
-    save_scene(named, folder / f"{stem}.toml")
-    return f"{folder.name}/{stem}.toml"
+    named = scene.model_copy(update={"name": f"stress/{name}", "description": shows})
+    file = f"{file_name(name)}.toml"
+    save_scene(named, folder / file)
+    return f"{folder.name}/{file}"
 
 
 def _judged(method: Method, trial: Trial, asker: Asker) -> Judgement:

@@ -9,10 +9,11 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from carom.errors import InputError, UnknownNameError
+from carom.errors import UnknownNameError
+from carom.folders import claimed
 from carom.registry import EngineInfo, chosen_engines
 from carom.runs.environment import environment
-from carom.runs.job import Method, Progress
+from carom.runs.job import Method, Progress, Status
 from carom.runs.journal import Journal
 from carom.runs.plan import distinct_methods, profiles_to_plan
 from carom.runs.pool import Asker, LocalPool
@@ -23,9 +24,13 @@ from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, relation_spot, relations
+from carom.stress.rough import rough_attacks
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
-__all__ = ["JOURNAL", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
+__all__ = ["JOURNAL", "PURPOSE", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
+
+#: What a folder of a campaign is for.
+PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
 SCENES = "scenes"
@@ -65,7 +70,8 @@ class StressOptions:
 def attacks() -> list[Attack]:
     """Return all attacks, in the order of the table."""
     # Every method is tried at much the same values, and the true answer costs more than a run.
-    return [replace(attack, trials=cache(attack.trials)) for attack in (*pair_attacks(), *crowd_attacks())]
+    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks())
+    return [replace(attack, trials=cache(attack.trials)) for attack in every]
 
 
 def listing(*, quick: bool = False) -> list[Line]:
@@ -79,6 +85,7 @@ def stress(
     *,
     out: Path,
     resume: bool = False,
+    retry: bool = False,
     progress: Progress | None = None,
     command: str = "",
     **options: Any,
@@ -91,13 +98,14 @@ def stress(
         engine_names: Names of adapters; every one that is installed by default.
         out: Folder for the journal and for the scenes that reproduce the numbers.
         resume: Take up what a journal in `out` says is finished.
+        retry: Run again what an engine broke off.
         progress: Called with (done, all, what) as cells finish.
         command: The command that makes this again, for the results.
         options: ``quick``, ``profiles`` and the other fields of `StressOptions`.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
-        InputError: `out` holds a journal or scenes already and `resume` is not set, or its journal is of another
+        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal is of another
             campaign.
     """
     started = time.perf_counter()
@@ -111,11 +119,10 @@ def stress(
     stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
     every = [(task, method) for task in tasks for method in columns]
     with (
-        stress_journal(out / JOURNAL, stamp, resume=resume) as journal,
+        claimed(out, PURPOSE),
+        stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry) as journal,
         LocalPool(asked.jobs, asked.limit_s, asked.memory_limit_mb) as pool,
     ):
-        if not resume and scenes.exists() and any(scenes.iterdir()):
-            raise InputError(f"{scenes} holds files already: name another folder, or go on with a campaign by --resume")
         todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
         done = len(every) - len(todo)
 
@@ -134,9 +141,15 @@ def stress(
     return StressResults(lines, tuple(columns), engines, spots, here, command, asked.quick, elapsed_s)
 
 
-def stress_journal(path: Path, stamp: Mapping[str, Any], *, resume: bool) -> Journal[Spot]:
-    """Open the journal of a campaign; `stamp` is what it must share with the one that it takes up."""
-    return Journal(path, Spot, lambda spot: (spot.kind, spot.line, spot.method), stamp=stamp, resume=resume)
+def stress_journal(path: Path, stamp: Mapping[str, Any], *, resume: bool, retry: bool = False) -> Journal[Spot]:
+    """Open the journal of a campaign; with `retry` what an engine broke off counts as not run.
+
+    `stamp` is what it must share with the one that it takes up.
+    """
+    broken = tuple(f"{status.value}: " for status in Status if status.broken)  # how a reason begins, see `Answer.said`
+    again = (lambda spot: spot.reason.startswith(broken)) if retry else None
+    key = lambda spot: (spot.kind, spot.line, spot.method)  # noqa: E731 - of two such, on lines of their own
+    return Journal(path, Spot, key, stamp=stamp, resume=resume, again=again)
 
 
 def _cell_key(task: StressTask, method: Method) -> tuple[str, str, str]:
@@ -155,8 +168,8 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
     for attack in attacks():
         if quick and attack.full_only:
             continue
-        ladder = attack.ladder(quick)
-        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, (ladder[0], ladder[-1]))
+        ladder = tuple(attack.ladder(quick))
+        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
     truth = "none is needed: the two runs of the method are held against each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
+from carom.folders import file_name
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
@@ -29,7 +30,7 @@ def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes
     scene, line = complaint.scene, complaint.name.partition("/")[2]
     answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
     scenes.mkdir(parents=True, exist_ok=True)
-    file = f"issues-{line}.toml"
+    file = f"{file_name(complaint.name)}.toml"
     save_scene(scene, scenes / file)
     files = (f"{scenes.name}/{file}",)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:

@@ -259,7 +259,7 @@ def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -
     """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
     files = []
     for k, scene in enumerate(used):
-        own = f"{relation.name}-{method.engine}-{method.profile}-{k}" if relation.of_runs else relation.name
-        stem, shows = (own, f"{scene.description} {relation.states}") if k else ("relations-base", scene.description)
-        files.append(save_as(stem, scene, shows, scenes))
+        own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
+        name, shows = (own, f"{scene.description} {relation.states}") if k else ("relations-base", scene.description)
+        files.append(save_as(name, scene, shows, scenes))
     return tuple(files)

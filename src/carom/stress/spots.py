@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -66,7 +67,7 @@ class Line:
         axis: What varies, or what must hold, or what was reported.
         truth: Where the right answer comes from.
         gives_way: What counts as giving way, and why.
-        ladder: Ends of the axis; empty where there is none.
+        ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
         link: Address of the thread of a complaint.
         about: Engine that a complaint is about.
     """
@@ -79,6 +80,19 @@ class Line:
     ladder: tuple[float, ...] = ()
     link: str = ""
     about: str = ""
+
+    def depth(self, spot: Spot) -> float | None:
+        """Return the part of the ladder's decades at which a method was seen to stand; None where none was tried.
+
+        A last value that no logarithm reaches, a gap of 0 say, counts as one decade more.
+        """
+        if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
+            return None
+        if spot.ending is SpotEnding.STANDS or spot.stands_at is None:
+            return float(spot.ending is SpotEnding.STANDS)
+        rungs = [value for value in self.ladder if value > 0]
+        beyond = len(self.ladder) - len(rungs)
+        return abs(math.log10(spot.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,9 @@ from xml.etree import ElementTree as ET
 import pytest
 from rich.console import Console
 
+import carom
 from carom.errors import InputError, MissingExtraError
+from carom.folders import MARKER
 from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
@@ -29,6 +31,8 @@ from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
 from carom.runs.job import Status
 from carom.runs.results import Results
+from carom.scenes import find_scenes
+from carom.text import visible
 
 VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
 
@@ -156,30 +160,26 @@ def test_report_is_the_same_when_written_again(results: Results, folder: Path, t
 
 def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> None:
     """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
+    write_report(one_scene, tmp_path)
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
     assert write_report(one_scene, tmp_path) == tmp_path / "index.html"
     assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
-    names = {"index.html", "report.md", "results.jsonl", "junit.xml", "notes.txt"}
+    names = {"index.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
     assert {path.name for path in tmp_path.iterdir()} == names
 
 
-def test_an_interrupted_report_leaves_the_older_one(
-    one_scene: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Whatever stops the writing, the files of the older report are whole, and no half file lies about."""
-    write_report(one_scene, tmp_path)
-    old, write_bytes = files_of(tmp_path), Path.write_bytes
-
-    def failing(self: Path, content: bytes) -> int:
-        if "results.jsonl" in self.name:
-            raise KeyboardInterrupt
-        return write_bytes(self, content)
-
-    monkeypatch.setattr(Path, "write_bytes", failing)
-    with pytest.raises(KeyboardInterrupt):
-        write_report(one_scene, tmp_path)
-    assert files_of(tmp_path) == old
+def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_path: Path) -> None:
+    """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
+    name = "evil\x9b31m\u202egnp\u2028x"
+    scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
+    write_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1), tmp_path)
+    for content in files_of(tmp_path).values():
+        text = content.decode()
+        assert visible(text) == text
+    assert "evil\\u009b31m\\u202egnp\\u2028x" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    _, rows = read_records(tmp_path / "results.jsonl")
+    assert {row["scene"] for row in rows} == {name}
 
 
 @pytest.mark.parametrize("module", ["jinja2", "matplotlib"])

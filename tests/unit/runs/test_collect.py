@@ -2,13 +2,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 import pytest
 
 from carom import Disc, Scene, Wall
-from carom.adapter import AdapterError, Contact, Observation
+from carom.adapter import Contact, Observation
 from carom.runs.collect import ImpactCollector
 
 DT = 0.1
@@ -164,48 +163,6 @@ def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
     assert "time_s" in (impacts.dtype.names or ())
 
 
-NUMBERS = {
-    "time_s": 1,
-    "normal": 2,
-    "impulse_n_s": 1,
-    "velocities": 8,
-}
-
-
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize(("field", "place"), [(field, k) for field, count in NUMBERS.items() for k in range(count)])
-def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: float) -> None:
-    """NaN and infinity are refused wherever a contact has them, by the name of the field, and never dropped."""
-    numbers = np.array([0.5] * NUMBERS[field])
-    numbers[place] = value
-    wrong: dict[str, Any] = {
-        "time_s": value,
-        "normal": tuple(numbers),
-        "impulse_n_s": value,
-        "velocities": tuple(tuple(pair) for pair in numbers.reshape(-1, 2)) if field == "velocities" else None,
-    }
-    contact = dataclasses.replace(Contact(0, 1, 0.05, ALONG_X), **{field: wrong[field]})
-    with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be finite"):
-        collect(state((0.0, 1.0), (1.0, 0.0)), state((0.1, 0.0), (1.0, 1.0), contacts=(contact,)))
-
-
-@pytest.mark.parametrize(
-    ("contact", "words"),
-    [
-        (Contact(1, 0, 0.0, ALONG_X, 1.0), "bodies 1 and 0"),
-        (Contact(0, 2, 0.0, ALONG_X, 1.0), "bodies 0 and 2"),
-        (Contact(0, -7, 0.0, ALONG_X, 1.0), "bodies 0 and -7"),
-        (Contact(0, 1, math.nan, ALONG_X, 1.0), "time_s of a contact of bodies 0 and 1 must be finite, got nan"),
-        (Contact(0, 1, 0.0, (math.inf, 0.0), 1.0), "normal of a contact .* got inf, 0"),
-    ],
-)
-def test_an_adapters_slip_is_not_taken_for_its_engines_fault(contact: Contact, words: str) -> None:
-    """A contact of bodies that do not exist, in the wrong order, or at no time, is refused by name and value."""
-    start = state((0.0, 1.0), (1.0, 0.0))
-    with pytest.raises(AdapterError, match=words):
-        collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=(contact,)))
-
-
 def rough_scene() -> Scene:
     """A disc of k = 1/2 between two others, where friction acts, all three in line."""
     discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
@@ -245,21 +202,3 @@ def test_without_its_tangential_impulse_a_contact_that_rubs_tells_no_velocity_be
     collector.add(DT, turning(_AFTER, _SPUN, *contacts))
     impacts, _ = collector.finish()
     assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
-
-
-@pytest.mark.parametrize("spin", [None, [0.0, 0.0]])
-def test_an_adapter_that_tells_no_spins_of_discs_that_turn_is_refused(spin: list[float] | None) -> None:
-    """Where discs turn, spins are part of the state: one without them is the adapter's error, by name."""
-    still = [(0.0, 0.0)] * 3
-    collector = ImpactCollector(rough_scene(), turning(still, [0.0, 0.0, 0.0]))
-    with pytest.raises(AdapterError, match=r"spin_rad_s must have the shape \(3,\)"):
-        collector.add(DT, turning(still, spin))
-
-
-def test_an_impact_told_without_its_spins_is_refused_where_discs_turn() -> None:
-    """A method that tells the velocities around an impact must tell the spins with them, where there are any."""
-    still = [(0.0, 0.0)] * 3
-    collector = ImpactCollector(rough_scene(), turning(still, [0.0, 0.0, 0.0]))
-    told = Contact(0, 1, 0.0, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)))
-    with pytest.raises(AdapterError, match="no spins_rad_s"):
-        collector.add(DT, turning(still, [0.0, 0.0, 0.0], told))

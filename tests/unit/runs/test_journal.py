@@ -5,6 +5,7 @@ import math
 import os
 import subprocess
 import sys
+import tracemalloc
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -12,11 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from carom import compare, solve_pit
 from carom.comparator import Errors
 from carom.errors import InputError
-from carom.runs.job import Answer, Method, Status
+from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, canonical
-from carom.runs.scoring import JobKey, Measures, Scored, score_journal
+from carom.runs.observed import Observed, observed_journal
+from carom.runs.plan import Options
+from carom.runs.scoring import JobKey, Measures, Scored, job_key, score_journal
+from carom.scenes import all_scenes
 from carom.stress.campaign import stress_journal
 from carom.stress.spots import Spot, SpotEnding
 
@@ -56,6 +61,28 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
     assert path.read_bytes().splitlines()[2] == line
 
 
+def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
+    """A trace of discs that turn is resumed from its journal with its spins, around impacts and at the end."""
+    scene = all_scenes()["spin/strip"].scene
+    trace = solve_pit(scene, frame_rate_hz=4000)
+    assert trace.spins is not None
+    assert len(trace.spins) > 100
+    job, path = Job(scene, Method("pit", "tuned"), 1 / 4000), tmp_path / "journal.jsonl"
+    written = Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=trace))
+    with observed_journal(path, Options()) as journal:
+        journal.add([written])
+    with observed_journal(path, Options(), resume=True) as journal:
+        (read,) = journal.entries.values()
+    assert read.answer.value is not None
+    assert read.answer.value.spins is not None
+    assert read.answer.value.final_spin_rad_s is not None
+    assert trace.final_spin_rad_s is not None
+    assert read.answer.value.spins.tobytes() == trace.spins.tobytes()
+    assert read.answer.value.spins.dtype == trace.spins.dtype
+    assert read.answer.value.final_spin_rad_s.tobytes() == trace.final_spin_rad_s.tobytes()
+    assert compare(trace, read.answer.value).total.spin == 0.0
+
+
 def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:
     """A crash is a line, too: status and reason come back, and there are no numbers."""
     path = tmp_path / "journal.jsonl"
@@ -76,7 +103,7 @@ SPOTS = (
 
 def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
     """What a campaign has written down is taken up again, equal in every field."""
-    path = tmp_path / "out" / "journal.jsonl"
+    path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}, resume=False) as journal:
         journal.add(SPOTS)
     with stress_journal(path, {"quick": True}, resume=True) as journal:
@@ -115,8 +142,8 @@ def test_a_torn_last_line_is_cut_off_and_nothing_else(tmp_path: Path, torn: str)
 
 
 def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> None:
-    """What was ended before anything was finished leaves no journal, and no folder that it made itself."""
-    score_journal(tmp_path / "new" / "journal.jsonl").close()
+    """What was ended before anything was finished leaves no journal."""
+    score_journal(tmp_path / "journal.jsonl").close()
     assert list(tmp_path.iterdir()) == []
 
 
@@ -222,3 +249,88 @@ def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
     monkeypatch.undo()
     journal.close()
     assert steps_in(path) == [0.1]
+
+
+def test_a_torn_tail_behind_a_broken_line_is_left(tmp_path: Path) -> None:
+    """A file with a broken line is refused as it is: not even what is torn behind is cut off."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as journal:
+        journal.add([result(0.1), result(0.2)])
+    head, first, second = path.read_text().splitlines()
+    path.write_text(text := f"{head}\nnot json\n{first}\n{second[:50]}")
+    with pytest.raises(InputError, match="line 2"):
+        score_journal(path, resume=True)
+    assert path.read_text() == text
+
+
+def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_path: Path) -> None:
+    """A tail of two gigabytes, most of them a hole, costs no more memory than a block of it."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as journal:
+        journal.add([result(0.1)])
+    whole = path.read_bytes()
+    with path.open("ab") as file:
+        file.truncate(2 * 2**30)
+    tracemalloc.start()
+    assert steps_in(path) == [0.1]
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 16 * 2**20
+    assert path.read_bytes() == whole
+
+
+def test_a_journal_cut_anywhere_loses_the_torn_line_alone(tmp_path: Path) -> None:
+    """Wherever a journal is cut off, all whole lines before come back, and it can be gone on with."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as journal:
+        journal.add([result(0.1), result(0.2)])
+    whole = path.read_bytes()
+    for size in range(0, len(whole) + 1, 7):  # at each by `make campaign`
+        path.write_bytes(whole[:size])
+        lines = whole[:size].count(b"\n")
+        assert steps_in(path) == [0.1, 0.2][: max(0, lines - 1)]
+
+
+@pytest.mark.parametrize("sign", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"])
+def test_no_sign_in_a_name_breaks_a_line(tmp_path: Path, sign: str) -> None:
+    """What some programs end a line at, and what commands a terminal, is an escape; the name comes back."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as journal:
+        journal.add([replace(result(0.1), scene=f"a{sign}b")])
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 2
+    with score_journal(path, resume=True) as journal:
+        assert [entry.scene for entry in journal.entries.values()] == [f"a{sign}b"]
+
+
+@pytest.mark.parametrize(
+    "line", ["[" * 100_000, '{"key":' * 100_000, '{"a": [' + "0," * 2**21 + "0]}", '{"expected": "a"}', "null"]
+)
+def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) -> None:
+    """Nested without end, of a million values or of the wrong kind: a line is refused by its number."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as journal:
+        journal.add([result(0.1)])
+    head, first = path.read_text().splitlines()
+    path.write_text(f"{head}\n{line}\n{first}\n")
+    with pytest.raises(InputError, match=r"journal.jsonl, line 2: ") as error:
+        score_journal(path, resume=True)
+    assert len(str(error.value)) < 500
+    path.write_text(f"{line}\n{first}\n")
+    with pytest.raises(InputError, match="is no journal of this work"):
+        score_journal(path, resume=True)
+
+
+@pytest.mark.parametrize("status", [Status.CRASHED, Status.TIMED_OUT, Status.FAILED, Status.UNSUPPORTED, Status.RAN])
+def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
+    """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
+    path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
+    broken, spot = Scored(KEY, "mine", answer), replace(SPOTS[0], reason=answer.said)
+    with score_journal(path) as journal:
+        journal.add([broken])
+    with score_journal(path, resume=True, retry=True) as journal:
+        assert list(journal.entries.values()) == ([] if status.broken else [broken])
+    with stress_journal(tmp_path / "stress.jsonl", {}, resume=False) as spots:
+        spots.add([spot])
+    with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as spots:
+        assert list(spots.entries.values()) == ([] if status.broken else [spot])
+    assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one

@@ -66,10 +66,10 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
 
 
 def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
-    """A folder of scenes that no campaign has written is left as it is, and the message names it."""
+    """A folder that no campaign has written into is left as it is, and the message names what lies there."""
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="scenes holds files already"):
+    with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
         stress(["small"], ["pit"], out=tmp_path, quick=True)
     assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
@@ -115,13 +115,15 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
     for line in results.lines:
         assert line.name in markdown
         assert line.name in html
-    assert "scenes/tunnelling-pit-tuned.toml" in html
-    assert "tunnelling-pit-tuned.toml" in markdown
+    assert "scenes/tunnelling.pit.tuned.toml" in html
+    assert "tunnelling.pit.tuned.toml" in markdown
 
 
 def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
-    """A table for each kind of line that there is, and what was found in plain sentences."""
-    shown = list(terminal(stress_document(results), 160))
-    headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
-    assert headings == ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
-    assert any(isinstance(item, str) and "Of 1 attack, stood as far as the axis goes" in item for item in shown)
+    """A row a method, in full a table for each kind of line that there is, and what was found in plain sentences."""
+    kinds = ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
+    for full in (False, True):
+        shown = list(terminal(stress_document(results), 160, full=full))
+        headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
+        assert headings == ["What became of each method", *(kinds if full else ())]
+        assert any(isinstance(item, str) and item.startswith("Of 1 attack ") for item in shown)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from rich import box
 from rich.cells import cell_len
@@ -12,6 +13,7 @@ from rich.text import Text as RichText
 
 from carom.report import document as blocks
 from carom.report.document import Cell, Column, Document, Medium, Share, Table
+from carom.text import visible
 
 __all__ = ["terminal"]
 
@@ -33,52 +35,74 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
         for block in section.shown(medium):
             match block:
                 case Table():
-                    yield block.title or section.heading
+                    yield visible(block.title or section.heading)
                     yield from _parts(block, medium, width)
-                    yield from filter(None, (block.note, *below))
+                    yield from map(visible, filter(None, (block.note, *below)))
                     below.clear()
                 case blocks.Legend():
                     below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
                 case blocks.Lines():
-                    yield from block.items
+                    yield from map(visible, block.items)
                 case blocks.Text() | blocks.Code():
-                    yield block.text
+                    yield visible(block.text)
                 case blocks.Facts():
-                    yield from (f"{name}: {value}" for name, value in block.items)
+                    yield from (visible(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
-    yield from document.lead
+    yield from map(visible, document.lead)
+
+
+#: What stands between two columns: the padding of both, and the box's own sign.
+_GAP = 3
 
 
 def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
     """Yield the table, in as many parts as the width asks for; each part has the first column, which heads the rows."""
     columns, rows = table.shown(medium)
+    every = [_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
     begin = 1
-    while begin < max(2, len(columns)):
-        end = len(columns)
-        while end > begin + 1 and _needs(_part(columns, rows, [0, *range(begin, end)])) > width:
+    while begin < max(2, len(every)):
+        end = len(every)
+        while end > begin + 1 and sum(one.least + _GAP for one in (every[0], *every[begin:end])) - _GAP > width:
             end -= 1
-        yield _part(columns, rows, [0, *range(begin, end)])
+        yield _part([every[0], *every[begin:end]], width)
         begin = end
 
 
-def _needs(table: RichTable) -> int:
-    """Return the least width at which no word of the table is cut: between two columns are three signs."""
-    return sum(column.min_width or 0 for column in table.columns) + 3 * (len(table.columns) - 1)
+class _Fitted(NamedTuple):
+    """A column as it is printed, with the width at which no word of it is cut, and that at which no line is broken."""
+
+    head: RichText
+    cells: list[RichText]
+    number: bool
+    whole: bool
+    least: int
+    most: int
 
 
-def _part(columns: Sequence[Column], rows: Sequence[Sequence[Cell]], kept: Sequence[int]) -> RichTable:
+def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
+    heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
+    shown = [_cell(cell) for cell in cells]
+    whole = first or any(cell.shares for cell in cells)  # a name, or a bar
+    lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
+    words = lines if whole else [word for line in lines for word in line.split()]
+    least, most = (max(map(cell_len, parts), default=0) for parts in (words, lines))
+    return _Fitted(heading, shown, column.number, whole, least, most)
+
+
+def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
+    widths = [column.most for column in columns]
+    while sum(widths) + _GAP * (len(widths) - 1) > width:  # the widest gives way first, but cuts no word
+        able = [k for k, column in enumerate(columns) if widths[k] > column.least]
+        if not able:
+            break
+        widths[max(able, key=widths.__getitem__)] -= 1
     shown = RichTable(pad_edge=False, show_edge=False, box=box.SIMPLE_HEAD)
-    for k in kept:
-        heading = RichText("\n".join(filter(None, (columns[k].head, columns[k].under))))
-        cells = [_cell(row[k]) for row in rows if k < len(row)]
-        whole = k == 0 or any(row[k].shares for row in rows if k < len(row))  # a name, or a bar
-        texts = [cell.plain for cell in cells] + [heading.plain]
-        least = max(cell_len(word) for text in texts for word in (text.splitlines() if whole else text.split()) or [""])
-        justify: JustifyMethod = "right" if columns[k].number else "left"
-        shown.add_column(heading, justify=justify, no_wrap=whole, min_width=least)
-    for row in rows:
-        shown.add_row(*(_cell(row[k]) for k in kept if k < len(row)))
+    for column, wide in zip(columns, widths, strict=True):
+        justify: JustifyMethod = "right" if column.number else "left"
+        shown.add_column(column.head, justify=justify, no_wrap=column.whole, width=wide)
+    for row in zip(*(column.cells for column in columns), strict=True):
+        shown.add_row(*row)
     return shown
 
 
@@ -86,7 +110,7 @@ def _cell(cell: Cell) -> RichText:
     if cell.shares:
         return _bar(cell.shares)
     head = " ".join(filter(None, (cell.symbol, cell.short or cell.text)))
-    return RichText(head if cell.short or not cell.note else f"{head}\n  {cell.note}", cell.style)
+    return RichText(visible(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
 
 
 def _bar(shares: Sequence[Share]) -> RichText:

@@ -1,0 +1,68 @@
+"""Stick taken for slide and the reverse: which branch of friction each impact took, and which it should have taken.
+
+Asked of each impact with its own velocities before, its own normal and its own push, so that neither when it was found
+nor how hard it pushed plays a part. What it did along the tangent is one impulse; the law of friction offers two, and
+takes the lesser (`carom.physics.friction`). Nearer to the other than to the law's is the wrong branch. Where both are
+one, between stick and slide, none is wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator.finite import finite_impacts
+from carom.comparator.scales import Scales
+from carom.physics.rough_impact import RoughBodies, branches
+from carom.trace import Trace, rim_speeds, velocities
+
+__all__ = ["WrongBranches", "wrong_branches"]
+
+
+@dataclass(frozen=True)
+class WrongBranches:
+    """Impacts that took the wrong branch of friction, by index.
+
+    Attributes:
+        slid: Those whose bodies slid past each other, where friction can hold them.
+        stuck: Those whose bodies held each other, where friction can't.
+    """
+
+    slid: tuple[int, ...] = ()
+    stuck: tuple[int, ...] = ()
+
+
+def wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranches:
+    """Return which impacts of a trace took the wrong branch of friction by more than rounding, over the scene's speed.
+
+    Of several contacts of a disc in one step nobody can tell which did what.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    if not start.rubs or not len(impacts):
+        return WrongBranches()
+    wall = impacts["second"] < 0
+    first, second = impacts["first"], np.maximum(impacts["second"], 0)
+    before, after, rims = velocities(impacts, "before"), velocities(impacts, "after"), rim_speeds(trace, "before")
+    masses = (start.mass_kg[first], np.where(wall, np.inf, start.mass_kg[second]))
+    one, two = (
+        RoughBodies(before[k], rims[k], masses[k], start.inertia[disc]) for k, disc in enumerate((first, second))
+    )
+    normal = impacts["normal"] / np.hypot(*impacts["normal"].T)[:, None]
+    tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    lightness = 1.0 / masses[0] + 1.0 / masses[1]
+    changed = (before[0] - before[1]) - (after[0] - after[1])
+    pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
+    friction = np.where(wall, start.wall_friction, start.friction)
+    restitution = np.where(wall, start.wall_tangential_restitution, start.tangential_restitution)
+    both = branches(one, two, tangent, np.maximum(pushed, 0.0), friction, restitution)
+    holds = np.abs(both.held) < np.abs(both.sliding)
+    other = np.where(holds, both.sliding, both.held)
+    # As changes of velocity, over the scene's speed.
+    least = rounding * scales.rim_m_s / lightness
+    wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
+    known = np.ones(len(impacts), dtype=np.bool_)
+    if trace.effective_time_s is not None:
+        known = np.isfinite(trace.effective_time_s)
+    wrong &= known & finite_impacts(trace)
+    return WrongBranches(*(tuple(np.flatnonzero(wrong & side).tolist()) for side in (holds, ~holds)))

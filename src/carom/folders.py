@@ -1,0 +1,168 @@
+"""The folders that Carom writes into. It replaces and removes only what it wrote itself.
+
+A folder of Carom's has a marker, a file that says what it is for. Carom writes into a folder that is new, empty, or
+marked for the same purpose, and refuses every other; so no file of anybody else's is ever in its way.
+
+Files that belong together appear together: they are written into a folder beside, put on the disk, and the rename of
+that folder is the moment at which they count. From then on they are moved to their places, by whoever comes next if
+need be. So after a kill or a loss of power at any moment the next command finds the old files or the new ones, whole.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from carom.errors import InputError
+from carom.text import visible
+
+__all__ = ["MARKER", "claim", "claimed", "file_name", "write_file", "write_files"]
+
+MARKER = ".carom"
+#: Beside the files: those that are being written, and those that are on the disk and count.
+_NEW, _WHOLE = ".carom-new", ".carom-whole"
+
+#: Longer names are cut, so that one with an ending and a temporary name stays below the 255 bytes of most systems.
+_LONGEST_NAME = 100
+#: Windows takes these for devices, whatever comes after the first full stop.
+_DEVICES = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\.|$)")
+_PLAIN = re.compile(r"[a-z0-9][a-z0-9_-]*(/[a-z0-9][a-z0-9_-]*)*")
+
+
+def file_name(name: str) -> str:
+    """Return what the file of something of this name is called, without an ending: another name for every name.
+
+    A name of small letters, digits, ``-``, ``_`` and ``/`` stays readable, with ``.`` for ``/``. Any other gets a
+    digest of itself, so that no two names share a file, even where a system takes capitals for small letters.
+    """
+    plain = name.replace("/", ".")
+    if _PLAIN.fullmatch(name) and len(name) <= _LONGEST_NAME and not _DEVICES.match(plain):
+        return plain
+    kept = re.sub("[^a-z0-9]+", "-", name.lower())[: _LONGEST_NAME // 2].strip("-") or "name"
+    return f"{kept}@{hashlib.sha256(name.encode(errors='surrogatepass')).hexdigest()[:16]}"
+
+
+def claim(folder: Path, purpose: str, option: str = "") -> None:
+    """Make a folder Carom's own, and finish what was broken off in it.
+
+    Args:
+        folder: The folder; it is made where it does not exist.
+        purpose: What Carom writes there, as the marker says it: one word.
+        option: The option that names the folder, for the message.
+
+    Raises:
+        InputError: The folder can't be made or written into, holds files of others, or serves another purpose.
+    """
+    another = f"name another folder{option and f' by {option}'}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        there = os.listdir(folder)
+        if MARKER not in there and not there:
+            _put(folder / MARKER, f"{purpose}\nCarom replaces the files that it wrote here.\n".encode())
+            return
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise InputError(f"{folder}: no permission to write there; {another}")
+        if MARKER not in there:
+            raise InputError(f"{folder} holds files that Carom did not write, such as {min(there)}; {another}")
+        with (folder / MARKER).open(encoding="utf-8", errors="replace") as file:
+            found = file.readline(100).strip()
+    except OSError as error:
+        raise InputError(f"{error.filename or folder}: {error.strerror or error}; {another}") from None
+    if found != purpose:
+        raise InputError(f"{folder} is the folder of another command's files ({found}, not {purpose}); {another}")
+    _finish(folder)
+
+
+@contextmanager
+def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
+    """As `claim`, before work whose results go there; a folder into which nothing came is as it was before."""
+    new, marked = not folder.exists(), (folder / MARKER).exists()
+    claim(folder, purpose, option)
+    try:
+        yield
+    finally:
+        if not marked and os.listdir(folder) == [MARKER]:
+            (folder / MARKER).unlink()
+            if new:
+                folder.rmdir()
+
+
+def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes]) -> Path:
+    """Write files into a folder of Carom's, all or none, in place of older ones; return the first.
+
+    Raises:
+        InputError: As `claim` says.
+        OSError: They can't be written.
+    """
+    claim(folder, purpose)
+    new = folder / _NEW
+    new.mkdir()
+    try:
+        for name, content in contents.items():
+            _put(new / name, content)
+        _settle(new)
+        new.rename(folder / _WHOLE)
+    except BaseException:
+        _remove(new)
+        raise
+    _finish(folder)
+    return folder / next(iter(contents))
+
+
+def write_file(path: Path, content: str | bytes) -> Path:
+    """Write one file where somebody asked for it by name, whole, in place of an older one; return its path.
+
+    Raises:
+        OSError: It can't be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{file_name(path.name)}.{os.getpid()}.part")
+    try:
+        _put(part, content)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+    _settle(path.parent)
+    return path
+
+
+def _put(path: Path, content: str | bytes) -> None:
+    """Write a file and see it onto the disk; text goes without control characters."""
+    with path.open("xb") as file:
+        file.write(visible(content).encode() if isinstance(content, str) else content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _finish(folder: Path) -> None:
+    """Move files that count to their places, and remove what was not finished."""
+    _remove(folder / _NEW)
+    whole = folder / _WHOLE
+    if whole.is_dir():
+        _settle(folder)
+        for name in sorted(os.listdir(whole)):
+            (whole / name).replace(folder / name)
+        _settle(folder)
+        whole.rmdir()
+
+
+def _remove(folder: Path) -> None:
+    """Remove a folder of files that Carom has begun to write."""
+    if folder.is_dir():
+        for name in os.listdir(folder):
+            (folder / name).unlink()
+        folder.rmdir()
+
+
+def _settle(folder: Path) -> None:
+    """See the names in a folder onto the disk; where the system can't open a folder, it does so by itself."""
+    if hasattr(os, "O_DIRECTORY"):
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)

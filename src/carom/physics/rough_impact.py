@@ -1,0 +1,110 @@
+"""The impact of `carom.physics.friction` on arrays: many impacts at once, for those who hold others against the law.
+
+Spins come as speeds of rims, ``R w`` in metres a second, which the law adds to velocities.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from carom.physics.impact_law import resolve_impact
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+__all__ = ["Branches", "RoughBodies", "branches", "resolve_rough_impact"]
+
+
+class RoughBodies(NamedTuple):
+    """The first, or the second, bodies of `m` impacts; a wall has infinite mass.
+
+    Attributes:
+        velocity: Shape ``(m, 2)``.
+        rim: ``R w``, counterclockwise, shape ``(m,)``.
+        mass: Shape ``(m,)``.
+        inertia: k of the moment of inertia k m R^2, infinity of what does not turn, shape ``(m,)``.
+    """
+
+    velocity: NDArray[np.float64]
+    rim: NDArray[np.float64]
+    mass: NDArray[np.float64]
+    inertia: NDArray[np.float64]
+
+
+class Branches(NamedTuple):
+    """What friction would give if the bodies held each other, and if they slid, as impulses T; shape ``(m,)`` each.
+
+    Attributes:
+        held: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.
+        sliding: ``f J``, with the sign of the slip.
+    """
+
+    held: NDArray[np.float64]
+    sliding: NDArray[np.float64]
+
+    @property
+    def law(self) -> NDArray[np.float64]:
+        """The one of the two that the law takes: the lesser."""
+        return np.where(np.abs(self.held) > np.abs(self.sliding), self.sliding, self.held)
+
+
+def branches(
+    first: RoughBodies,
+    second: RoughBodies,
+    tangent: NDArray[np.float64],
+    pressed: NDArray[np.float64],
+    friction: NDArray[np.float64],
+    tangential_restitution: NDArray[np.float64],
+) -> Branches:
+    """Return both branches of friction for bodies that are pressed together by the impulses J.
+
+    Args:
+        first: The first bodies, before.
+        second: The second ones.
+        tangent: The unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
+        pressed: J, 0 or more, shape ``(m,)``.
+        friction: Coulomb's coefficient, shape ``(m,)``.
+        tangential_restitution: b, shape ``(m,)``.
+    """
+    slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
+    yielding = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass
+    held = (1.0 + tangential_restitution) * slip / yielding
+    return Branches(held, np.copysign(friction * pressed, held))
+
+
+def resolve_rough_impact(
+    first: RoughBodies,
+    second: RoughBodies,
+    normal: NDArray[np.float64],
+    restitution: NDArray[np.float64],
+    friction: NDArray[np.float64],
+    tangential_restitution: NDArray[np.float64],
+) -> tuple[RoughBodies, RoughBodies]:
+    """Return the bodies just after; those that do not approach are as before.
+
+    Without friction the velocities are those of `carom.resolve_impact`, to the bit.
+
+    Args:
+        first: The first bodies, before.
+        second: The second ones.
+        normal: From first to second, of any length above 0, shape ``(m, 2)``.
+        restitution: e, 0 to 1, shape ``(m,)``.
+        friction: Coulomb's coefficient f, 0 or more, shape ``(m,)``.
+        tangential_restitution: b, -1 to 1, shape ``(m,)``.
+    """
+    v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
+    unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]
+    tangent = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
+    approach = np.sum((first.velocity - second.velocity) * unit, axis=1)
+    pressed = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
+    rub = branches(first, second, tangent, pressed, friction, tangential_restitution).law
+    return (
+        first._replace(
+            velocity=v1 - (rub / first.mass)[:, None] * tangent, rim=first.rim - rub / (first.inertia * first.mass)
+        ),
+        second._replace(
+            velocity=v2 + (rub / second.mass)[:, None] * tangent, rim=second.rim - rub / (second.inertia * second.mass)
+        ),
+    )

@@ -1,0 +1,209 @@
+"""The door: whatever an adapter hands over is held to what it may be, before anything is made of it.
+
+A slip of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of its
+engine. A state that is not finite is the engine's own, and passes.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.adapter import Contact, Observation
+from carom.adapter.checks import MANTISSA_BITS
+from carom.errors import AdapterError
+from carom.scene import Scene
+from carom.trace import Setting
+
+__all__ = ["Door", "plain_counts", "plain_settings", "plain_text"]
+
+#: A warning, a name or a setting is read by people.
+MOST_CHARACTERS = 2000
+
+
+def plain_text(value: object, what: str) -> str:
+    """Return a text of an adapter's as a plain string.
+
+    Raises:
+        AdapterError: It is no text, too long, or can't be written; `what` says which.
+    """
+    if not isinstance(value, str):
+        raise AdapterError(f"{what} must be a text, got {_shown(value)}")
+    text = str.__str__(value)
+    if len(text) > MOST_CHARACTERS:
+        raise AdapterError(f"{what} must have at most {MOST_CHARACTERS} characters, got {len(text)}")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise AdapterError(f"{what} must be Unicode text, got {text!a}") from None
+    return text
+
+
+def plain_settings(settings: object, of: str) -> dict[str, Setting]:
+    """Return settings as plain numbers, bools and strings; `of` says whose.
+
+    Raises:
+        AdapterError: They are no mapping, or a name or value is something else.
+    """
+    if not isinstance(settings, Mapping):
+        raise AdapterError(f"settings {of} must be a mapping, got {_shown(settings)}")
+    return {
+        plain_text(name, f"a name among the settings {of}"): _plain(name, value, of) for name, value in settings.items()
+    }
+
+
+def _plain(name: object, value: object, of: str) -> Setting:
+    if isinstance(value, np.generic):
+        value = value.item()
+    for kind in (bool, int, float):
+        if isinstance(value, kind):
+            return kind(value)
+    if isinstance(value, str):
+        return plain_text(value, f"setting {name!r} {of}")
+    raise AdapterError(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
+
+
+def plain_counts(counts: object) -> dict[str, int]:
+    """Return work counts as plain numbers.
+
+    Raises:
+        AdapterError: They are no mapping of texts to whole numbers.
+    """
+    if not isinstance(counts, Mapping):
+        raise AdapterError(f"counts of a world must be a mapping, got {_shown(counts)}")
+    return {
+        plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}") for name, count in counts.items()
+    }
+
+
+class Door:
+    """Lets in what a world of one run observes.
+
+    Args:
+        scene: The scene of the run.
+        dt_s: Its step, seconds.
+        float_bits: Width of the floats that the method declares.
+    """
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
+        arrays = scene.arrays
+        self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
+        self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
+        # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
+        self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
+
+    def state(self, found: object) -> Observation:
+        """Return an observation with its arrays checked and copied: the world may go on to write to its own.
+
+        Raises:
+            AdapterError: A field is not what it must be.
+        """
+        if not isinstance(found, Observation):
+            raise AdapterError(f"observe() must return an Observation, got {_shown(found)}")
+        spins = None if found.spin_rad_s is None else _array(found.spin_rad_s, "spin_rad_s", (self._discs,))
+        if spins is None and self._needs_spins:
+            raise AdapterError(f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none")
+        return Observation(
+            _array(found.position_m, "position_m", (self._discs, 2)),
+            _array(found.velocity_m_s, "velocity_m_s", (self._discs, 2)),
+            found.contacts,
+            plain_text(found.warning, "the warning of an observation"),
+            spins,
+        )
+
+    def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
+        """Return an observation with its contacts checked: those of the step, or piece of one, between two times.
+
+        Raises:
+            AdapterError: A field of a contact is not what it must be.
+        """
+        found: object = state.contacts
+        if not isinstance(found, Iterable):
+            raise AdapterError(f"contacts of an observation must be a tuple, got {_shown(found)}")
+        return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
+
+    def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
+        if not isinstance(found, Contact):
+            raise AdapterError(f"a contact must be a Contact, got {_shown(found)}")
+        first, second = _whole(found.first, "first of a contact"), _whole(found.second, "second of a contact")
+        if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
+            raise AdapterError(
+                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
+                f"disc of a higher number or a wall (-1 to {-self._walls})"
+            )
+        of = f"of a contact of bodies {first} and {second}"
+        (time_s,) = _numbers((found.time_s,), f"time_s {of}", 1)
+        # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
+        if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
+            step = f"{begin_s:.9g} to {end_s:.9g} s"
+            raise AdapterError(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
+        x, y = _numbers(found.normal, f"normal {of}", 2)
+        if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
+            raise AdapterError(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+        told: dict[str, Any] = {
+            name: None if (value := getattr(found, name)) is None else _numbers((value,), f"{name} {of}", 1)[0]
+            for name in ("impulse_n_s", "tangential_impulse_n_s")
+        }
+        if found.velocities is None:
+            return Contact(first, second, time_s, (x, y), **told)
+        if self._needs_spins and found.spins_rad_s is None:
+            raise AdapterError(
+                f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose discs "
+                "turn"
+            )
+        pairs = _items(found.velocities, f"velocities {of}", 4)
+        velocities: Any = tuple(tuple(_numbers(pair, f"velocities {of}", 2)) for pair in pairs)
+        spins: Any = None
+        if found.spins_rad_s is not None:
+            spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
+
+
+def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
+        raise AdapterError(f"{name} must be an array of floats, got {_shown(found)}")
+    if found.shape != shape:
+        raise AdapterError(f"{name} must have the shape {shape}, got {found.shape}")
+    return np.array(found, dtype=np.float64)
+
+
+def _items(found: object, what: str, count: int) -> tuple[object, ...]:
+    items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
+    if len(items) != count:
+        raise AdapterError(f"{what} must be {count} of them, got {_shown(found)}")
+    return items
+
+
+def _numbers(found: object, what: str, count: int) -> list[float]:
+    items = _items(found, what, count)
+    try:
+        numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # what is none raises
+    except (TypeError, ValueError, OverflowError):
+        numbers = []
+    if len(numbers) != count:
+        raise AdapterError(f"{what} must be numbers, got {_shown(found)}")
+    if not all(map(math.isfinite, numbers)):
+        raise AdapterError(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+    return numbers
+
+
+def _whole(value: object, what: str) -> int:
+    try:
+        return operator.index(value)  # type: ignore[arg-type] # what is none raises
+    except TypeError:
+        raise AdapterError(f"{what} must be a whole number, got {_shown(value)}") from None
+
+
+def _shown(value: object) -> str:
+    """Return a value's type, and of a plain one the beginning of what it is."""
+    kind = type(value).__name__
+    if value is None or type(value) in (bool, int, float, str, bytes, tuple, list, dict):
+        text = ascii(value) if not isinstance(value, int) or abs(value) < 2**64 else "a huge one"
+        return f"{text[:60]} ({kind})" if value is not None else "None"
+    return f"a {kind}"

@@ -1,0 +1,26 @@
+"""Text that others wrote, made harmless to whoever shows it: a terminal, a browser, a program that reads lines."""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["shortened", "visible"]
+
+#: What a terminal obeys instead of showing it (all control characters but tab and line feed), what turns the direction
+#: of writing, what some programs end a line at, what is not seen at all, and halves of a surrogate pair.
+_HIDDEN = re.compile(
+    "[\x00-\x08\x0b-\x1f\x7f-\x9f\xad\u061c\u200b-\u200f\u2028-\u202e\u2060-\u2064\u2066-\u2069\ufeff\ud800-\udfff]"
+)
+
+
+def visible(text: str) -> str:
+    r"""Return the text with each control character as its escape, ``\u001b`` say.
+
+    These escapes are those of JSON, so JSON stays the same JSON; in XML, in Markdown and on a terminal they are text.
+    """
+    return _HIDDEN.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def shortened(text: str, most: int = 60) -> str:
+    """Return the text as a message shows it: so many characters at most."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."

@@ -1,0 +1,231 @@
+"""Scores of discs that spin and rub: planted faults of which size and name follow by hand from the scenes' answers."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, Trace, Wall, compare, solve_pic, solve_pit
+from carom.comparator import Grade, Score, Verdict
+from carom.comparator.convention import admissible_outcomes, first_group
+from carom.comparator.horizon import estimate_horizon
+from carom.errors import InputError
+from carom.scenes import all_scenes
+
+DT = 1 / 60
+
+
+def scene_named(name: str) -> Scene:
+    return all_scenes()[f"spin/{name}"].scene
+
+
+def outcome_of_one_impact(name: str, velocity: tuple[float, float], spin: float, dt_s: float = DT) -> Trace:
+    """The run of a disc that hits the floor once, at 0.5 s, and leaves it like this, seen by a method with steps."""
+    truth = solve_pic(scene_named(name))
+    assert truth.spins is not None
+    impacts, spins = truth.impacts.copy(), truth.spins.copy()
+    impacts["velocity_first_after"], spins["first_after"] = velocity, spin
+    left = truth.end_time_s - 0.5
+    return dataclasses.replace(
+        truth,
+        method="planted",
+        impacts=impacts,
+        spins=spins,
+        final_velocity_m_s=np.array([velocity]),
+        final_spin_rad_s=np.array([spin]),
+        final_position_m=np.array([[velocity[0] * left, 1.0 + velocity[1] * left]]),
+        dt_s=dt_s,
+    )
+
+
+def score(name: str, observed: Trace) -> Score:
+    scene = scene_named(name)
+    return compare(solve_pic(scene), observed, sampling=solve_pit(scene))
+
+
+def found(result: Score) -> set[Verdict]:
+    return set(result.verdicts)
+
+
+def reason(result: Score, verdict: Verdict) -> str:
+    return next(finding.reason for finding in result.findings if finding.verdict is verdict)
+
+
+@pytest.mark.parametrize(("spin", "error", "arm"), [(-2.002, 0.002, "1.001"), (2.0, 4.0, "-1"), (0.0, 2.0, "0")])
+def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, error: float, arm: str) -> None:
+    """Of 'grip' the answer is (2, 2) and -2 rad/s, at 5 m/s before: another spin has no other cause than itself."""
+    result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
+    assert result.grade is Grade.INACCURATE
+    assert result.total.velocity <= 1e-15
+    assert result.total.spin == pytest.approx(error / 5.0, rel=1e-12)
+    assert result.total.final_spin == pytest.approx(error / 5.0, rel=1e-12)
+    assert result.total.energy == pytest.approx(0.25 * (spin**2 - 4.0) / 12.5, abs=1e-14)
+    assert {Verdict.WRONG_SPIN, Verdict.WRONG_LAST_SPIN, Verdict.ANGULAR} <= found(result)
+    assert not found(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
+    assert f"as if at {arm} times its radius" in reason(result, Verdict.ANGULAR)
+    assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
+
+
+def test_a_disc_that_slides_where_friction_holds_it_is_named() -> None:
+    """With f = 2 and a push of 6 friction may take 12 m/s, and 1 is enough to hold: 12 would be to slide."""
+    result = score("grip", outcome_of_one_impact("grip", (3.0 - 12.0, 2.0), -24.0))
+    assert Verdict.SLID in found(result)
+    assert Verdict.STUCK not in found(result)
+    assert Verdict.ANGULAR not in found(result)  # as wrong as it is, it keeps that
+    assert result.grade is Grade.INACCURATE
+
+
+def test_a_disc_that_holds_where_friction_lets_it_slide_is_named() -> None:
+    """With f = 0.1 and a push of 3 friction takes 0.3 m/s, and 1 would be needed to hold."""
+    result = score("slide", outcome_of_one_impact("slide", (2.0, 1.0), -2.0))
+    assert Verdict.STUCK in found(result)
+    assert not found(result) & {Verdict.SLID, Verdict.ANGULAR}
+    assert result.grade is Grade.INACCURATE
+
+
+@pytest.mark.parametrize(
+    "name", ["grip", "slide", "edge", "gearing", "throw-stick", "english-slide", "plates", "strip"]
+)
+def test_right_runs_take_no_wrong_branch(name: str) -> None:
+    """PIC's impacts, also exactly between stick and slide, and those of PIT, take the branch that the law takes."""
+    for trace in (solve_pic(scene_named(name)), solve_pit(scene_named(name))):
+        result = score(name, trace)
+        assert not found(result) & {Verdict.SLID, Verdict.STUCK, Verdict.ANGULAR, Verdict.SPINS}
+
+
+def test_the_true_run_is_exact() -> None:
+    """The table's own run, without a fault, is exact."""
+    result = score("slide", outcome_of_one_impact("slide", (2.7, 1.0), -0.6))
+    assert result.grade is Grade.EXACT
+    assert found(result) == {Verdict.CONFORMS}
+
+
+def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run() -> None:
+    """Friction at 0.98 of the radius turns a disc by so much less; one that may overlap by 0.06 is explained by it.
+
+    The disc comes at 13**0.5 m/s: a step of 1/60 s explains an arm shorter by 0.06, one of 1/600 s by 0.006.
+    """
+    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98)
+    result = score("slide", run)
+    assert "as if at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
+    assert "more than bodies close" not in reason(result, Verdict.ANGULAR)
+    assert result.consistency is not None
+    assert result.consistency.arm == pytest.approx(0.98, rel=1e-12)
+    assert result.consistency.angular_excess == 0.0
+    assert result.grade is Grade.INACCURATE  # PIT, with full arms, has no such error on a wall
+    shorter = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
+    assert "more than bodies close" in reason(score("slide", shorter), Verdict.ANGULAR)
+
+
+def test_a_spin_that_fades_in_flight_is_named() -> None:
+    """A spin that is another at the end than after the last impact was damped by nobody that reports it."""
+    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
+    result = score("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
+    assert found(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
+    assert result.consistency is not None
+    assert result.consistency.spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
+    assert result.grade is Grade.INACCURATE
+
+
+def test_a_spin_that_is_no_number_is_wrong() -> None:
+    """NaN in a spin is a verdict by name, and the grade is wrong."""
+    run = outcome_of_one_impact("slide", (2.7, 1.0), math.nan)
+    result = score("slide", run)
+    assert result.grade is Grade.WRONG
+    assert "spin first_after of impact 0" in reason(result, Verdict.NOT_FINITE)
+    assert result.total.spin == math.inf
+
+
+def test_a_trace_without_spins_can_not_be_scored_where_discs_turn() -> None:
+    """Who tells no spins of discs that turn is refused by name, and not graded by the rest."""
+    run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
+    with pytest.raises(InputError, match="the trace of 'planted' tells no spins"):
+        score("slide", dataclasses.replace(run, spins=None, final_spin_rad_s=None))
+
+
+def test_a_method_that_knows_no_friction_is_called_inaccurate() -> None:
+    """Mirrored off a rough floor, without a spin: velocity and spin are both off by what friction gives."""
+    result = score("slide", outcome_of_one_impact("slide", (3.0, 1.0), 0.0))
+    assert result.grade is Grade.INACCURATE
+    assert result.total.velocity == pytest.approx(0.3 / math.hypot(3, 2), rel=1e-12)
+    assert result.total.spin == pytest.approx(0.6 / math.hypot(3, 2), rel=1e-12)
+
+
+def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
+    """A disc that spins at a million rad/s and slides is held to the speed of discs in velocity, of rims in spin."""
+    disc = Disc(position_m=(0.0, 2.0), velocity_m_s=(3.0, -2.0), radius_m=1.0, spin_rad_s=1e6)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    scene = Scene(name="top", discs=[disc], walls=[floor], wall_friction=0.1, duration_s=1.0)
+    truth = solve_pic(scene)
+    # f (1 + e) w_n = 0.4, and the floor drives a disc that spins counterclockwise backwards.
+    np.testing.assert_allclose(truth.final_velocity_m_s[0], (2.6, 2.0), rtol=1e-15)
+    assert truth.final_spin_rad_s is not None
+    assert truth.final_spin_rad_s[0] == 1e6 - 0.8
+    impacts = truth.impacts.copy()
+    impacts["velocity_first_after"][0, 0] += 1e-9
+    result = compare(truth, dataclasses.replace(truth, impacts=impacts))
+    assert result.total.velocity == pytest.approx(1e-9 / math.hypot(3, 2), rel=1e-6)
+    assert result.grade is not Grade.EXACT
+
+
+def test_the_corner_has_two_outcomes_with_friction() -> None:
+    """The two admissible answers of a right-angled corner, worked out by hand, and the one that PIC takes."""
+    trace = solve_pic(scene_named("corner"))
+    group = first_group(trace)
+    assert group is not None
+    outcomes = admissible_outcomes(trace.scene, group, math.sqrt(13))
+    motions = sorted(outcome.motion_m_s[0].tolist() for outcome in outcomes)
+    np.testing.assert_allclose(motions, [(2.0, 2.0, 2.0), (22 / 9, 4 / 3, -22 / 9)], rtol=1e-15)
+    result = compare(trace, trace)
+    assert result.convention is not None
+    assert result.convention.matches
+    assert trace.spins is not None
+    turned = trace.spins.copy()
+    turned["first_after"] *= -1.0
+    wrong = compare(trace, dataclasses.replace(trace, spins=turned)).convention
+    assert wrong is not None
+    assert not wrong.matches
+
+
+def test_spin_alone_costs_sampling_nothing() -> None:
+    """Without friction a spin stays what it was: PIT is late, and its spins are right to the bit."""
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5, spin_rad_s=3.0),
+        Disc(position_m=(3, 0.25), radius_m=0.5, spin_rad_s=-1.0),
+    ]
+    scene = Scene(name="smooth", discs=discs, duration_s=2.0)
+    truth, pit = solve_pic(scene), solve_pit(scene)
+    result = compare(truth, pit, sampling=pit)
+    assert result.total.spin == result.total.final_spin == 0.0
+    assert result.total.velocity > 1e-3
+    assert result.scales.energy_j == 8.0 + 0.25 * 0.25 * (9.0 + 1.0)
+
+
+def test_horizons_end_where_spins_part() -> None:
+    """A rough gas has a horizon; a single rough bounce, none."""
+    assert estimate_horizon(solve_pic(scene_named("slide"))) is None
+    rng = np.random.default_rng(1)
+    discs = [
+        Disc(
+            position_m=(2.0 * x, 2.0 * y),
+            velocity_m_s=tuple(rng.normal(size=2)),
+            radius_m=0.5,
+            spin_rad_s=float(rng.normal()),
+        )
+        for x in range(4)
+        for y in range(4)
+    ]
+    walls = [
+        Wall(point_m=(-1, -1), normal=(1, 0)),
+        Wall(point_m=(-1, -1), normal=(0, 1)),
+        Wall(point_m=(7, 7), normal=(-1, 0)),
+        Wall(point_m=(7, 7), normal=(0, -1)),
+    ]
+    rough = {"friction": 10.0, "wall_friction": 10.0, "tangential_restitution": 1.0, "wall_tangential_restitution": 1.0}
+    gas = Scene(name="gas", discs=discs, walls=walls, duration_s=60.0, **rough)
+    horizon = estimate_horizon(solve_pic(gas))
+    assert horizon is not None
+    assert 0.0 < horizon < 60.0

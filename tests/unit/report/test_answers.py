@@ -1,0 +1,103 @@
+"""What bench, stress and advise say first: one screen for the engines of a default install, true to the numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
+from tests.unit.report.test_terminal import printed
+
+from carom.report import wording
+from carom.report.ascii_signs import ERRORS
+from carom.report.bench_document import bench_document
+from carom.report.document import Document, Medium, Table
+from carom.report.growth_document import growth_document
+from carom.report.small import advice_document
+from carom.report.stress_document import stress_document
+from carom.stress.spots import Line, Spot, SpotEnding
+
+DOCUMENTS: dict[str, Callable[[], Document]] = {
+    "bench": lambda: bench_document(bench()),
+    "bench of several scenes": lambda: bench_document(bench("paper/late", "paper/missed")),
+    "growth": lambda: growth_document(growth()),
+    "stress": lambda: stress_document(campaign_results()),
+    "advice": lambda: advice_document(advice()),
+}
+
+
+@pytest.fixture(params=DOCUMENTS, scope="module")
+def document(request: pytest.FixtureRequest) -> Document:
+    """Each of the documents, of every method of a default install."""
+    return DOCUMENTS[request.param]()
+
+
+def test_the_answer_is_one_screen(document: Document) -> None:
+    """At 80 columns no answer is longer than 24 lines, which leaves one for the path of the report."""
+    lines = printed(document, 80)
+    assert len(lines) <= 24, "\n".join(lines)
+    assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in METHODS[2:])
+
+
+@pytest.mark.parametrize(("width", "full"), [(60, False), (120, False), (200, False), (60, True), (120, True)])
+def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """No line is longer than the terminal, and no name of a method is cut."""
+    lines = printed(document, width, full=full)
+    assert max(map(len, lines)) <= width
+    assert any(line.startswith("pybullet default ") for line in lines)
+
+
+def test_ascii_has_a_sign_for_all_of_it(document: Document) -> None:
+    """Where the output is no more than ASCII nothing raises, and nothing becomes a question mark."""
+    text = "\n".join(printed(document, 80)).encode("ascii", ERRORS).decode()
+    assert "?" not in text
+
+
+def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
+    """The sentence and the row name the point of least run time below the target, with its step and its cost."""
+    below = [p for m in METHODS[2:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
+    best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
+    spent = wording.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
+    text = " ".join(" ".join(printed(bench_document(bench()), 80)).split())
+    assert f"is {best.engine} ({best.profile}) at {wording.step(best.dt_s)}: {spent} ms" in text
+    assert f"{spent} at {wording.step(best.dt_s).removesuffix(' s')}" in text
+    assert "no engine reaches an error of 1e-6" in text
+
+
+def test_the_steps_taken_are_the_longest_that_pass() -> None:
+    """The adviser's sentence names the engine of the longest step, and none whose search has not ended."""
+    text = " ".join(" ".join(printed(advice_document(advice()), 80)).split())
+    passing = [(a.passes.dt_s, a.method) for a in advice().answers if a.method.engine != "pit" and a.passes]
+    _, longest = max(passing, key=lambda one: one[0])
+    assert f"Take {longest.engine} ({longest.profile})" in text
+
+
+@pytest.mark.parametrize(
+    ("ending", "stands_at", "depth"),
+    [
+        (SpotEnding.STANDS, 1e-4, 1.0),
+        (SpotEnding.NEVER_STOOD, None, 0.0),
+        (SpotEnding.GIVES_WAY, 1.0, 0.0),
+        (SpotEnding.GIVES_WAY, 0.01, 0.4),
+        (SpotEnding.GIVES_WAY, 1e-4, 0.8),
+        (SpotEnding.NOT_RUN, None, None),
+    ],
+)
+def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
+    ending: SpotEnding, stands_at: float | None, depth: float | None
+) -> None:
+    """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
+    line = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.depth(Spot("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    assert found == (None if depth is None else pytest.approx(depth))
+
+
+def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
+    """Each link of the tables has a row of its name, with the file and the command that show the number."""
+    sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
+    tables = [block for section in sections for block in section.shown(Medium.PAGE) if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.shown(Medium.PAGE)[1] for cell in row]
+    links = {cell.link for cell in cells if cell.link.startswith("#")}
+    assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
+    row = next(row for table in tables for row in table.shown(Medium.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
+    assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"

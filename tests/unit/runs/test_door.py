@@ -1,0 +1,175 @@
+"""Whatever an adapter's methods return is what it may be, or refused by the name of the field and the value."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, Wall
+from carom.adapter import AdapterError, Contact, Observation
+from carom.runs.door import MOST_CHARACTERS, Door, plain_counts, plain_settings
+
+DT = 0.1
+ALONG_X = (1.0, 0.0)
+TOUCH = Contact(0, 1, 0.05, ALONG_X, 1.0)
+TOLD = Contact(0, 1, 0.05, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0)))
+
+STATE = np.array([(0.0, 0.0), (1.0, 0.0)])
+
+
+def scene(friction: float = 0.0) -> Scene:
+    discs = [Disc(position_m=(x, 0), radius_m=0.1) for x in (0, 1)]
+    return Scene(
+        name="line", discs=discs, walls=[Wall(point_m=(9, 0), normal=(-1, 0))], friction=friction, duration_s=1
+    )
+
+
+def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
+    """Let in what was observed in the second step."""
+    door = Door(scene(friction), DT, float_bits)
+    found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
+    return door.contacts(door.state(Observation(**found)), DT, 2 * DT)
+
+
+def test_what_is_sound_comes_in_as_it_is() -> None:
+    """Values pass to the bit, whichever kinds of numbers they are, and later writing does not reach what came in."""
+    position = STATE.astype(np.float32)
+    wall = Contact(np.int64(0), -1, np.float32(0.125), [0, -1], None)  # type: ignore[arg-type] # as adapters have it
+    seen = enter(TOUCH, TOLD, wall, position_m=position)
+    position[0, 0] = 9.0
+    assert seen.contacts == (TOUCH, TOLD, Contact(0, -1, 0.125, (0.0, -1.0)))
+    assert seen.position_m.tolist() == STATE.tolist()
+    assert seen.position_m.dtype == np.float64
+
+
+def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
+    """NaN in a state passes: how the run ended says so, and an adapter that reports it made no slip."""
+    assert np.isnan(enter(position_m=STATE * math.nan).position_m).all()
+
+
+@pytest.mark.parametrize(
+    ("fields", "words"),
+    [
+        ({"position_m": STATE.tolist()}, r"position_m must be an array of floats, got '\[\[0.0, 0.0\]"),
+        ({"position_m": STATE.T[:1]}, r"position_m must have the shape \(2, 2\), got \(1, 2\)"),
+        ({"velocity_m_s": STATE + 1j}, "velocity_m_s must be an array of floats, got a ndarray"),
+        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s must be an array of floats"),
+        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s must have the shape \(2,\), got \(3,\)"),
+        ({"warning": 5}, r"the warning of an observation must be a text, got 5 \(int\)"),
+        ({"warning": None}, "the warning of an observation must be a text, got None"),
+        ({"warning": "x" * (MOST_CHARACTERS + 1)}, "must have at most 2000 characters, got 2001"),
+        ({"warning": "\ud800"}, "must be Unicode text"),
+        ({"contacts": 7}, r"contacts of an observation must be a tuple, got 7 \(int\)"),
+        ({"contacts": (None,)}, "a contact must be a Contact, got None"),
+    ],
+)
+def test_a_field_of_an_observation_is_refused_by_name_and_value(fields: dict[str, Any], words: str) -> None:
+    """Wrong types and shapes are the adapter's slip, and the message says of which field."""
+    with pytest.raises(AdapterError, match=words.replace("'", "")):
+        enter(**fields)
+
+
+#: How many numbers a field of a contact has.
+NUMBERS = {"time_s": 1, "normal": 2, "impulse_n_s": 1, "tangential_impulse_n_s": 1, "velocities": 8, "spins_rad_s": 4}
+
+
+def filled(field: str, numbers: list[Any]) -> Contact:
+    held: Any = numbers[0] if NUMBERS[field] == 1 else tuple(numbers)
+    if field == "velocities":
+        held = tuple((numbers[k], numbers[k + 1]) for k in range(0, 8, 2))
+    return dataclasses.replace(TOLD, **{field: held})
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
+@pytest.mark.parametrize(("field", "place"), [(field, k) for field, count in NUMBERS.items() for k in range(count)])
+def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: Any) -> None:
+    """What is no finite number is refused wherever a contact has it, by the name of the field, and never dropped."""
+    if value is None and NUMBERS[field] == 1 and field != "time_s":
+        pytest.skip("None is what an engine says that does not tell")
+    numbers: list[Any] = [1.0, 0.0] * 4
+    numbers[place] = value
+    with pytest.raises(AdapterError, match=rf"{field} of a contact of bodies 0 and 1 must be (finite|numbers)"):
+        enter(filled(field, numbers[: NUMBERS[field]]))
+
+
+@pytest.mark.parametrize(
+    ("contact", "words"),
+    [
+        (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
+        (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
+        (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
+        (Contact(0, -7, 0.1, ALONG_X), "bodies 0 and -7"),
+        (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
+        (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
+        (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),
+        (Contact(0, 1, 0.1, (5.0, 0.0)), "must have the length 1, got 5, 0"),
+        (Contact(0, 1, 0.1, (0.6, 0.8, 0.0)), "normal of a contact .* must be 2 of them"),  # type: ignore[arg-type] # what is refused
+        (Contact(0, 1, -0.1, ALONG_X), "must lie within the step that reports it, 0.1 to 0.2 s, got -0.1"),
+        (Contact(0, 1, 0.5, ALONG_X), "must lie within the step that reports it, 0.1 to 0.2 s, got 0.5"),
+        (dataclasses.replace(TOLD, velocities=((1.0, 0.0),)), "velocities of a contact .* must be 4 of them"),  # type: ignore[arg-type] # what is refused
+    ],
+)
+def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:
+    """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
+    with pytest.raises(AdapterError, match=words):
+        enter(contact)
+
+
+def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:
+    """A normal that is off by a little passes for a method of 32 bits, and neither twice as much nor one of 64 bits."""
+    off = 2.0**-12  # of 23 bits after the leading one
+    assert enter(Contact(0, 1, DT, (1.0 + off, 0.0)), float_bits=32).contacts
+    with pytest.raises(AdapterError, match="must have the length 1"):
+        enter(Contact(0, 1, DT, (1.0 + 2.0 * off, 0.0)), float_bits=32)
+    with pytest.raises(AdapterError, match="must have the length 1"):
+        enter(Contact(0, 1, DT, (1.0 + off, 0.0)))
+
+
+@pytest.mark.parametrize("contacts", [(), (TOLD,)])
+def test_spins_are_asked_for_where_discs_turn(contacts: tuple[Contact, ...]) -> None:
+    """Where discs turn, spins are part of the state, and of an impact that tells its velocities."""
+    with pytest.raises(AdapterError, match="spin"):
+        enter(*contacts, friction=0.5, spin_rad_s=np.zeros(2) if contacts else None)
+
+
+def test_settings_come_in_as_plain_values() -> None:
+    """Numbers of NumPy's and subclasses become plain ones; NaN is a number."""
+
+    class Own(float):
+        def __new__(cls, a: float, _b: float) -> Own:
+            return super().__new__(cls, a)
+
+    found = plain_settings(
+        {"a": np.float32(0.5), "b": np.int64(3), "c": np.True_, "d": Own(1.5, 2), "e": True}, "of it"
+    )
+    assert [(value, type(value)) for value in found.values()] == [
+        (0.5, float),
+        (3, int),
+        (True, bool),
+        (1.5, float),
+        (True, bool),
+    ]
+    assert math.isnan(float(plain_settings({"a": math.nan}, "of it")["a"]))
+
+
+@pytest.mark.parametrize(
+    ("check", "found", "words"),
+    [
+        (lambda found: plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),
+        (lambda found: plain_settings(found, "of it"), {"k": np.zeros(2)}, "setting 'k' of it must be a number"),
+        (lambda found: plain_settings(found, "of it"), {"k": b"x"}, "setting 'k' of it must be a number"),
+        (lambda found: plain_settings(found, "of it"), {"k": "\ud800"}, "setting 'k' of it must be Unicode"),
+        (lambda found: plain_settings(found, "of it"), {5: 1.0}, "a name among the settings of it must be a text"),
+        (plain_counts, {"k": 1.5}, r"count 'k' must be a whole number, got 1.5 \(float\)"),
+        (plain_counts, [1], "counts of a world must be a mapping"),
+    ],
+)
+def test_settings_and_counts_are_refused_by_name(check: Callable[[object], object], found: object, words: str) -> None:
+    """What is no plain value is refused, and the message says whose it is."""
+    with pytest.raises(AdapterError, match=words):
+        check(found)

@@ -1,0 +1,147 @@
+"""What the command does where its output can't be written as it is, or its options are out of reason."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from carom.cli import app
+
+LIST = (sys.executable, "-m", "carom", "scenes")
+
+
+def test_a_reader_that_has_seen_enough_is_no_error() -> None:
+    """Into `head -1` the command ends with exit code 0 and says nothing of the pipe."""
+    read, write = os.pipe()
+    os.close(read)  # it has seen enough before the first line
+    with os.fdopen(write, "wb") as out:
+        done = subprocess.run(LIST, stdout=out, stderr=subprocess.PIPE, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
+@pytest.mark.parametrize("arguments", [("scenes",), ("--help",), ("scenes", "paper")])
+def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -> None:
+    """Output that can't be written ends in a sentence, however late it is found."""
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "carom", *arguments], stdout=full, stderr=subprocess.PIPE, check=False
+        )
+    assert done.returncode == 2
+    assert done.stderr.decode().splitlines() == ["carom: output: No space left on device"]
+
+
+def test_an_output_of_ascii_alone_gets_ascii() -> None:
+    """With no encoding but ASCII nothing raises, in results or messages; each sign has one that stands for it."""
+    plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}
+    command, missed = (
+        (sys.executable, "-m", "carom", "run"),
+        ("paper/missed", "-e", "pit", "--no-timing", "--dt", "1/24"),
+    )
+    done = subprocess.run([*command, *missed], env=plain, capture_output=True, check=False)
+    assert done.returncode == 1
+    assert done.stdout.isascii()
+    done = subprocess.run([*command, "d\u00e9j\u00e0-\u2713"], env=plain, capture_output=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.isascii()
+    assert b"no scene is named" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ("run", "paper/missed", "-e", "pit", "--time-limit", "1e10"),
+            "time_limit_s must be a positive",
+        ),
+        (
+            ("stress", "small", "-e", "pit", "--time-limit", "1e300"),
+            "--time-limit must be a positive",
+        ),
+        (("advise", "paper/missed", "--time-limit", "1e10"), "--time-limit must be a positive"),
+        (("advise", "paper/missed", "--budget", "inf"), "--budget must be a positive number of seconds, 1e+07 at most"),
+        (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "the time limit must be a positive"),
+        (("bench", "paper/missed", "--dt", "1e300..1e-300:5"), "--dt must be above 0: from 1.49e-154 to 6.7e+153 s"),
+        (("bench", "paper/missed", "--dt", "5e-324"), "--dt must be above 0: from 1.49e-154"),
+        (("run", "paper/missed", "--dt", "1e999999999"), "--dt must be above 0: from 1.49e-154"),
+        (("bench", "paper/missed", "--dt", "1/60..1/120:99999999"), "of 256 steps at most"),
+        (("bench", "paper/missed", "--phases", "1000000"), "Input should be less than or equal to 1024"),
+        (("advise", "paper/missed", "--phases", "1000000"), "Input should be less than or equal to 1024"),
+        (("run", "paper/missed", "--phases", "1000000"), "Input should be less than or equal to 1024"),
+        (("bench", "paper/missed", "--jobs", "1000000"), "Input should be less than or equal to 1024"),
+        (("bench", "paper/missed", "--rounds", "1000000"), "Input should be less than or equal to 1024"),
+        (("bench", "--grow", "--discs", "1000000000"), "Input should be less than or equal to 100000"),
+        (("run", "paper/missed", "-e", "pit", "--retry"), "--resume goes on with what lies in the folder of --report"),
+    ],
+)
+def test_an_option_out_of_reason_is_refused_by_its_limit(
+    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A number that no run needs is exit code 2 and a sentence with the limit, at once; nothing is written."""
+    monkeypatch.chdir(tmp_path)
+    result = CliRunner(env={"COLUMNS": "200", "TERM": "dumb"}).invoke(app, arguments)
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "option"),
+    [
+        (("run", "paper/missed", "-e", "pit", "--no-timing", "--report"), "--report"),
+        (("bench", "paper/missed", "-e", "pit", "--no-timing", "--out"), "--out"),
+        (("bench", "--grow", "-e", "pit", "--discs", "2", "--out"), "--out"),
+        (("stress", "small", "-e", "pit", "--quick", "--out"), "--out"),
+        (("certify", "paper/missed", "--out"), "--out"),
+    ],
+)
+def test_a_folder_of_somebody_elses_is_refused_before_the_run(
+    arguments: tuple[str, ...], option: str, tmp_path: Path
+) -> None:
+    """Every command that writes leaves a folder alone that holds what it did not write, and names its option."""
+    (tmp_path / "index.html").write_text("mine")
+    (tmp_path / "scenes").mkdir()
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [*arguments, str(tmp_path)])
+    assert result.exit_code == 2
+    assert f"holds files that Carom did not write, such as index.html; name another folder by {option}" in result.output
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "scenes"]
+    assert (tmp_path / "index.html").read_text() == "mine"
+
+
+def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> None:
+    """A scene of the catalogue is its owner's once it is saved: saved a second time, it is refused."""
+    arguments = ["scenes", "paper/missed", "--save", str(tmp_path)]
+    assert CliRunner().invoke(app, arguments).exit_code == 0
+    (tmp_path / "paper.missed.toml").write_text("edited")
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, arguments)
+    assert result.exit_code == 2
+    assert "exists already, and may have been edited: name another folder by --save" in result.output
+    assert (tmp_path / "paper.missed.toml").read_text() == "edited"
+
+
+def test_a_scenes_own_file_is_not_certified_over(tmp_path: Path) -> None:
+    """A scene named as its own file is certified into a folder of its own, not over itself."""
+    assert CliRunner().invoke(app, ["scenes", "paper/missed", "--save", str(tmp_path)]).exit_code == 0
+    scene = tmp_path / "paper.missed.toml"
+    before = scene.read_bytes()
+    assert CliRunner().invoke(app, ["certify", str(scene), "--out", str(tmp_path)]).exit_code == 2
+    assert scene.read_bytes() == before
+
+
+def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> None:
+    """Names that differ by a separator alone, or by capitals, are certified into files of their own."""
+    saved = tmp_path / "mine"
+    assert CliRunner().invoke(app, ["scenes", "paper/missed", "--save", str(saved)]).exit_code == 0
+    text = (saved / "paper.missed.toml").read_text()
+    names = ("a/b", "a-b", "A-b", "a.b")
+    for k, name in enumerate(names):
+        (saved / f"{k}.toml").write_text(text.replace("paper/missed", name))
+    files = [str(saved / f"{k}.toml") for k in range(len(names))]
+    assert CliRunner().invoke(app, ["certify", *files, "--out", str(tmp_path / "out")]).exit_code == 0
+    found = [path.name.lower() for path in (tmp_path / "out").glob("*.json")]
+    assert len(set(found)) == len(names)

@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+import json
+import unicodedata
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom.text import shortened, visible
+
+
+def test_every_control_and_every_turn_of_direction_is_shown() -> None:
+    """Of all characters those that command a terminal, turn the writing or end a line are escapes; no others are."""
+    for number in range(0x11_0000):
+        sign = chr(number)
+        commands = unicodedata.category(sign) in {"Cc", "Zl", "Zp", "Cs"} and sign not in "\t\n"
+        turns = unicodedata.bidirectional(sign) in {"LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"}
+        if commands or turns:
+            assert visible(sign) == f"\\u{number:04x}"
+        elif unicodedata.category(sign) != "Cf":  # of what is not seen some is hidden, too
+            assert visible(sign) == sign
+
+
+@given(st.text())
+def test_json_stays_the_same_json(text: str) -> None:
+    """The escapes are those of JSON: what is read back is what was written, and a second pass changes nothing."""
+    line = visible(json.dumps(text, ensure_ascii=False))
+    assert json.loads(line) == text
+    assert visible(line) == line
+    assert len(line.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("length", "shown"), [(60, 60), (61, 60), (10**6, 60)])
+def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
+    """What is longer than a message shows is cut, and says so by three full stops."""
+    text = shortened("a" * length)
+    assert len(text) == shown
+    assert text.endswith("...") == (length > 60)
