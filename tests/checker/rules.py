@@ -212,7 +212,8 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     gap = distance - reach
     bound = error + UNIT * (16 * size + 5 * time * speed + 4 * reach)
     bodies = np.stack([first, second], axis=1)
-    off = _since_look(start, stretch, bodies, time, -gap, bound)
+    look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
+    off = _since_look(start, stretch, bodies, look, -gap, bound)
     report.worst_gap = max(report.worst_gap, _worst(off, bound))
     found = _beyond("contact", stretch, np.abs(off), bound)
 
@@ -239,7 +240,7 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
             after[:, 0] - (before[:, 0] + push * nx - drag * ny), after[:, 1] - (before[:, 1] + push * ny + drag * nx)
         )
         bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
-        rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse))
+        rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse) + 16 * SMALLEST)
         found += _beyond("law", stretch, off, bound + rubbed)
         if rims is None:
             continue
@@ -281,7 +282,7 @@ def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
 
 def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Report) -> list[Violation]:
     bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
-    depth = _since_look(start, stretch, bodies, time, overlap.depth_m, bound)
+    depth = _since_look(start, stretch, bodies, overlap.look, overlap.depth_m, bound)
     report.worst_overlap = max(report.worst_overlap, _worst(depth, bound))
     report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
     return [
@@ -293,15 +294,16 @@ def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Rep
 
 
 def _since_look(
-    start: DiscArrays, stretch: Stretch, bodies: Ranks, time: Floats, depth: Floats, bound: Floats
+    start: DiscArrays, stretch: Stretch, bodies: Ranks, looks: Ranks, depth: Floats, bound: Floats
 ) -> Floats:
     """Return by how much overlaps have become deeper since the last look at the state, where they exceed their bound.
 
     In an inelastic collapse two discs meet any number of times without moving away, and each flight's rounding adds to
-    the one before. What was there at the last look has been checked; what comes to it is bounded as all else.
+    the one before. What was there at the last look has been checked; what comes to it is bounded as all else. There may
+    be several looks at one instant.
     """
     deep = np.flatnonzero(depth > bound)
-    look = np.maximum(np.searchsorted(stretch.time_s, time[deep]) - 1, 0)
+    look = looks[deep]
     first, second = bodies[deep].T
     x, y = stretch.position_m[look, first].T
     hit = second >= 0

@@ -297,7 +297,7 @@ def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
                 flights.end_s[a], flights.end_s[b]
             )
             meet = (i != j) & (movable[i] | movable[j]) & together
-            bodies, time_s, _, _ = _closest(larger, flights, a[meet], b[meet])
+            bodies, time_s, *_ = _closest(larger, flights, a[meet], b[meet])
             expected |= exact(bodies, time_s)
         assert exact(overlap.bodies, overlap.time_s) == expected
         assert expected
