@@ -17,7 +17,7 @@ JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
-.PHONY: help report test test-long test-browser docs campaign campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser docs pictures campaign campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -25,6 +25,7 @@ help:
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
+	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
@@ -52,6 +53,9 @@ docs: $(BUILT)
 
 campaign: $(BUILT)
 	$(BIN)/python -m tests.attacks --minutes $(MINUTES) --write docs/reliability.md
+
+pictures: $(BUILT)
+	$(BIN)/python docs/figures/pictures.py
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
