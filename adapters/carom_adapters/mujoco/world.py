@@ -18,6 +18,7 @@ from carom.adapter import (
     Scene,
     Setting,
     StepClock,
+    flattened,
     oriented_contact,
     pair_of,
     require_supported,
@@ -72,6 +73,7 @@ class MujocoWorld:
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
+        self._leans = settings.get("shape", "sphere") == "cylinder" and settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
@@ -110,6 +112,7 @@ class MujocoWorld:
             "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
+            "in_turn": self._asked.get("in_turn", False),
             "stiffness": abs(float(model.geom("0").solref[0])),
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
@@ -119,7 +122,6 @@ class MujocoWorld:
             read["joints"] = "slide" if slide else "free"
         if self._turns:
             read |= {
-                "in_turn": bool(self._asked.get("in_turn", False)),
                 "cone": mujoco.mjtCone(model.opt.cone).name.removeprefix("mjCONE_").lower(),
                 "solver": mujoco.mjtSolver(model.opt.solver).name.removeprefix("mjSOL_"),
                 "mass_unit": self._unit,
@@ -158,6 +160,8 @@ class MujocoWorld:
                 continue
             normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
             impulse = force * self._clock.dt_s
+            if self._leans:
+                normal, impulse = flattened(normal, impulse)
             found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, rub))
         return found
 
@@ -169,7 +173,8 @@ class MujocoWorld:
         force = np.zeros(6)
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
         along = force[1:3] @ frame[3:9].reshape(2, 3)
-        rub = float(frame[0] * along[1] - frame[1] * along[0])
+        nx, ny = flattened((float(frame[0]), float(frame[1])), 0.0)[0] if self._leans else frame[:2]
+        rub = float(nx * along[1] - ny * along[0])
         return float(force[0]) / self._unit, rub * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:

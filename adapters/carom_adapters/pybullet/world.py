@@ -20,6 +20,7 @@ from carom.adapter import (
     StepClock,
     factored_frictions,
     factored_restitutions,
+    flattened,
     is_fast,
     oriented_contact,
     pair_of,
@@ -84,6 +85,7 @@ class PybulletWorld:
         self._asked = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
+        self._leans = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         # A disc that the scene has at the clamp already was not slowed down to it.
@@ -256,10 +258,11 @@ class PybulletWorld:
             # A contact with a plane outlives its overlap, and keeps the force of the last step in which it was solved.
             if force <= 0 or distance > solved_below:
                 continue
-            nx, ny, _ = normal_from_b_to_a
-            impulse = force * self._clock.dt_s
-            rub = self._rub(point, (nx, ny)) if self._turns else None
-            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, (nx, ny), impulse, rub))
+            normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
+            if self._leans:
+                normal, impulse = flattened(normal, impulse)
+            rub = self._rub(point, normal) if self._turns else None
+            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, rub))
         return found
 
     def _rub(self, point: Sequence[Any], normal: tuple[float, float]) -> float:

@@ -12,6 +12,7 @@ from carom.adapter.helpers import (
     StepClock,
     factored_frictions,
     factored_restitutions,
+    flattened,
     is_fast,
     oriented_contact,
     pair_of,
@@ -28,6 +29,7 @@ from carom.adapter.protocol import (
     Observation,
     Profile,
     Stamp,
+    TimedWorld,
     World,
 )
 from carom.errors import AdapterError
@@ -51,10 +53,12 @@ __all__ = [
     "Setting",
     "Stamp",
     "StepClock",
+    "TimedWorld",
     "Wall",
     "World",
     "factored_frictions",
     "factored_restitutions",
+    "flattened",
     "is_fast",
     "oriented_contact",
     "pair_of",

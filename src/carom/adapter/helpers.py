@@ -11,6 +11,7 @@ __all__ = [
     "StepClock",
     "factored_frictions",
     "factored_restitutions",
+    "flattened",
     "is_fast",
     "oriented_contact",
     "pair_of",
@@ -111,6 +112,18 @@ def pair_of(a: int, b: int) -> tuple[int, int]:
     """Return two bodies in the order of `Contact`: the disc of the lower number first, a wall second."""
     low, high = (a, b) if a < b else (b, a)
     return (high, low) if low < 0 else (low, high)
+
+
+def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
+    """Return what of a push in space lies in the plane: its unit normal, and its impulse along that.
+
+    For bodies that lean out of the plane. `normal` is the first two components of a unit vector; a push straight out of
+    the plane, (0, 0), is none within it.
+    """
+    length = math.hypot(*normal)
+    if length == 0.0:
+        return (1.0, 0.0), 0.0
+    return (normal[0] / length, normal[1] / length), impulse_n_s * length
 
 
 def oriented_contact(

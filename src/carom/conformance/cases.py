@@ -20,6 +20,7 @@ from carom.conformance.checks import (
 )
 from carom.conformance.subject import Subject, catalogue_setup
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
+from carom.scenes import all_scenes
 
 __all__ = ["Case", "cases"]
 
@@ -95,6 +96,9 @@ _OF_SCENE = {
     "velocities": accuracy.velocities_are_right,
 }
 
+#: What remains to be said of a scene in which something turns.
+_OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
+
 
 def cases(subject: Subject) -> Iterator[Case]:
     """Return every case for an adapter, in the order in which they are run: what others rest on comes first."""
@@ -123,5 +127,6 @@ def cases(subject: Subject) -> Iterator[Case]:
             yield case(f"{name}[{profile}]", of_profile, profile=profile)
         for scene in LOCATED_SCENES if described.located else CATALOGUE_SCENES:
             skip = subject.unsupported(catalogue_setup(scene, profile))
-            for name, of_scene in _OF_SCENE.items():
+            turns = all_scenes()[scene].scene.arrays.turns
+            for name, of_scene in (_OF_TURNING_SCENE if turns else _OF_SCENE).items():
                 yield case(f"{name}[{profile}-{scene}]", of_scene, skip=skip, profile=profile, name=scene)

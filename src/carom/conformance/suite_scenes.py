@@ -14,7 +14,7 @@ from carom.adapter.protocol import Capabilities
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
-from carom.trace import ImpactRecord, Trace, impact_array, wall_index
+from carom.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
 __all__ = [
     "CATALOGUE_SCENES",
@@ -64,10 +64,19 @@ CATALOGUE_SCENES = (
     "classics/bank-shot",
     "classics/sorting",
     "classics/cradle-gaps",
+    "spin/grip",
+    "spin/slide",
+    "spin/striker-slide",
+    "spin/throw-slide",
+    "spin/throw-stick",
+    "spin/gearing",
+    "spin/english-stick",
+    "spin/english-slide",
 )
 
 
-#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, and one after another.
+#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, one after another, and
+#: rubbing.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",
@@ -76,6 +85,9 @@ LOCATED_SCENES = (
     "classics/perfectly-inelastic",
     "classics/slanted-wall",
     "classics/cradle-gaps",
+    "spin/grip",
+    "spin/throw-slide",
+    "spin/english-stick",
 )
 
 
@@ -261,24 +273,32 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
         raise InputError(f"the known answer of {scene.name!r} tells {len(known.impacts)} of {known.count} impacts")
     position = np.array([disc.position_m for disc in scene.discs])
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    spin, turns = scene.arrays.spins.copy(), scene.arrays.turns
     records, now_s = [], 0.0
     for known_impact in known.impacts:
         first, second, after = known_impact.first, known_impact.second, known_impact.velocity_first_after
         if after is None:
             raise InputError(f"the known answer of {scene.name!r} lacks the velocities after {known_impact.time_s} s")
+        spin_first, spin_second = known_impact.spin_first_after, known_impact.spin_second_after
+        if turns and (spin_first is None or (second >= 0 and spin_second is None)):
+            raise InputError(f"the known answer of {scene.name!r} lacks the spins after {known_impact.time_s} s")
         position += velocity * (known_impact.time_s - now_s)
         now_s = known_impact.time_s
         ux, uy = velocity[first].tolist()
         if second < 0:
             x, y = scene.walls[wall_index(second)].normal
             normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
+            spins = (float(spin[first]), 0.0, spin_first or 0.0, 0.0)
         else:
             x, y = (position[second] - position[first]).tolist()
             vx, vy = velocity[second].tolist()
             normal, before_second = (x / math.hypot(x, y), y / math.hypot(x, y)), (vx, vy)
             velocity[second] = after_second = known_impact.velocity_second_after or before_second
-        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second))
-        velocity[first] = after
+            spins = (float(spin[first]), float(spin[second]), spin_first or 0.0, spin_second or 0.0)
+            spin[second] = spins[3]
+        told = spins if turns else None
+        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second, told))
+        velocity[first], spin[first] = after, spins[2]
     return Trace(
         method="known answer",
         scene=scene,
@@ -286,4 +306,6 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
         final_position_m=position + velocity * (scene.duration_s - now_s),
         final_velocity_m_s=velocity,
         end_time_s=scene.duration_s,
+        spins=spin_array(records) if turns else None,
+        final_spin_rad_s=spin if turns else None,
     )
