@@ -15,7 +15,7 @@ JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
-.PHONY: help report test test-long test-browser docs campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser docs pictures campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -23,6 +23,7 @@ help:
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
+	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, types, import contracts"
@@ -46,6 +47,9 @@ test-browser: $(BUILT)
 # Not --quiet: then warnings count for nothing. The variable silences Material's advertisement for its successor.
 docs: $(BUILT)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+
+pictures: $(BUILT)
+	$(BIN)/python docs/figures/pictures.py
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

@@ -29,6 +29,7 @@ from carom.adapter.protocol import (
     Observation,
     Profile,
     Stamp,
+    TimedWorld,
     World,
 )
 from carom.errors import AdapterError
@@ -52,6 +53,7 @@ __all__ = [
     "Setting",
     "Stamp",
     "StepClock",
+    "TimedWorld",
     "Wall",
     "World",
     "factored_frictions",

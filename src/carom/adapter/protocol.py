@@ -26,6 +26,7 @@ __all__ = [
     "Observation",
     "Profile",
     "Stamp",
+    "TimedWorld",
     "World",
 ]
 
@@ -235,6 +236,15 @@ class World(Protocol):
 
     def close(self) -> None:
         """Release what the engine holds. Called once, also after an error."""
+
+
+@runtime_checkable
+class TimedWorld(World, Protocol):
+    """A world that measures its own steps, where the way to it is no part of what the engine costs."""
+
+    @property
+    def seconds(self) -> float:
+        """Seconds that all steps have taken so far, by a monotonic clock."""
 
 
 @runtime_checkable
