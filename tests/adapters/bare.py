@@ -133,7 +133,7 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
 def mujoco(thrown: Thrown, option: str = 'cone="elliptic"', pair: str = "", mass: float = 1.0) -> Left:
     """Return velocity and spin after the impact, answered in one step by damping; `pair` lists it as a pair, with that.
 
-    Where it is no pair, MuJoCo combines the two coefficients by its own rule. A disc of `mass` has so much more inertia.
+    Where it is no pair, MuJoCo combines the two coefficients by its own rule. Inertia goes with `mass`.
     """
     engine: Any = importlib.import_module("mujoco")
     contact = f'solref="0 {-(1 + thrown.restitution) / DT_S!r}" solimp="0.9999 0.9999 0.001 0.5 2" condim="3"'
