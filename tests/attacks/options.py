@@ -130,6 +130,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
     while True:
         for command, option, word in tries:
             work = folder / "work"
+            rmtree(work, ignore_errors=True)  # of a campaign that was killed
             yield _tried([*command, option, word], work)
         tries = [(command, option, rng.choice(WORDS) + rng.choice(WORDS)) for command, option, _ in tries]
 
