@@ -14,7 +14,8 @@ import pytest
 
 from carom.adapter import Adapter, Engine
 from carom.errors import UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, engines, load_adapter, unavailable_reason
+from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+from carom.runs.engines import engines
 
 GOOD_ADAPTER = """
 from carom.adapter import Capabilities, Engine, Profile

@@ -10,7 +10,7 @@ import queue
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
 from carom.cores import available_cores, available_memory
@@ -98,6 +98,11 @@ class Lane(Asker):
         self._workers: dict[str, Worker] = {}
         self._closed = False
         self._lock = threading.Lock()
+
+    @property
+    def engines(self) -> Collection[str]:
+        """Names of the engines that it has a worker for."""
+        return self._workers.keys()
 
     def of(self, engine: str) -> Worker:
         """Return the worker of an engine; its process is started when it is first asked."""
@@ -210,6 +215,6 @@ class _Todo(Generic[Item]):
                 left = [name for name, items in self._of.items() if items]
                 if not left:
                     return None
-                engine = max(left, key=lambda name: (name not in served, len(self._of[name])))
+                engine = max(left, key=lambda name: (name not in served, name in lane.engines, len(self._of[name])))
                 self._engines[lane] = engine
             return (self._of[engine].popleft(),)
