@@ -104,7 +104,7 @@ def load_adapter(name: str) -> Adapter:
         missing = [
             part for part in ("name", "engine", "capabilities", "profiles", "prepare") if not hasattr(adapter, part)
         ]
-        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing)}")
+        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
     return adapter
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from carom.adapter import unsupported_reason
 from carom.errors import AdapterError
@@ -31,10 +31,15 @@ from carom.trace import Setting
 __all__ = ["Describe", "Methods", "SettingsAt", "engines", "methods_of"]
 
 
+#: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
+LEAST_LIMIT_S = 20.0
+
+
 @dataclass(frozen=True)
 class Describe:
     """Ask an adapter what it declares; its engine is looked for, and not imported."""
 
+    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
     engine: str
 
     def carry_out(self) -> EngineInfo:
@@ -116,6 +121,7 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 class SettingsAt:
     """Ask an adapter for the settings of a profile at several steps."""
 
+    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
     engine: str
     profile: str
     dts: tuple[float, ...]
@@ -189,7 +195,8 @@ def methods_of(
     for info in infos:
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
-            for profile in [profile for profile in profiles if profile in info.profiles] or profiles[-1:]:
+            # Of an adapter that declares nothing one row says why.
+            for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
                 settings = _settings(info, found[info.name].get(profile), k)
                 if isinstance(settings, Answer):
                     refused[Method(info.name, profile), dt_s] = settings

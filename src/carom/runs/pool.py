@@ -115,7 +115,10 @@ class Lane(Asker):
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out in its worker, by one message."""
-        return self.of(tasks[0].engine).ask_each(tasks, self._time_limit_s) if tasks else iter(())
+        if not tasks:
+            return iter(())
+        limit_s = max(self._time_limit_s, getattr(tasks[0], "least_limit_s", 0.0))
+        return self.of(tasks[0].engine).ask_each(tasks, limit_s)
 
     def stop(self) -> None:
         """Let whoever waits for an answer wait no longer, and nobody ask again."""
