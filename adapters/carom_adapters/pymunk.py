@@ -21,6 +21,7 @@ from carom.adapter import (
     Stamp,
     StepClock,
     Wall,
+    factored_frictions,
     factored_restitutions,
     oriented_contact,
     pair_of,
@@ -55,6 +56,10 @@ LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persis
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
 LARGEST = 1e100
 SMALLEST = 1e-100
+
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 3e-9 of a spin here.
+LEAST_INERTIA_FACTOR = 1e-6
 
 #: Discs of this radius still fit, some way apart, within the greatest coordinates.
 LARGEST_RADIUS_M = 1e98
@@ -120,6 +125,9 @@ class PymunkWorld:
         for name in SPACE_SETTINGS:
             if name in settings:
                 setattr(self._space, name, settings[name])
+        self._turns = scene.arrays.turns
+        # Friction is shipped as 0, and in a scene that turns nothing is left so.
+        disc_friction, wall_friction = factored_frictions(scene) if self._turns else (0.0, 0.0)
         disc_elasticity, wall_elasticity = factored_restitutions(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
@@ -128,18 +136,21 @@ class PymunkWorld:
             if disc.immovable:
                 body = pymunk.Body(body_type=pymunk.Body.STATIC)
             else:
-                body = pymunk.Body(disc.mass_kg, math.inf)  # an infinite moment: discs without friction do not spin
+                # An infinite moment for a disc that does not turn, or has nothing to turn it.
+                factor = disc.inertia_factor if self._turns else math.inf
+                body = pymunk.Body(disc.mass_kg, factor * disc.mass_kg * disc.radius_m**2)
                 body.velocity = disc.velocity_m_s
+                body.angular_velocity = disc.spin_rad_s
                 self._movable.append(body)
             body.position = disc.position_m
-            self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, i)
+            self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
         for k, corners in enumerate(_corners_of_walls(scene, dt_s)):
             body = pymunk.Body(body_type=pymunk.Body.STATIC)
-            self._add(body, pymunk.Poly(body, corners), wall_elasticity, wall_body(k))
+            self._add(body, pymunk.Poly(body, corners), wall_elasticity, wall_friction, wall_body(k))
 
-    def _add(self, body: pymunk.Body, shape: pymunk.Shape, elasticity: float, number: int) -> None:
-        shape.elasticity = elasticity
+    def _add(self, body: pymunk.Body, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
+        shape.elasticity, shape.friction = elasticity, friction
         self._space.add(body, shape)
         self._number[shape] = number
 
@@ -170,6 +181,7 @@ class PymunkWorld:
             np.array([body.position for body in self._bodies], dtype=np.float64),
             np.array([body.velocity for body in self._bodies], dtype=np.float64),
             tuple(found),
+            spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )
 
     def _collect(self, arbiter: pymunk.Arbiter, found: list[Contact]) -> None:
@@ -182,7 +194,8 @@ class PymunkWorld:
         first, second = self._number[asked], self._number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
             return  # that one was asked before, and told
-        found.append(oriented_contact(first, second, self._clock.now_s, (normal.x, normal.y), impulse))
+        rub = -arbiter.total_impulse.dot(normal.perpendicular()) if self._turns else None
+        found.append(oriented_contact(first, second, self._clock.now_s, (normal.x, normal.y), impulse, rub))
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on.
@@ -209,15 +222,16 @@ class PymunkWorld:
         return self._arbiters
 
     def save(self) -> object:
-        """Return positions and velocities; whatever else a space keeps is of no effect on a tuned one."""
-        return (self._clock.now_s, [(body, body.position, body.velocity) for body in self._movable])
+        """Return positions, velocities and spins; whatever else a space keeps is of no effect on a tuned one."""
+        bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in self._movable]
+        return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
-        """Put positions and velocities back."""
+        """Put positions, velocities and spins back."""
         time_s, bodies = state
         self._clock.restart(time_s)
-        for body, position, velocity in bodies:
-            body.position, body.velocity = position, velocity
+        for body, position, velocity, spin in bodies:
+            body.position, body.velocity, body.angular_velocity = position, velocity, spin
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""
@@ -249,6 +263,10 @@ class PymunkAdapter:
         gravity=True,
         restitution=(0.0, 1.0),
         restitution_combine="product",
+        spin=True,
+        min_inertia_factor=LEAST_INERTIA_FACTOR,
+        friction=(0.0, LARGEST),
+        friction_combine="product",
         contact_times=ContactTimes.STEP,
         stamp=Stamp.END,
         max_speed_m_s=LARGEST,
@@ -260,7 +278,7 @@ class PymunkAdapter:
     )
     profiles: Mapping[str, Profile] = {
         "default": Profile(
-            "What a user of pymunk gets: all as shipped (no friction, no damping), with the scene's restitution.",
+            "What a user of pymunk gets: all as shipped (no damping), with the scene's restitution and friction.",
             _default,
         ),
         "tuned": Profile(

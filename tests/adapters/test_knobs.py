@@ -26,6 +26,10 @@ def _coarse() -> Scene:
     return oblique().model_copy(update={"frame_rate_hz": 16.0})
 
 
+def _rubbing() -> Scene:
+    return oblique().model_copy(update={"frame_rate_hz": 240.0, "friction": 0.1, "wall_friction": 0.1})
+
+
 def _slow() -> Scene:
     """At 4 cm/s, below the speeds under which engines ship contacts inelastic."""
     return oblique(time=100.0).model_copy(update={"frame_rate_hz": 2.4})
@@ -80,7 +84,6 @@ class Knob:
 KNOBS = [
     Knob("pymunk", "iterations", 10, _break, 1e-7),
     Knob("pymunk", "collision_bias", 0.0018, _coarse, 1e-2, of="position"),
-    Knob("pybullet", "lateralFriction", 0.5, _fine, 1e-1),
     Knob("pybullet", "linearDamping", 0.04, _fine, 1e-2),
     Knob("pybullet", "useMaximalCoordinates", False, _fast, 1e1),
     Knob("pybullet", "contactERP", 0.08, _fine, 1e-2),
@@ -93,6 +96,7 @@ KNOBS = [
     Knob("pybullet", "ccd_radius_fraction", 0.0, _bullet, 1e1),
     Knob("mujoco", "joints", "free", _bullet, 1e1),
     Knob("mujoco", "stiffness", 1000.0, _fine, 1e-2),
+    Knob("mujoco", "in_turn", False, _rubbing, 1e-2),
     Knob("mujoco", "solimp", "0.9 0.95 0.001 0.5 2", _break, 1e-2),
     Knob("mujoco", "integrator", "RK4", _fine, 1e-1),
     Knob("mujoco", "integrator", "discrete", _fine, 1e-1),

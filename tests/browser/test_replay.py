@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import math
 import re
 from collections import Counter
 from pathlib import Path
@@ -183,3 +184,33 @@ def test_without_scripts_the_still_pictures_stand(browser: Browser, report: Path
     assert page.locator("table.grid").is_visible()
     assert not page.locator("#replay").is_visible()
     context.close()
+
+
+#: Whether the reference's picture shows another colour than the disc's along a ray from the centre, ray by ray.
+RAYS = """([x, y, radius, rays]) => {
+    const canvas = document.querySelector(".views canvas"), {scale, x: left, y: down} = canvas.dataset;
+    const {data, width} = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    return [...Array(rays).keys()].map((k) => {
+        const angle = 2 * Math.PI * k / rays;
+        const across = Math.round(Number(left) + scale * (x + 0.7 * radius * Math.cos(angle)));
+        const below = Math.round(Number(down) - scale * (y + 0.7 * radius * Math.sin(angle)));
+        return [...data.slice(4 * (below * width + across), 4 * (below * width + across) + 4)].join();
+    });
+}"""
+
+
+@pytest.mark.parametrize(("key", "place", "angle"), [("Shift+ArrowRight", (0.0, 0.0), 3.0), ("End", (0.0, -0.5), 5.0)])
+def test_the_mark_of_a_disc_stands_where_it_has_turned_to(
+    page: Page, key: str, place: tuple[float, float], angle: float
+) -> None:
+    """At 6 rad/s the first impact comes after half a second, at 3 rad; at the end it is 5 rad, at 4 rad/s since."""
+    opened(page, "spin/english-stick/pic/tuned")
+    rays = 72
+    page.keyboard.press("Home")
+    page.keyboard.press(key)
+    colours = page.evaluate(RAYS, [*place, 1.0, rays])
+    ray = round(angle * rays / (2 * math.pi)) % rays
+    usual, _ = Counter(colours).most_common(1)[0]
+    assert colours[ray] != usual
+    # Beside it, on one side at least, no path leads from the centre, and the disc has its colour.
+    assert usual in {colours[(ray + rays // 4) % rays], colours[(ray - rays // 4) % rays]}

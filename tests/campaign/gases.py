@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,6 +37,7 @@ class Kind(StrEnum):
     TILTED = "tilted box far from the origin"
     MIXED = "all of these at once"
     OPEN = "no walls"
+    ROUGH = "friction and spin, all inertias"
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Gas:
         kind: What is special about it.
         packing: Share of the box that its discs cover; 0 without walls.
         start: Its discs and walls.
-        impacts: How many impacts it is followed over, at most.
+        impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
     """
 
     number: int
@@ -75,12 +76,12 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
         return Gas(number, kind, *_on_whole_numbers(rng, discs, packing), 100 * discs)
     radius = np.full(discs, 0.5)
     mass = np.ones(discs)
-    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN}:
+    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN, Kind.ROUGH}:
         radius *= rng.uniform(_least_radius(packing), 1.0, discs)
         mass = radius**2 * np.exp(rng.uniform(-1.0, 1.0, discs))
     place, side = _stretched_lattice(rng, radius, packing)
     velocity = rng.normal(size=(discs, 2))
-    if kind in {Kind.IMMOVABLE, Kind.MIXED}:
+    if kind in {Kind.IMMOVABLE, Kind.MIXED, Kind.ROUGH}:
         still = rng.random(discs) < rng.uniform(0.1, 0.4)
         mass[still], velocity[still] = math.inf, 0.0
     walls = np.array([[0, 0, 1, 0], [side, 0, -1, 0], [0, 0, 0, 1], [0, side, 0, -1]], np.float64)
@@ -95,9 +96,25 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
     restitution, wall_restitution = 1.0, 1.0
     if kind in {Kind.INELASTIC, Kind.MIXED}:
         restitution, wall_restitution = map(float, rng.uniform(0.95, 0.999, 2))
+    rough = _roughness(rng, radius, mass) if kind is Kind.ROUGH else {}
+    if kind is Kind.ROUGH:
+        restitution, wall_restitution = map(float, rng.choice([1.0, 0.9, 0.5], 2))
     sides = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in walls)
-    start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution)
+    start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution, **rough)
     return Gas(number, kind, _packing(start, side) if len(walls) else 0.0, start, 200 * discs)
+
+
+def _roughness(rng: np.random.Generator, radius: Floats, mass: Floats) -> dict[str, Any]:
+    """Return spins, inertias and coefficients: each law of friction has its turn, from smooth to superballs."""
+    discs = len(radius)
+    inertia = rng.choice([0.5, 0.4, 1.0, 1e-6, math.inf, float(rng.uniform(0.01, 1.0))], discs)
+    spin = rng.normal(size=discs) * float(rng.choice([0.0, 1.0, 1e3])) / radius
+    spin[np.isinf(inertia) | np.isinf(mass)] = 0.0
+    coefficients = {name: float(rng.choice([0.0, 0.05, 0.5, 10.0, 1e19])) for name in ("friction", "wall_friction")}
+    coefficients["friction"] = coefficients["friction"] or 0.1  # something rubs
+    back = ("tangential_restitution", "wall_tangential_restitution")
+    coefficients |= {name: float(rng.choice([-1.0, 0.0, 0.4, 1.0])) for name in back}
+    return {"spin_rad_s": spin, "inertia_factor": inertia, **coefficients}
 
 
 def _packing(start: DiscArrays, side: float) -> float:

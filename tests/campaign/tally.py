@@ -129,7 +129,7 @@ class Tally:
         if not path.exists():
             return cls()
         held = json.loads(path.read_text(encoding="utf-8"))
-        counts = {kind: Count(**held["counts"][kind.name]) for kind in Kind}
+        counts = {kind: Count(**held["counts"].get(kind.name, {})) for kind in Kind}
         return cls(held["begun"], counts, [Finding(**finding) for finding in held["findings"]])
 
     def save(self, path: Path) -> None:

@@ -45,6 +45,7 @@ class Flights:
         path_m: Length of the way that the disc has come by its beginning, any constant added.
         disc: Whose it is.
         row: Number in the stretch of the impact at which it begins; -1 for the look.
+        look: Number in the stretch of the look that came last.
         first: The first flight of each disc after each look, shape ``(p, n)``.
         after: The flight that begins at each impact, for either body, shape ``(k, 2)``; -1 for a wall. The flight
             before it is the one that ends there.
@@ -62,6 +63,7 @@ class Flights:
     path_m: Floats
     disc: Ranks
     row: Ranks
+    look: Ranks
     first: Ranks
     after: Ranks
 
@@ -139,6 +141,7 @@ def flights_of(stretch: Stretch) -> Flights:
         np.cumsum(length) - length,
         chain % discs,
         begun_at,
+        chain // discs,
         first.reshape(looks, discs),
         after,
     )

@@ -46,6 +46,7 @@ class Overlap:
         pairs: How many pairs of flights, or flights and walls, were looked at.
         bodies: Whom it concerns, shape ``(k, 2)``, a wall as ``-1 - k``.
         time_s: When, shape ``(k,)``, as are the others.
+        look: Number in the stretch of the last look before; several may be at one instant.
         depth_m: How deep they overlap, metres.
         bound_m: How deep rounding can make it.
     """
@@ -53,6 +54,7 @@ class Overlap:
     pairs: int
     bodies: Ranks
     time_s: Floats
+    look: Ranks
     depth_m: Floats
     bound_m: Floats
 
@@ -122,8 +124,8 @@ def disc_overlaps(start: DiscArrays, stretch: Stretch, flights: Flights) -> Over
             one, other = _joint(flights, first.ravel()[a], last.ravel()[a], first.ravel()[b], last.ravel()[b])
             pairs += len(one)
             parts.append(_closest(start, flights, one, other))
-    bodies, time_s, depth, bound = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return Overlap(pairs, bodies, time_s, depth, bound)
+    bodies, time_s, look, depth, bound = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Overlap(pairs, bodies, time_s, look, depth, bound)
 
 
 def _joint(flights: Flights, a: Ranks, a_last: Ranks, b: Ranks, b_last: Ranks) -> tuple[Ranks, Ranks]:
@@ -189,8 +191,8 @@ def _blocks(count: Ranks) -> Iterator[slice]:
         yield slice(begin, end)
 
 
-def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[Ranks, Floats, Floats, Floats]:
-    """Return where two of the discs of these pairs of flights overlap: bodies, times, depths and their bounds.
+def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[Ranks, Floats, Ranks, Floats, Floats]:
+    """Return where two of the discs of these pairs of flights overlap: bodies, times, looks, depths and their bounds.
 
     Beside the errors of both places rounding leaves an overlap where an impact is found late (as for `contact`), and
     where the velocities after one, right to 8 u of either, still approach.
@@ -216,7 +218,7 @@ def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[R
     rounding = 16 * size + 5 * end * np.sqrt(speed2[deep]) + 4 * reach + 8 * velocities * (end - begin[deep])
     bound = flights.error_m[a] + flights.error_m[b] + UNIT * rounding
     bodies = np.stack([i[deep], j[deep]], axis=1)
-    return bodies, begin[deep] + closest[deep], depth, bound
+    return bodies, begin[deep] + closest[deep], flights.look[a], depth, bound
 
 
 def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:
@@ -228,6 +230,7 @@ def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:
     x, y = flights.x[k] + vx * wait, flights.y[k] + vy * wait
     radius = start.radius_m[disc]
     bodies, times, depths, bounds = [np.empty((0, 2), np.intp)], [np.empty(0)], [np.empty(0)], [np.empty(0)]
+    looks = [np.empty(0, np.intp)]
     for wall, (qx, qy, nx, ny) in enumerate(start.walls):
         depth = radius - ((x - qx) * nx + (y - qy) * ny)
         deep = np.flatnonzero(~(depth <= 0.0))
@@ -237,12 +240,14 @@ def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:
         rounding = 16 * size + 5 * end[deep] * speed + 4 * radius[deep] + 8 * speed * wait[deep]
         bodies.append(np.stack([disc[deep], np.full(len(deep), -1 - wall)], axis=1))
         times.append(end[deep])
+        looks.append(flights.look[flight])
         depths.append(depth[deep])
         bounds.append(flights.error_m[flight] + UNIT * rounding)
     return Overlap(
         len(k) * len(start.walls),
         np.concatenate(bodies),
         np.concatenate(times),
+        np.concatenate(looks),
         np.concatenate(depths),
         np.concatenate(bounds),
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tests.checker.flights import UNIT, Flights, flights_of
 from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
+from tests.checker.rough import Rub, rub_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,11 +29,11 @@ RULES = {
     "row": "two distinct bodies that there are, the first a disc, one of them movable, all numbers finite",
     "count": "as many impacts are recorded as the run says that there were",
     "order": "no impact before the one before it, or outside its stretch",
-    "history": "velocities before are those after the body's last impact, bit for bit",
+    "history": "velocities and spins before are those after the body's last impact, bit for bit",
     "contact": "the two bodies touch",
     "approach": "the two bodies approach",
     "normal": "the normal is the line of centres, or the wall's",
-    "law": "velocities after are those of the law of restitution, which conserves momentum",
+    "law": "velocities and spins after are those of the laws of restitution and friction, which conserve momentum",
     "passed": "no two bodies overlap, at any time",
     "state": "the run's own state is the one that its impacts lead to",
 }
@@ -98,7 +99,7 @@ def check(start: DiscArrays, stretch: Stretch, report: Report) -> None:
     found = found or _broken_order(stretch)
     if not found:  # else the discs can't be followed
         flights = flights_of(stretch)
-        found += _broken_history(stretch, flights)
+        found += _broken_history(start, stretch, flights)
         found += _broken_impacts(start, stretch, flights, report)
         found += _broken_state(stretch, flights)
         for overlap in (disc_overlaps(start, stretch, flights), wall_overlaps(start, flights)):
@@ -117,6 +118,9 @@ def _broken_rows(start: DiscArrays, stretch: Stretch) -> list[Violation]:
     valid &= (second < 0) | (first < second)
     for name in rows.dtype.names or ():
         valid &= np.isfinite(rows[name]).all(axis=tuple(range(1, rows[name].ndim)))
+    if stretch.spins is not None:
+        for name in stretch.spins.dtype.names or ():
+            valid &= np.isfinite(stretch.spins[name])
     return [_violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
 
 
@@ -128,7 +132,36 @@ def _broken_order(stretch: Stretch) -> list[Violation]:
     return [_violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
 
 
-def _broken_history(stretch: Stretch, flights: Flights) -> list[Violation]:
+def _spin_of_flights(stretch: Stretch, flights: Flights) -> Floats:
+    """Return the spin of the disc of each flight, as its impacts, or the look, left it."""
+    assert stretch.spins is not None
+    assert stretch.spin_rad_s is not None
+    spin = np.zeros(len(flights.disc))
+    spin[flights.first] = stretch.spin_rad_s[:-1]
+    for side, name in enumerate(("first_after", "second_after")):
+        k = np.flatnonzero(flights.after[:, side] >= 0)
+        spin[flights.after[k, side]] = stretch.spins[name][k]
+    return spin
+
+
+def _broken_spin_history(start: DiscArrays, stretch: Stretch, flights: Flights) -> list[Violation]:
+    if stretch.spins is None:
+        return []
+    spin, found = _spin_of_flights(stretch, flights), []
+    frozen = np.append(~start.movable | np.isinf(start.inertia), True)  # a wall, at -1, is
+    for side, name in enumerate(("first", "second")):
+        before, after = stretch.spins[f"{name}_before"], stretch.spins[f"{name}_after"]
+        known = flights.after[:, side]
+        expected = np.where(known >= 0, spin[known - 1], 0.0)
+        wrong = (before != expected) | (frozen[np.maximum(stretch.impacts[name], -1)] & (after != 0.0))
+        found += [
+            _violation("history", stretch, k, float(abs(before[k] - expected[k])), 0.0)
+            for k in np.flatnonzero(wrong).tolist()
+        ]
+    return found
+
+
+def _broken_history(start: DiscArrays, stretch: Stretch, flights: Flights) -> list[Violation]:
     found = []
     for side, name in enumerate(("velocity_first_before", "velocity_second_before")):
         k = np.flatnonzero(flights.after[:, side] >= 0)
@@ -138,6 +171,7 @@ def _broken_history(stretch: Stretch, flights: Flights) -> list[Violation]:
         wrong = np.any(before.view(np.int64) != after.view(np.int64), axis=1)
         size = np.abs(before - after).max(axis=1, initial=0.0)
         found += [_violation("history", stretch, int(k[w]), float(size[w]), 0.0) for w in np.flatnonzero(wrong)]
+    found += _broken_spin_history(start, stretch, flights)
     wall = stretch.impacts["second"] < 0
     for name in ("velocity_second_before", "velocity_second_after"):
         moving = np.flatnonzero(wall & stretch.impacts[name].any(axis=1)).tolist()
@@ -152,7 +186,8 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     root's own rounding and that of the sum with the clock (4 u T + u T), and the difference, distance and sum of radii
     here (4 u R). The normal is off by what its ends are, over R, and some roundings of its own. The law, applied to the
     recorded normal: 24 roundings in either's relative velocity along it (4 in the sum of products, 10 from the normal
-    twice, the rest in masses and factors), and one in the sum.
+    twice, the rest in masses and factors), and one in the sum. What friction gives (`rough`) is right to as many
+    roundings of its own.
     """
     rows, time = stretch.impacts, stretch.impacts["time_s"]
     first, second = rows["first"], rows["second"]
@@ -177,7 +212,8 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     gap = distance - reach
     bound = error + UNIT * (16 * size + 5 * time * speed + 4 * reach)
     bodies = np.stack([first, second], axis=1)
-    off = _since_look(start, stretch, bodies, time, -gap, bound)
+    look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
+    off = _since_look(start, stretch, bodies, look, -gap, bound)
     report.worst_gap = max(report.worst_gap, _worst(off, bound))
     found = _beyond("contact", stretch, np.abs(off), bound)
 
@@ -191,13 +227,38 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     w2 = np.where(hit, 1.0 / start.mass_kg[np.where(hit, second, 0)], 0.0)
     restitution = np.where(hit, start.restitution, start.wall_restitution)
     along = np.minimum(ux * nx + uy * ny, 0.0)
-    for name, before, share in (("first", v1, w1 / (w1 + w2)), ("second", v2, -w2 / (w1 + w2))):
+    rims, rub = _rims(start, stretch, "before"), Rub(np.zeros(len(rows)), np.zeros(len(rows)))
+    if rims is not None:
+        rub = rub_of(start, rows, rims)
+    for side, (name, before, share, light) in enumerate(
+        (("first", v1, w1 / (w1 + w2), w1), ("second", v2, -w2 / (w1 + w2), w2))
+    ):
         push = (1.0 + restitution) * share * along
+        drag = (-1.0, 1.0)[side] * light * rub.impulse
         after = rows[f"velocity_{name}_after"]
-        off = np.hypot(after[:, 0] - (before[:, 0] + push * nx), after[:, 1] - (before[:, 1] + push * ny))
+        off = np.hypot(
+            after[:, 0] - (before[:, 0] + push * nx - drag * ny), after[:, 1] - (before[:, 1] + push * ny + drag * nx)
+        )
         bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
-        found += _beyond("law", stretch, off, bound)
+        rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse) + 16 * SMALLEST)
+        found += _beyond("law", stretch, off, bound + rubbed)
+        if rims is None:
+            continue
+        turns = 1.0 / start.inertia[np.where(rows[name] >= 0, rows[name], 0)]
+        turned = _rims(start, stretch, "after")
+        assert turned is not None
+        off = np.abs(turned[side] - (rims[side] - turns * light * rub.impulse))
+        found += _beyond("law", stretch, off, turns * rubbed + 8 * UNIT * np.abs(rims[side]) + 16 * SMALLEST)
     return found
+
+
+def _rims(start: DiscArrays, stretch: Stretch, when: str) -> tuple[Floats, Floats] | None:
+    """Return how fast the rims of both bodies are, metres a second, 0 of a wall; None where nothing turns."""
+    if stretch.spins is None:
+        return None
+    radius = np.append(start.radius_m, 0.0)
+    one, two = (radius[np.maximum(stretch.impacts[n], -1)] * stretch.spins[f"{n}_{when}"] for n in ("first", "second"))
+    return one, two
 
 
 def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
@@ -211,6 +272,8 @@ def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
     bound = error + UNIT * (16 * size + 4 * speed * end)
     velocity = np.stack([flights.vx[last], flights.vy[last]], axis=-1)
     same = np.all(velocity.view(np.int64) == np.ascontiguousarray(stretch.velocity_m_s[1:]).view(np.int64), axis=-1)
+    if stretch.spin_rad_s is not None:
+        same &= _spin_of_flights(stretch, flights)[last] == stretch.spin_rad_s[1:]
     for k in np.flatnonzero(~(off <= bound) | ~same.ravel()):
         body = (int(k % last.shape[1]),)
         found.append(Violation("state", -1, body, float(end[k]), float(off[k]), float(bound[k])))
@@ -219,7 +282,7 @@ def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
 
 def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Report) -> list[Violation]:
     bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
-    depth = _since_look(start, stretch, bodies, time, overlap.depth_m, bound)
+    depth = _since_look(start, stretch, bodies, overlap.look, overlap.depth_m, bound)
     report.worst_overlap = max(report.worst_overlap, _worst(depth, bound))
     report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
     return [
@@ -231,15 +294,16 @@ def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Rep
 
 
 def _since_look(
-    start: DiscArrays, stretch: Stretch, bodies: Ranks, time: Floats, depth: Floats, bound: Floats
+    start: DiscArrays, stretch: Stretch, bodies: Ranks, looks: Ranks, depth: Floats, bound: Floats
 ) -> Floats:
     """Return by how much overlaps have become deeper since the last look at the state, where they exceed their bound.
 
     In an inelastic collapse two discs meet any number of times without moving away, and each flight's rounding adds to
-    the one before. What was there at the last look has been checked; what comes to it is bounded as all else.
+    the one before. What was there at the last look has been checked; what comes to it is bounded as all else. There may
+    be several looks at one instant.
     """
     deep = np.flatnonzero(depth > bound)
-    look = np.maximum(np.searchsorted(stretch.time_s, time[deep]) - 1, 0)
+    look = looks[deep]
     first, second = bodies[deep].T
     x, y = stretch.position_m[look, first].T
     hit = second >= 0

@@ -297,7 +297,7 @@ def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
                 flights.end_s[a], flights.end_s[b]
             )
             meet = (i != j) & (movable[i] | movable[j]) & together
-            bodies, time_s, _, _ = _closest(larger, flights, a[meet], b[meet])
+            bodies, time_s, *_ = _closest(larger, flights, a[meet], b[meet])
             expected |= exact(bodies, time_s)
         assert exact(overlap.bodies, overlap.time_s) == expected
         assert expected
@@ -325,3 +325,61 @@ def test_every_rule_is_described() -> None:
     assert RULES[violation.rule] in str(violation)
     assert "bodies 7" in str(violation)
     assert "off by 1" in str(violation)
+
+
+@cache
+def rough() -> tuple[DiscArrays, Stretch]:
+    """A gas of discs that rub and spin, and its first impacts."""
+    smooth, _ = right()
+    spin = np.where(smooth.movable, np.random.default_rng(6).normal(size=len(smooth)), 0.0)
+    start = replace(smooth, friction=0.3, wall_friction=0.3, spin_rad_s=spin)
+    (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
+    return start, stretch
+
+
+def test_a_right_rough_record_breaks_no_rule() -> None:
+    """What is tampered with below is right before, and has impacts that stick, and some that slide."""
+    start, stretch = rough()
+    report = found(start, stretch)
+    assert report.violations == []
+    assert report.impacts == 300
+    assert stretch.spins is not None
+    assert len(np.unique(stretch.spins["first_after"])) > 100
+
+
+@pytest.mark.parametrize("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
+@pytest.mark.parametrize("side", ["first", "second"])
+def test_a_wrong_spin_after_an_impact_breaks_the_law(kind: str, side: str) -> None:
+    """A spin that the law does not give is found; what is within rounding of it breaks the history that follows."""
+    start, stretch = rough()
+    assert stretch.spins is not None
+    spins = stretch.spins.copy()
+    turned = (stretch.impacts["second"] >= 0) & (spins[f"{side}_before"] != spins[f"{side}_after"])
+    row = 50 + int(np.argmax(turned[50:]))
+    now = spins[f"{side}_after"][row]
+    spins[f"{side}_after"][row] = {
+        "a unit in the last place": np.nextafter(now, math.inf),
+        "a billionth": now * (1 + 1e-9),
+        "turned round": -now,
+        "left out": spins[f"{side}_before"][row],
+    }[kind]
+    rules = broken(start, replace(stretch, spins=spins))
+    assert rules & {"history", "state"}
+    assert ("law" in rules) == (kind != "a unit in the last place")
+
+
+def test_sliding_where_friction_holds_breaks_the_law() -> None:
+    """An impact by the other branch of friction keeps momentum and angular momentum, and is found all the same."""
+    start, stretch = rough()
+    assert stretch.spins is not None
+    # The same record, held against a friction that would have made some of its impacts slide otherwise, or stick.
+    assert broken(replace(start, friction=0.31, wall_friction=0.31), stretch) == {"law"}
+
+
+def test_a_spin_of_the_run_that_its_impacts_do_not_lead_to_is_found() -> None:
+    """The spins of the run's own state are held against its impacts to the last bit."""
+    start, stretch = rough()
+    assert stretch.spin_rad_s is not None
+    spins = stretch.spin_rad_s.copy()
+    spins[-1, int(np.argmax(start.movable))] += 1e-9
+    assert broken(start, replace(stretch, spin_rad_s=spins)) == {"state"}

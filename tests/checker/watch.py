@@ -43,6 +43,8 @@ class Stretch:
         time_s: Instant of each look, shape ``(p + 1,)``.
         position_m: Centres then, shape ``(p + 1, n, 2)``.
         velocity_m_s: Velocities then, shape ``(p + 1, n, 2)``.
+        spins: Array of `carom.trace.SPIN_DTYPE`, an entry an impact; None where nothing turns.
+        spin_rad_s: Spins at the looks, shape ``(p + 1, n)``; None as well.
     """
 
     first_row: int
@@ -51,6 +53,8 @@ class Stretch:
     time_s: Floats
     position_m: Floats
     velocity_m_s: Floats
+    spins: NDArray[np.void] | None = None
+    spin_rad_s: Floats | None = None
 
 
 def watch(
@@ -72,7 +76,7 @@ def watch(
     movable = int(np.sum(np.isfinite(start.mass_kg)))
     step = max(1, IMPACTS_PER_LOOK * movable // 2)
     done, logged, at_end = 0, 0, False
-    look = (0.0, start.position_m, start.velocity_m_s)
+    look = (0.0, start.position_m, start.velocity_m_s, start.spins)
     while not at_end:
         if renew is not None and done - logged >= RENEWED_AFTER:
             run, logged = renew(run), done
@@ -82,15 +86,19 @@ def watch(
             if max_impacts is not None:
                 most = min(most, max_impacts)
             outcome = run.advance_to(until_s, most)
-            looks.append((run.time_s, run.positions(), run.velocities()))
+            turning = run.spins()
+            looks.append((run.time_s, run.positions(), run.velocities(), start.spins if turning is None else turning))
             counts.append(int(run.counts["impacts"]))
             at_end = outcome is not Outcome.MAX_IMPACTS or most == max_impacts
+        spins = run.log.spins()
         yield Stretch(
             done,
             run.log.array()[done - logged :],
             np.array(counts) - done,
-            np.array([time for time, _, _ in looks]),
-            np.array([position for _, position, _ in looks]),
-            np.array([velocity for _, _, velocity in looks]),
+            np.array([time for time, *_ in looks]),
+            np.array([position for _, position, *_ in looks]),
+            np.array([velocity for _, _, velocity, _ in looks]),
+            None if spins is None else spins[done - logged :],
+            None if spins is None else np.array([spin for *_, spin in looks]),
         )
         done, look = counts[-1], looks[-1]

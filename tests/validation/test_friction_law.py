@@ -295,26 +295,15 @@ def test_the_checker_sees_a_wrong_spin() -> None:
 @needs_extension
 @pytest.mark.parametrize("count", [4, pytest.param(40, marks=pytest.mark.long)])
 def test_rough_gases_invent_and_miss_no_impact(count: int) -> None:
-    """Gases of the campaign, made rough: every rule of its checker holds but that of the smooth law; spins have a past.
-
-    The law is the exact one, asked of sixty impacts a gas; a spin before an impact is that after the disc's last.
-    """
+    """Gases of the campaign, made rough: every rule of its checker holds, and of sixty impacts a gas the exact law."""
     for number in range(count):
         start = roughened(draw(number, most_discs=800).start, number)
         run, report = EventDrivenRun(start), Report()
         for stretch in watch(run, start, 1e6, 12_000):
             check(start, stretch, report)
-        assert {violation.rule for violation in report.violations} <= {"law"}, number
-        impacts, spins, final = run.log.array(), run.log.spins(), run.spins()
+        assert report.violations == [], number
+        impacts, spins = run.log.array(), run.log.spins()
         assert spins is not None
-        assert final is not None
-        spin = start.spins.copy()
-        for impact, around in zip(impacts, spins, strict=True):
-            for side in ("first", "second"):
-                if (disc := impact[side]) >= 0:
-                    assert around[f"{side}_before"] == spin[disc], number
-                    spin[disc] = around[f"{side}_after"]
-        assert final.tobytes() == spin.tobytes(), number
         chosen = range(0, len(impacts), max(1, len(impacts) // 60))
         assert max(worst_of_impact(start, impacts[k], spins[k]) for k in chosen) < ULPS, number
 

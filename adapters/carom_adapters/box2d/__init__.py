@@ -48,6 +48,11 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "sweep": "none"}
 
 
+def _located(dt_s: float) -> dict[str, Setting]:
+    # A warm start begins with the last impulse times the ratio of the two steps, without limit, where bodies touch on.
+    return {**_no_ccd(dt_s), "warmStarting": False}
+
+
 class Box2dAdapter:
     """Box2D as it is shipped (`default`), or made to solve overlaps alone (`tuned`)."""
 
@@ -56,8 +61,8 @@ class Box2dAdapter:
     capabilities = CAPABILITIES
     profiles: Mapping[str, Profile] = {
         "default": Profile(
-            "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but frictionless, awake "
-            "and with the scene's restitution.",
+            "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
+            "scene's restitution and friction.",
             _default,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),
@@ -69,7 +74,7 @@ class Box2dAdapter:
         "located": Profile(
             "The tuned settings without sweeping, each step cut at the instant from which on Box2D's own contact test "
             "finds an overlap (Carom's own bisection).",
-            _no_ccd,
+            _located,
             located=True,
         ),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),

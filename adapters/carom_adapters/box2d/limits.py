@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-__all__ = ["CAPABILITIES", "LONGEST_MOVE_M", "THRESHOLD_M_S", "VELOCITY_SCALE", "WORLD_SETTINGS", "require_usable"]
+__all__ = [
+    "CAPABILITIES",
+    "LARGEST_TURN_RAD",
+    "LONGEST_MOVE_M",
+    "THRESHOLD_M_S",
+    "VELOCITY_SCALE",
+    "WORLD_SETTINGS",
+    "require_usable",
+]
 
 #: Attributes of `b2World`, by pybox2d's own names.
 WORLD_SETTINGS = ("warmStarting",)
@@ -34,6 +43,16 @@ LEAST = {"velocityIterations": 1, "positionIterations": 0, "velocity_scale": 1.0
 #: body is not slowed down, and what was slowed down can be told from it.
 LONGEST_MOVE_M = 2.0 * (1 - 2.0**-20)
 
+#: b2_maxRotation is pi/2: a body that would turn farther in one step is slowed down to that, likewise.
+LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
+
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 5e-4 of a spin here.
+LEAST_INERTIA_FACTOR = 1e-2
+
+#: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN.
+LARGEST_FRICTION = 1e19
+
 #: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7.
 SMALLEST_RADIUS_M = 1e-6
 
@@ -58,6 +77,11 @@ CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     restitution_combine="maximum",
+    spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    friction=(0.0, LARGEST_FRICTION),
+    friction_combine="root",
+    max_turn_rad=LARGEST_TURN_RAD,
     contact_times=ContactTimes.STEP,
     continuous_detection=True,
     max_speed_m_s=LARGEST_SPEED_M_S,

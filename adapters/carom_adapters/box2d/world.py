@@ -24,7 +24,13 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.box2d.limits import CAPABILITIES, LONGEST_MOVE_M, WORLD_SETTINGS, require_usable
+from carom_adapters.box2d.limits import (
+    CAPABILITIES,
+    LARGEST_TURN_RAD,
+    LONGEST_MOVE_M,
+    WORLD_SETTINGS,
+    require_usable,
+)
 
 __all__ = ["Box2dWorld"]
 
@@ -78,7 +84,8 @@ class Box2dWorld:
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
         self._movable: list[Any] = []
-        self._solved: list[tuple[Any, Any, Point, float]] = []
+        self._turns = scene.arrays.turns
+        self._solved: list[tuple[Any, Any, Point, float, float]] = []
         self._normals: dict[tuple[int, int], Point] = {}
         self._listener: Any = None
         for i, disc in enumerate(scene.discs):
@@ -96,26 +103,31 @@ class Box2dWorld:
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
                 linearVelocity=(vx * self._scale, vy * self._scale),
-                fixedRotation=True,
+                angularVelocity=disc.spin_rad_s * self._scale,
+                fixedRotation=not (self._turns and math.isfinite(disc.inertia_factor)),
                 allowSleep=bool(self._asked.get("sleepingAllowed", True)),
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
             )
             self._movable.append(body)
-        # Box2D takes the larger of two restitutions. Where the walls' is the smaller one, a disc needs a shape for
-        # other discs and one, of no restitution, for walls.
-        both = [(AMONG_DISCS | BEFORE_WALLS, scene.restitution)]
-        apart = [(AMONG_DISCS, scene.restitution), (BEFORE_WALLS, 0.0)]
-        for category, restitution in apart if scene.walls and scene.wall_restitution < scene.restitution else both:
+        # Box2D takes the larger of two restitutions, and the root of the product of two frictions. Where the walls'
+        # restitution is the smaller one, or their friction another, a disc needs a shape for other discs, and one of
+        # no restitution and of the walls' friction for walls.
+        both = [(AMONG_DISCS | BEFORE_WALLS, scene.restitution, scene.friction)]
+        apart = [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
+        other = scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction
+        for category, restitution, friction in apart if scene.walls and other else both:
             body.CreateFixture(
                 shape=box2d.b2CircleShape(radius=disc.radius_m),
                 density=1.0,
-                friction=0.0,
+                friction=friction,
                 restitution=restitution,
                 categoryBits=category,
                 maskBits=category,
             )
         if not immovable:  # after the shapes, which would give it a mass of their own
-            body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=1.0)
+            # Of a body that does not turn Box2D makes the inverse of any inertia 0.
+            inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
+            body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
         body.userData = i
         self._bodies.append(body)
 
@@ -137,7 +149,7 @@ class Box2dWorld:
         body = self._world.CreateStaticBody(position=(px - along * ny, py + along * nx))
         body.CreateFixture(
             shape=shape,
-            friction=0.0,
+            friction=scene.wall_friction,
             restitution=scene.wall_restitution,
             categoryBits=BEFORE_WALLS,
             maskBits=BEFORE_WALLS,
@@ -185,7 +197,10 @@ class Box2dWorld:
         velocity = np.array([tuple(body.linearVelocity) for body in self._bodies], dtype=np.float64) / self._scale
         contacts = self._contacts()
         self._solved.clear()
-        return Observation(position, velocity, contacts, self._warning(velocity))
+        spin = None
+        if self._turns:
+            spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) / self._scale
+        return Observation(position, velocity, contacts, self._warning(velocity, spin), spin)
 
     def _listen(self) -> None:
         solved, normals = self._solved, self._normals
@@ -198,7 +213,8 @@ class Box2dWorld:
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
                 # By now the bodies have moved on, and the manifold's normal with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
-                solved.append((*pair, normals[pair], sum(impulse.normalImpulses)))
+                rub = sum(impulse.tangentImpulses)
+                solved.append((*pair, normals[pair], sum(impulse.normalImpulses), rub))
 
         self._listener = Listener()
         self._world.contactListener = self._listener
@@ -206,18 +222,24 @@ class Box2dWorld:
     def _contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s
         found = []
-        for a, b, (nx, ny), impulse in self._solved:
+        for a, b, (nx, ny), impulse, rub in self._solved:
             if impulse <= 0:  # Box2D tells of a contact for as long as it lasts
                 continue
             length = math.hypot(nx, ny)  # a unit vector to 32 bits only
-            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse / self._scale))
+            # Box2D's tangent is the normal turned by -90 degrees.
+            along = -rub / self._scale if self._turns else None
+            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse / self._scale, along))
         return tuple(found)
 
-    def _warning(self, velocity: Any) -> str:
+    def _warning(self, velocity: Any, spin: Any) -> str:
         # Made so fast by an impact, it is too late to refuse.
         fastest = float(np.hypot(*velocity.T).max())
         if fastest * self._clock.dt_s > LONGEST_MOVE_M:
             return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and slowed one down to {fastest:g} m/s"
+        fastest = 0.0 if spin is None else float(np.abs(spin).max())
+        if fastest * self._clock.dt_s > LARGEST_TURN_RAD:
+            turn = f"{LARGEST_TURN_RAD:g} rad a step"
+            return f"Box2D turns a body by at most {turn}, and slowed one down to {fastest:g} rad/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
@@ -234,16 +256,18 @@ class Box2dWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions and velocities, which with these settings are all of a state."""
-        bodies = [(body, tuple(body.position), tuple(body.linearVelocity)) for body in self._movable]
+        """Return positions, velocities and spins, which with these settings are all of a state."""
+        bodies = [
+            (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity) for body in self._movable
+        ]
         return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
-        """Put positions and velocities back."""
+        """Put positions, velocities and spins back."""
         time_s, bodies = state
         self._clock.restart(time_s)
-        for body, position, velocity in bodies:
-            body.position, body.linearVelocity = position, velocity
+        for body, position, velocity, spin in bodies:
+            body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
 
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""

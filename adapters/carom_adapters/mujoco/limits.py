@@ -14,11 +14,22 @@ __all__ = [
     "LARGEST_VALUE",
     "MJCF_INTEGRATORS",
     "OPTION_SETTINGS",
+    "answers_in_turn",
+    "lists_pairs",
     "require_usable",
 ]
 
 #: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
-OPTION_SETTINGS = ("integrator", "jacobian", "tolerance", "iterations", "ccd_tolerance", "ccd_iterations")
+OPTION_SETTINGS = (
+    "integrator",
+    "jacobian",
+    "tolerance",
+    "iterations",
+    "ccd_tolerance",
+    "ccd_iterations",
+    "cone",
+    "solver",
+)
 FLAG_SETTINGS = ("warmstart", "autoreset")
 ENABLE_SETTINGS = ("speculative",)
 
@@ -31,11 +42,13 @@ MJCF_INTEGRATORS = {
     "mjINT_DISCRETE": "discrete",
 }
 
-#: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has). ``stiffness`` (1/s**2) is that of a
-#: contact, 0 for none: see `_solref` of `world`. ``solimp`` is the attribute of a geom.
+#: ``joints`` is "free" (six a disc) or "slide" (x and y, all that a disc has; z and a hinge, too, where discs turn).
+#: ``stiffness`` (1/s**2) is that of a contact, 0 for none: see `_solref` of `model`. ``solimp`` is a geom's attribute.
 #: With ``listed_pairs`` each pair of bodies is listed in the model, and tested in every step, as in `located`.
 #: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide.
-OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape")
+#: ``in_turn`` says how contacts with friction are answered: one after another, the push and then friction within its
+#: bounds, which is the law of impacts; otherwise all at once, as the optimum that MuJoCo's friction is by design.
+OTHER_SETTINGS = ("joints", "stiffness", "solimp", "listed_pairs", "shape", "in_turn")
 
 #: Settings that are one of a few words.
 WORDS: Mapping[str, tuple[str, ...]] = {
@@ -43,6 +56,8 @@ WORDS: Mapping[str, tuple[str, ...]] = {
     "jacobian": ("dense", "sparse", "auto"),
     "joints": ("free", "slide"),
     "shape": ("sphere", "cylinder"),
+    "cone": ("pyramidal", "elliptic"),
+    "solver": ("PGS", "CG", "Newton"),
 }
 
 #: MuJoCo's mjMAXVAL: a coordinate, velocity or acceleration beyond it counts as bad.
@@ -60,10 +75,24 @@ LARGEST_MASS_KG = 1e11
 #: Half a million pairs, which take MuJoCo seconds to compile.
 MOST_LISTED = 1000
 
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 5e-9 of a spin here. An inertia below mjMINVAL, 1e-15 in units
+#: of the model, is refused by MuJoCo itself.
+LEAST_INERTIA_FACTOR = 1e-5
+
+#: MuJoCo's mjMINMU: a coefficient of less, but for none at all, is silently made this. From 1e80 on there is no
+#: friction any more, since the fourth power is no float.
+LEAST_FRICTION = 1e-5
+LARGEST_FRICTION = 1e30
+
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     restitution_combine="none",
+    spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    friction=(LEAST_FRICTION, LARGEST_FRICTION),
+    friction_combine="maximum",
     contact_times=ContactTimes.STEP,
     continuous_detection=True,
     max_speed_m_s=LARGEST_VALUE,
@@ -73,6 +102,16 @@ CAPABILITIES = Capabilities(
     max_mass_kg=LARGEST_MASS_KG,
     dimensions=3,
 )
+
+
+def answers_in_turn(scene: Scene, settings: Mapping[str, Setting]) -> bool:
+    """Whether contacts are answered one after another: where it is asked for, and there is friction."""
+    return bool(settings.get("in_turn", False)) and scene.arrays.rubs
+
+
+def lists_pairs(scene: Scene, settings: Mapping[str, Setting]) -> bool:
+    """Whether each pair of bodies is listed in the model: only a listed one can say what becomes of its slip."""
+    return bool(settings.get("listed_pairs", False)) or answers_in_turn(scene, settings)
 
 
 def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -87,8 +126,9 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     for name, words in WORDS.items():
         if name in settings and settings[name] not in words:
             raise AdapterError(f"MuJoCo: {name} must be one of {', '.join(words)}, got {settings[name]!r}")
-    if settings.get("listed_pairs", False) and len(scene.discs) > MOST_LISTED:
-        raise AdapterError(f"MuJoCo: listed_pairs is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
+    if lists_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
+        why = "listed_pairs" if settings.get("listed_pairs", False) else "in_turn with friction, which lists all pairs,"
+        raise AdapterError(f"MuJoCo: {why} is for at most {MOST_LISTED} discs, got {len(scene.discs)}")
     dt_s = float(settings["dt_s"])
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if 0 < fastest < LEAST_ACCELERATION_M_S2 * dt_s:

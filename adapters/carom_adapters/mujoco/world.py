@@ -1,16 +1,15 @@
-"""A world of MuJoCo: the model that a scene becomes, its steps, and what is seen of them."""
+"""A world of MuJoCo: a scene's compiled model, its steps, and what is seen of them."""
 
 from __future__ import annotations
 
 import copy
 import importlib
-import itertools
-import math
 from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.adapter import (
     AdapterError,
@@ -19,20 +18,18 @@ from carom.adapter import (
     Scene,
     Setting,
     StepClock,
+    flattened,
     oriented_contact,
     pair_of,
     require_supported,
-    wall_body,
 )
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
-    ENABLE_SETTINGS,
-    FLAG_SETTINGS,
     LARGEST_VALUE,
     MJCF_INTEGRATORS,
-    OPTION_SETTINGS,
     require_usable,
 )
+from carom_adapters.mujoco.model import mass_unit, mjcf
 
 __all__ = ["MujocoWorld"]
 
@@ -41,117 +38,17 @@ __all__ = ["MujocoWorld"]
 KEPT_MODELS = 16
 
 
-def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
-    """Return a contact's ``solref`` in the form (-stiffness, -damping) for this coefficient of restitution.
-
-    MuJoCo aims at the acceleration ``-damping * v - stiffness * depth`` along the normal, whatever the masses. Without
-    stiffness, and with a damping of ``(1 + restitution) / dt``, the Euler step makes ``-restitution * v`` of ``v``: an
-    impact, over in one step. With stiffness, the contact is an oscillator that leaves after half a period with
-    ``restitution = exp(-pi z / sqrt(1 - z**2))``, z being its damping ratio, if it may pull at the end.
-    """
-    if stiffness == 0:
-        return 0.0, -(1.0 + restitution) / dt_s
-    loss = -math.log(restitution) if restitution > 0 else math.inf
-    ratio = 1.0 if math.isinf(loss) else loss / math.hypot(math.pi, loss)
-    return -stiffness, -2.0 * ratio * math.sqrt(stiffness)
-
-
 def _ignore(_text: str) -> None:
     """Drop MuJoCo's warning texts, which would go to a file in the working folder; `observe` reads the counts."""
 
 
-def _attributes(**values: object) -> str:
-    # repr keeps every bit of a float.
-    return " ".join(f'{name}="{value if isinstance(value, str) else repr(value)}"' for name, value in values.items())
-
-
-def _mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model. A geom is named by its body's number, which is how contacts find their bodies again."""
-    dt_s, stiffness, slide = float(settings["dt_s"]), float(settings["stiffness"]), settings["joints"] == "slide"
-    # condim 1 is a contact without friction.
-    listed = {"contype": "0", "conaffinity": "0"} if settings.get("listed_pairs", False) else {}
-    shared = {"condim": "1"} | listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
-
-    def geom(number: int, restitution: float, **values: object) -> str:
-        solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
-        return f"<geom {_attributes(name=str(number), solref=solref, **shared, **values)}/>"
-
-    def disc(i: int) -> str:
-        body = scene.discs[i]
-        place = "{!r} {!r} 0".format(*body.position_m)
-        sphere: dict[str, object] = {"type": "sphere", "size": body.radius_m}
-        if settings.get("shape", "sphere") == "cylinder":
-            sphere = {"type": "cylinder", "size": f"{body.radius_m!r} {body.radius_m!r}"}
-        if body.immovable:
-            return geom(i, scene.restitution, pos=place, **sphere)
-        if slide:
-            # Its inertia about any axis is of no effect, so it is not left to a small disc to have too little of it.
-            return (
-                f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
-                '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>'
-                f"{geom(i, scene.restitution, **sphere)}</body>"
-            )
-        return f"<body><freejoint/>{geom(i, scene.restitution, mass=body.mass_kg, **sphere)}</body>"
-
-    def wall(k: int) -> str:
-        half_plane = scene.walls[k]
-        return geom(
-            wall_body(k),
-            scene.wall_restitution,
-            type="plane",
-            size="0 0 1",  # infinite
-            pos="{!r} {!r} 0".format(*half_plane.point_m),
-            zaxis="{!r} {!r} 0".format(*half_plane.normal),
-            # The geom of higher priority decides alone; MuJoCo would take the larger damping of the two otherwise.
-            priority="1",
-        )
-
-    option = _attributes(
-        timestep=dt_s,
-        gravity="{!r} {!r} 0".format(*scene.gravity_m_s2),
-        **{k: v for k, v in settings.items() if k in OPTION_SETTINGS},
-    )
-    flag = _attributes(
-        **{k: "enable" if v else "disable" for k, v in settings.items() if k in FLAG_SETTINGS + ENABLE_SETTINGS}
-    )
-    bodies = "\n".join([*map(disc, range(len(scene.discs))), *map(wall, range(len(scene.walls)))])
-    world = f"<option {option}><flag {flag}/></option><worldbody>\n{bodies}\n</worldbody>"
-    if settings.get("listed_pairs", False):
-        world += f"<contact>\n{_pairs(scene, settings)}\n</contact>"
-    return f"<mujoco>{world}</mujoco>"
-
-
-def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return every pair of a disc with another body, not both immovable, with a contact of its own."""
-    dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
-    solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
-    pairs = [
-        (i, j, scene.restitution)
-        for i in range(len(discs))
-        for j in range(i + 1, len(discs))
-        if not (discs[i].immovable and discs[j].immovable)
-    ]
-    pairs += [
-        (i, wall_body(k), scene.wall_restitution)
-        for i in range(len(discs))
-        for k in range(len(scene.walls))
-        if not discs[i].immovable
-    ]
-
-    def pair(i: int, j: int, restitution: float) -> str:
-        solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
-        return f"<pair {_attributes(geom1=str(i), geom2=str(j), condim='1', solref=solref, **solimp)}/>"
-
-    return "\n".join(itertools.starmap(pair, pairs))
-
-
 @lru_cache(maxsize=KEPT_MODELS)
-def _compiled(mjcf: str) -> Any:
+def _compiled(text: str) -> Any:
     """Compile a model, or return the one that was compiled from the same text: a sweep of start states has but one.
 
     Where movable discs are and how fast is no part of it.
     """
-    return importlib.import_module("mujoco").MjModel.from_xml_string(mjcf)
+    return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
 class MujocoWorld:
@@ -164,7 +61,7 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compiled(_mjcf(scene, settings))
+            self._model = _compiled(mjcf(scene, settings))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
@@ -174,16 +71,27 @@ class MujocoWorld:
         # What a step of any length makes of a velocity, see `_solref`.
         self._geom_damping = self._model.geom_solref[:, 1] * self._clock.dt_s
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
+        self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
+        self._turns = scene.arrays.turns
+        self._leans = settings.get("shape", "sphere") == "cylinder" and settings["joints"] == "free"
+        self._unit = mass_unit(scene, settings)
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         self._number = [int(self._model.geom(i).name) for i in range(self._model.ngeom)]
-        # Views of x and y of each movable disc: a free joint has a quaternion beside them, and spins.
-        slide = settings["joints"] == "slide"
-        self._qpos = self._data.qpos.reshape(len(self._movable), 2 if slide else 7)[:, :2]
-        self._qvel = self._data.qvel.reshape(len(self._movable), 2 if slide else 6)[:, :2]
-        self._qpos[:] = self._position[self._movable]
-        self._qvel[:] = self._velocity[self._movable]
+        self._spin = scene.arrays.spins.copy()
+        # Where x and y of each movable disc stand, which is a body of the model in this order; and who has a spin, the
+        # last of its coordinates.
+        model, movable = self._model, slice(1, 1 + len(self._movable))
+        joint = model.body_jntadr[movable]
+        self._at = model.jnt_qposadr[joint][:, np.newaxis] + np.arange(2)
+        self._moves = model.body_dofadr[movable][:, np.newaxis] + np.arange(2)
+        turning = np.isfinite(scene.arrays.inertia[self._movable]) & self._turns
+        self._turning = self._movable[turning]
+        self._about = (model.body_dofadr[movable] + model.body_dofnum[movable] - 1)[turning]
+        self._data.qpos[self._at] = self._position[self._movable]
+        self._data.qvel[self._moves] = self._velocity[self._movable]
+        self._data.qvel[self._about] = self._spin[self._turning]
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -204,13 +112,20 @@ class MujocoWorld:
             "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
+            "in_turn": self._asked.get("in_turn", False),
             "stiffness": abs(float(model.geom("0").solref[0])),
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
         }
-        if model.njnt:
+        if model.njnt and not self._turns:
             slide = model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE
             read["joints"] = "slide" if slide else "free"
+        if self._turns:
+            read |= {
+                "cone": mujoco.mjtCone(model.opt.cone).name.removeprefix("mjCONE_").lower(),
+                "solver": mujoco.mjtSolver(model.opt.solver).name.removeprefix("mjSOL_"),
+                "mass_unit": self._unit,
+            }
         return read
 
     def advance(self, steps: int) -> None:
@@ -223,10 +138,12 @@ class MujocoWorld:
 
         MuJoCo looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
         """
-        position, velocity = self._position.copy(), self._velocity.copy()
-        position[self._movable] = self._qpos
-        velocity[self._movable] = self._qvel
-        return Observation(position, velocity, tuple(self._contacts()), self._warning())
+        position, velocity, spin = self._position.copy(), self._velocity.copy(), self._spin.copy()
+        position[self._movable] = self._data.qpos[self._at]
+        velocity[self._movable] = self._data.qvel[self._moves]
+        spin[self._turning] = self._data.qvel[self._about]
+        contacts = tuple(self._contacts())
+        return Observation(position, velocity, contacts, self._warning(), spin if self._turns else None)
 
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
@@ -235,14 +152,30 @@ class MujocoWorld:
             return found
         # Read as arrays: MuJoCo's bindings take long to make an object of every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
-        for row, (geom1, geom2), frame in zip(rows, geoms, frames, strict=True):
-            force = float(data.efc_force[row]) if row >= 0 else 0.0  # -1: left out of the solver's rows
+        for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
+            force, rub = float(data.efc_force[row]) if row >= 0 else 0.0, None  # -1: left out of the solver's rows
+            if self._turns and row >= 0:
+                force, rub = self._push_and_rub(k, frame)
             if force <= 0:
                 continue
             normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
             impulse = force * self._clock.dt_s
-            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse))
+            if self._leans:
+                normal, impulse = flattened(normal, impulse)
+            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, rub))
         return found
+
+    def _push_and_rub(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
+        """Return a contact's force along its normal, and friction's impulse along that turned by +90 degrees.
+
+        Of a pyramidal cone the solver's rows are its edges, and MuJoCo puts both together.
+        """
+        force = np.zeros(6)
+        self._mujoco.mj_contactForce(self._model, self._data, contact, force)
+        along = force[1:3] @ frame[3:9].reshape(2, 3)
+        nx, ny = flattened((float(frame[0]), float(frame[1])), 0.0)[0] if self._leans else frame[:2]
+        rub = float(nx * along[1] - ny * along[0])
+        return float(force[0]) / self._unit, rub * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
         kind, number = self._mujoco.mjtWarning, self._data.warning.number
@@ -267,6 +200,7 @@ class MujocoWorld:
         if float(self._asked["stiffness"]) == 0:
             self._model.geom_solref[:, 1] = self._geom_damping / dt_s
             self._model.pair_solref[:, 1] = self._pair_damping / dt_s
+            self._model.pair_solreffriction[:, 1] = self._rub_damping / dt_s
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that MuJoCo's collision detection finds to overlap, in a copy of the state."""
@@ -290,4 +224,4 @@ class MujocoWorld:
 
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
-        del self._qpos, self._qvel, self._data, self._probe, self._model
+        del self._data, self._probe, self._model

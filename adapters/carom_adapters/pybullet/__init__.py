@@ -7,7 +7,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
-from carom_adapters.pybullet.limits import CAPABILITIES, SHIPPED_RESTITUTION_THRESHOLD_M_S, SHIPPED_SPEED_CLAMP_M_S
+from carom_adapters.pybullet.limits import (
+    CAPABILITIES,
+    SHIPPED_RESTITUTION_THRESHOLD_M_S,
+    SHIPPED_SPEED_CLAMP_M_S,
+    SHIPPED_SPIN_CLAMP_RAD_S,
+)
 from carom_adapters.pybullet.world import PybulletWorld
 
 if TYPE_CHECKING:
@@ -21,17 +26,16 @@ CYLINDER_ACCURACY = Accuracy(velocity=1e-3)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    return {
-        "dt_s": dt_s,
-        "lateralFriction": 0.0,  # 0.5 is shipped
-        "linearDamping": 0.0,  # 0.04 is shipped; so is the angular one, which nothing that does not spin can tell
-    }
+    # 0.04 of each is shipped, which takes 3 of 10 rad/s in a second.
+    return {"dt_s": dt_s, "linearDamping": 0.0, "angularDamping": 0.0}
 
 
 def _tuned(dt_s: float) -> dict[str, Setting]:
     return {
-        **_default(dt_s),
-        # A multibody, the default, clamps its speed at 100 m/s and ignores continuous detection.
+        "dt_s": dt_s,
+        "linearDamping": 0.0,
+        # A multibody, the default, clamps its speed at 100 m/s, and its spin at 100 rad/s, and ignores continuous
+        # detection. With maximal coordinates spin is not damped.
         "useMaximalCoordinates": True,
         # Bullet adds erp * depth / dt to the bounce (0.08 is shipped).
         "contactERP": 0.0,
@@ -63,7 +67,7 @@ def _cylinder(dt_s: float) -> dict[str, Setting]:
 
 
 def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "shape": "cylinder", "turn": True, "angularDamping": 0.0}
+    return {**_tuned(dt_s), "shape": "cylinder", "turn": True}
 
 
 class PybulletAdapter:
@@ -80,13 +84,14 @@ class PybulletAdapter:
     capabilities = CAPABILITIES
     profiles: Mapping[str, Profile] = {
         "default": Profile(
-            "What a user of PyBullet gets: all as shipped (a speed clamp of 100 m/s included), but frictionless, "
-            "undamped and with the scene's restitution.",
+            "What a user of PyBullet gets: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
+            "and with the scene's restitution and friction.",
             _default,
             capabilities=replace(
                 CAPABILITIES,
                 continuous_detection=False,
                 max_speed_m_s=SHIPPED_SPEED_CLAMP_M_S,
+                max_spin_rad_s=SHIPPED_SPIN_CLAMP_RAD_S,
                 restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
             ),
         ),

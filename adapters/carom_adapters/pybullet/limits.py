@@ -12,6 +12,7 @@ __all__ = [
     "CAPABILITIES",
     "SHIPPED_RESTITUTION_THRESHOLD_M_S",
     "SHIPPED_SPEED_CLAMP_M_S",
+    "SHIPPED_SPIN_CLAMP_RAD_S",
     "WORLD_SETTINGS",
     "require_usable",
 ]
@@ -29,7 +30,7 @@ WORLD_SETTINGS = (
 )
 
 #: Arguments of `changeDynamics` for every body, by PyBullet's own names.
-BODY_SETTINGS = ("lateralFriction", "linearDamping", "angularDamping", "contactProcessingThreshold")
+BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
 #: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
@@ -56,14 +57,26 @@ LARGEST_RADIUS_M = 2.8e5
 LARGEST_COORDINATE_M = 1e17
 
 #: As shipped, a body is a multibody, which is clamped to the first of these speeds (its m_maxCoordinateVelocity), and
-#: contacts slower than the second are made inelastic (restitutionVelocityThreshold).
+#: contacts slower than the second are made inelastic (restitutionVelocityThreshold). Its spin has the same clamp.
 SHIPPED_SPEED_CLAMP_M_S = 100.0
+SHIPPED_SPIN_CLAMP_RAD_S = 100.0
 SHIPPED_RESTITUTION_THRESHOLD_M_S = 0.2
+
+#: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
+#: over its inertia: of discs 200 radii from the origin, 1e-8 of a spin here.
+LEAST_INERTIA_FACTOR = 1e-6
+
+#: MAX_FRICTION, to which the product of two bodies' coefficients is clamped (`btManifoldResult`).
+LARGEST_FRICTION = 10.0
 
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
     restitution_combine="product",
+    spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    friction=(0.0, LARGEST_FRICTION),
+    friction_combine="product",
     contact_times=ContactTimes.STEP,
     continuous_detection=True,
     max_coordinate_m=LARGEST_COORDINATE_M,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,11 +13,14 @@ from numpy.typing import NDArray
 from carom.adapter import (
     AdapterError,
     Contact,
+    Disc,
     Observation,
     Scene,
     Setting,
     StepClock,
+    factored_frictions,
     factored_restitutions,
+    flattened,
     is_fast,
     oriented_contact,
     pair_of,
@@ -28,6 +31,7 @@ from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
     SHIPPED_SPEED_CLAMP_M_S,
+    SHIPPED_SPIN_CLAMP_RAD_S,
     WORLD_SETTINGS,
     require_usable,
 )
@@ -36,6 +40,9 @@ __all__ = ["PybulletWorld"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
+
+#: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
+CYLINDER_TIPS = 7 / 12
 
 #: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
@@ -51,10 +58,17 @@ def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
         return None
     dt_s = float(settings["dt_s"])
     discs = tuple(
-        (disc.radius_m, disc.mass_kg, is_fast(disc, dt_s), disc.position_m if disc.immovable else None)
+        (
+            disc.radius_m,
+            disc.mass_kg,
+            disc.inertia_factor,
+            is_fast(disc, dt_s),
+            disc.position_m if disc.immovable else None,
+        )
         for disc in scene.discs
     )
-    laws = (scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
+    frictions = (scene.arrays.turns, scene.friction, scene.wall_friction)
+    laws = (scene.restitution, scene.wall_restitution, frictions, scene.gravity_m_s2)
     return (discs, scene.walls, laws, tuple(sorted(settings.items())))
 
 
@@ -70,10 +84,13 @@ class PybulletWorld:
         require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
+        self._turns = scene.arrays.turns
+        self._leans = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         # A disc that the scene has at the clamp already was not slowed down to it.
         self._below_clamp = np.abs(velocity) < SHIPPED_SPEED_CLAMP_M_S
+        self._spins_below_clamp = np.abs(scene.arrays.spins) < SHIPPED_SPIN_CLAMP_RAD_S
         self._bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
         self._key = _structure(scene, settings)
         self._discs: list[int] = []
@@ -103,16 +120,15 @@ class PybulletWorld:
         for i, (body, disc) in enumerate(zip(self._discs, scene.discs, strict=True)):
             if not scene.discs[i].immovable:
                 bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
-                bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, 0], client)
+                bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
         self._seen = ()
 
     def _build(self, scene: Scene) -> None:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
-        if scene.gravity_m_s2 != (0.0, 0.0):
-            bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
         disc_restitution, wall_restitution = factored_restitutions(scene)
+        disc_friction, wall_friction = factored_frictions(scene) if self._turns else (0.0, 0.0)  # 0.5 is shipped
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
@@ -120,12 +136,10 @@ class PybulletWorld:
                 kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
             )
             mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
-            body = self._add(shape, mass, disc.position_m, disc_restitution)
+            body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction)
             if not disc.immovable:
                 self._movable.append(body)
-                if not asked.get("turn", True):
-                    # As Bullet spells an infinite moment of inertia. The mass must be told again with it.
-                    bullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=[0, 0, 0], physicsClientId=client)
+                self._set_inertia(body, disc)
                 if ccd_fraction > 0 and is_fast(disc, self._clock.dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
@@ -135,9 +149,34 @@ class PybulletWorld:
             shape = bullet.createCollisionShape(
                 bullet.GEOM_PLANE, planeNormal=[*wall.normal, 0.0], physicsClientId=client
             )
-            self._number[self._add(shape, 0.0, wall.point_m, wall_restitution)] = wall_body(k)
+            self._number[self._add(shape, 0.0, wall.point_m, wall_restitution, wall_friction)] = wall_body(k)
+        if self._turns and asked.get("useMaximalCoordinates", False):
+            # Of a body with maximal coordinates Bullet takes note of a changed inertia at the end of a step only. In
+            # this one all are at rest where the scene has them.
+            bullet.stepSimulation(client)
+        if scene.gravity_m_s2 != (0.0, 0.0):
+            bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
 
-    def _add(self, shape: int, mass: float, position: tuple[float, float], restitution: float) -> int:
+    def _set_inertia(self, body: int, disc: Disc) -> None:
+        """Give a movable disc its moments of inertia; one that nothing can turn keeps those of its shape."""
+        cylinder, free = self._asked.get("shape", "sphere") == "cylinder", bool(self._asked.get("turn", True))
+        if free and not self._turns:
+            return
+        # 0 is how Bullet spells an infinite moment.
+        factor = disc.inertia_factor if self._turns and math.isfinite(disc.inertia_factor) else 0.0
+        # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
+        tips = CYLINDER_TIPS if cylinder else factor
+        moments = [(tips if free else 0.0), (tips if free else 0.0), factor]
+        scale = disc.mass_kg * disc.radius_m**2
+        self._bullet.changeDynamics(
+            body,
+            -1,
+            mass=disc.mass_kg,  # which must be told again with it
+            localInertiaDiagonal=[moment * scale for moment in moments],
+            physicsClientId=self._client,
+        )
+
+    def _add(self, shape: int, mass: float, position: tuple[float, float], restitution: float, friction: float) -> int:
         bullet, client, asked = self._bullet, self._client, self._asked
         body: int = bullet.createMultiBody(
             mass,
@@ -148,7 +187,9 @@ class PybulletWorld:
         )
         dynamics = {name: asked[name] for name in BODY_SETTINGS if name in asked}
         # -1 is the body's base, which is all there is of a body without links.
-        bullet.changeDynamics(body, -1, restitution=restitution, physicsClientId=client, **dynamics)
+        bullet.changeDynamics(
+            body, -1, restitution=restitution, lateralFriction=friction, physicsClientId=client, **dynamics
+        )
         return body
 
     @property
@@ -178,20 +219,29 @@ class PybulletWorld:
         """
         bullet, client = self._bullet, self._client
         position = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs]
-        velocity = [bullet.getBaseVelocity(body, client)[0][:2] for body in self._discs]
-        now = np.array(velocity, dtype=np.float64)
+        motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
+        now = np.array([velocity[:2] for velocity, _ in motion], dtype=np.float64)
+        spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
         contacts = self._contacts_of_step()
-        return Observation(np.array(position, dtype=np.float64), now, contacts, self._warning(now))
+        return Observation(np.array(position, dtype=np.float64), now, contacts, self._warning(now, spin), spin)
 
-    def _warning(self, velocity: NDArray[np.float64]) -> str:
+    def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
         # Made so fast by an impact or by falling, it is too late to refuse. Bullet clamps x and y each on its own.
-        clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
-        if self._asked.get("useMaximalCoordinates", False) or not clamped.any():
+        if self._asked.get("useMaximalCoordinates", False):
             return ""
-        return (
-            f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
-            f"disc {int(clamped.any(axis=1).argmax())} has come to that"
-        )
+        clamped = (self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)).any(axis=1)
+        if clamped.any():
+            return (
+                f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
+                f"disc {int(clamped.argmax())} has come to that"
+            )
+        if spin is None:
+            return ""
+        clamped = self._spins_below_clamp & (np.abs(spin) >= SHIPPED_SPIN_CLAMP_RAD_S)
+        if clamped.any():
+            limit = f"{SHIPPED_SPIN_CLAMP_RAD_S:g} rad/s"
+            return f"PyBullet clamps a multibody's spin to {limit}, and disc {int(clamped.argmax())} has come to that"
+        return ""
 
     def _contacts_of_step(self) -> tuple[Contact, ...]:
         if self._seen is None:
@@ -208,10 +258,18 @@ class PybulletWorld:
             # A contact with a plane outlives its overlap, and keeps the force of the last step in which it was solved.
             if force <= 0 or distance > solved_below:
                 continue
-            nx, ny, _ = normal_from_b_to_a
-            impulse = force * self._clock.dt_s
-            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, (nx, ny), impulse))
+            normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
+            if self._leans:
+                normal, impulse = flattened(normal, impulse)
+            rub = self._rub(point, normal) if self._turns else None
+            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, rub))
         return found
+
+    def _rub(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
+        """Return friction's impulse on body A, along the normal (from B to A) turned by +90 degrees."""
+        (nx, ny), (force, along), (force_2, along_2) = normal, point[10:12], point[12:14]
+        x, y = (force * along[axis] + force_2 * along_2[axis] for axis in (0, 1))
+        return float(nx * y - ny * x) * self._clock.dt_s
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on."""
@@ -229,7 +287,7 @@ class PybulletWorld:
         return frozenset(found)
 
     def save(self) -> object:
-        """Return positions and velocities, which with these settings are all of a state."""
+        """Return positions, velocities and spins, which with these settings are all of a state."""
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
@@ -238,7 +296,7 @@ class PybulletWorld:
         return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
-        """Put positions and velocities back."""
+        """Put positions, velocities and spins back."""
         bullet, client = self._bullet, self._client
         time_s, bodies = state
         self._clock.restart(time_s)

@@ -8,7 +8,16 @@ declares.
 """
 
 from carom.adapter.checks import require_sound, require_supported, unsupported_reason
-from carom.adapter.helpers import StepClock, factored_restitutions, is_fast, oriented_contact, pair_of, reach
+from carom.adapter.helpers import (
+    StepClock,
+    factored_frictions,
+    factored_restitutions,
+    flattened,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    reach,
+)
 from carom.adapter.protocol import (
     Accuracy,
     Adapter,
@@ -20,6 +29,7 @@ from carom.adapter.protocol import (
     Observation,
     Profile,
     Stamp,
+    TimedWorld,
     World,
 )
 from carom.errors import AdapterError
@@ -43,9 +53,12 @@ __all__ = [
     "Setting",
     "Stamp",
     "StepClock",
+    "TimedWorld",
     "Wall",
     "World",
+    "factored_frictions",
     "factored_restitutions",
+    "flattened",
     "is_fast",
     "oriented_contact",
     "pair_of",

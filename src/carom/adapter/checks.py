@@ -99,7 +99,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
     rubbed += [("wall_friction", scene.wall_friction)] if scene.walls else []
     for name, value in rubbed:
-        if not low <= value <= high:
+        if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
@@ -110,6 +110,10 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     if spin * dt_s > capabilities.max_turn_rad:
         turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
         return f"{turned}, and this method turns none by more than {capabilities.max_turn_rad:g} rad"
+    for name, disc in ((f"discs[{i}].inertia_factor", disc) for i, disc in enumerate(scene.discs)):
+        if needs & {Need.SPIN, Need.FRICTION} and disc.inertia_factor < capabilities.min_inertia_factor:
+            limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
+            return f"{name} is {disc.inertia_factor:g}, and this method simulates {limits}"
     speeds = sorted((math.hypot(*disc.velocity_m_s) for disc in scene.discs), reverse=True)
     closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):

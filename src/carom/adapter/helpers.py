@@ -7,7 +7,16 @@ import math
 from carom.adapter.protocol import Contact
 from carom.scene import Disc, Scene
 
-__all__ = ["StepClock", "factored_restitutions", "is_fast", "oriented_contact", "pair_of", "reach"]
+__all__ = [
+    "StepClock",
+    "factored_frictions",
+    "factored_restitutions",
+    "flattened",
+    "is_fast",
+    "oriented_contact",
+    "pair_of",
+    "reach",
+]
 
 Vector = tuple[float, float]
 
@@ -52,14 +61,23 @@ class StepClock:
 
 
 def factored_restitutions(scene: Scene) -> tuple[float, float]:
-    """Return restitutions (of every disc, of every wall) whose products are the coefficients that a scene asks for.
+    """Return restitutions (of every disc, of every wall) whose products are the coefficients that a scene asks for."""
+    return _factored(scene.restitution, scene.wall_restitution)
 
-    For an engine that multiplies the restitutions of two bodies: a disc gets the root of the pair's coefficient. Where
-    that is zero and the walls' is not, no ordinary factor would do; but the square of a tiny one vanishes, and its
-    product with a huge one does not.
+
+def factored_frictions(scene: Scene) -> tuple[float, float]:
+    """Return coefficients of friction (of every disc, of every wall) whose products are those that a scene asks for."""
+    return _factored(scene.friction, scene.wall_friction)
+
+
+def _factored(pair: float, wall: float) -> tuple[float, float]:
+    """Factor the coefficients of two discs, and of a disc and a wall, for an engine that multiplies those of bodies.
+
+    A disc gets the root of the pair's coefficient. Where that is zero and the walls' is not, no ordinary factor would
+    do; but the square of a tiny one vanishes, and its product with a huge one does not.
     """
-    disc = math.sqrt(scene.restitution) if scene.restitution > 0 else VANISHING
-    return disc, scene.wall_restitution / disc
+    disc = math.sqrt(pair) if pair > 0 else VANISHING
+    return disc, wall / disc
 
 
 def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
@@ -94,6 +112,18 @@ def pair_of(a: int, b: int) -> tuple[int, int]:
     """Return two bodies in the order of `Contact`: the disc of the lower number first, a wall second."""
     low, high = (a, b) if a < b else (b, a)
     return (high, low) if low < 0 else (low, high)
+
+
+def flattened(normal: Vector, impulse_n_s: float) -> tuple[Vector, float]:
+    """Return what of a push in space lies in the plane: its unit normal, and its impulse along that.
+
+    For bodies that lean out of the plane. `normal` is the first two components of a unit vector; a push straight out of
+    the plane, (0, 0), is none within it.
+    """
+    length = math.hypot(*normal)
+    if length == 0.0:
+        return (1.0, 0.0), 0.0
+    return (normal[0] / length, normal[1] / length), impulse_n_s * length
 
 
 def oriented_contact(

@@ -26,6 +26,7 @@ __all__ = [
     "Observation",
     "Profile",
     "Stamp",
+    "TimedWorld",
     "World",
 ]
 
@@ -80,7 +81,8 @@ class Capabilities:
         restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
         restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
         spin: Whether discs turn, as fast at the start and as hard to turn as the scene says.
-        friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for.
+        min_inertia_factor: Least inertia factor of a disc that can turn.
+        friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for; 0 always is.
         friction_combine: How the engine combines two bodies' coefficients: "product", "root" (of the product),
             "maximum", "pair", "none".
         tangential_restitution: Whether friction can give slip back as asked for.
@@ -121,6 +123,7 @@ class Capabilities:
     dimensions: int = 2
     deterministic: bool = True
     spin: bool = False
+    min_inertia_factor: float = 0.0
     friction: tuple[float, float] = (0.0, 0.0)
     friction_combine: str = "none"
     tangential_restitution: bool = False
@@ -233,6 +236,15 @@ class World(Protocol):
 
     def close(self) -> None:
         """Release what the engine holds. Called once, also after an error."""
+
+
+@runtime_checkable
+class TimedWorld(World, Protocol):
+    """A world that measures its own steps, where the way to it is no part of what the engine costs."""
+
+    @property
+    def seconds(self) -> float:
+        """Seconds that all steps have taken so far, by a monotonic clock."""
 
 
 @runtime_checkable

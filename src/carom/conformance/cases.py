@@ -8,9 +8,19 @@ from functools import partial
 from itertools import product
 from typing import Any
 
-from carom.conformance.checks import accuracy, capability, conduct, contacts, declaration, invariants, settings
+from carom.conformance.checks import (
+    accuracy,
+    capability,
+    conduct,
+    contacts,
+    declaration,
+    invariants,
+    settings,
+    turning,
+)
 from carom.conformance.subject import Subject, catalogue_setup
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
+from carom.scenes import all_scenes
 
 __all__ = ["Case", "cases"]
 
@@ -51,6 +61,7 @@ _OF_ADAPTER = {
     "least-radius": capability.small_as_declared,
     "greatest-radius": capability.large_as_declared,
     "slowest-bounce": capability.slow_as_declared,
+    "greatest-spin": turning.spins_as_declared,
     "continuous-detection": capability.detects_continuously,
     "silent-and-tidy": conduct.is_silent_and_tidy,
     "closes-after-errors": conduct.closes_after_errors,
@@ -65,6 +76,7 @@ _OF_PROFILE = {
     "contacts": contacts.contacts_are_well_formed,
     "contact-times": contacts.contacts_are_stamped,
     "impulses": contacts.contacts_account_for_velocities,
+    "rubbing": turning.rubs_as_told,
     "determinism": conduct.repeats_to_the_bit,
     "observing": conduct.looking_changes_nothing,
     "steps-together": conduct.steps_singly_or_together,
@@ -84,6 +96,9 @@ _OF_SCENE = {
     "velocities": accuracy.velocities_are_right,
 }
 
+#: What remains to be said of a scene in which something turns.
+_OF_TURNING_SCENE = {**_OF_SCENE, "spins": accuracy.spins_are_right}
+
 
 def cases(subject: Subject) -> Iterator[Case]:
     """Return every case for an adapter, in the order in which they are run: what others rest on comes first."""
@@ -102,10 +117,16 @@ def cases(subject: Subject) -> Iterator[Case]:
         e, wall_e = RESTITUTION_SHARES[share], RESTITUTION_SHARES[wall_share]
         name = f"restitution[{share}-{wall_share}]"
         yield case(name, capability.restitution_as_declared, share=e, wall_share=wall_e)
+    for share, wall_share in product(turning.FRICTIONS, repeat=2):
+        name = f"friction[{share}-{wall_share}]"
+        yield case(name, turning.friction_as_declared, share=share, wall_share=wall_share)
+    for inertia in turning.INERTIAS:
+        yield case(f"inertia[{inertia}]", turning.inertia_as_declared, inertia=inertia)
     for profile, described in subject.adapter.profiles.items():
         for name, of_profile in (_OF_LOCATED if described.located else _OF_PROFILE).items():
             yield case(f"{name}[{profile}]", of_profile, profile=profile)
         for scene in LOCATED_SCENES if described.located else CATALOGUE_SCENES:
             skip = subject.unsupported(catalogue_setup(scene, profile))
-            for name, of_scene in _OF_SCENE.items():
+            turns = all_scenes()[scene].scene.arrays.turns
+            for name, of_scene in (_OF_TURNING_SCENE if turns else _OF_SCENE).items():
                 yield case(f"{name}[{profile}-{scene}]", of_scene, skip=skip, profile=profile, name=scene)

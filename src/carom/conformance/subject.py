@@ -21,7 +21,7 @@ from carom.runs.job import Job, Method, Status, Task
 from carom.runs.observe import Observe, capabilities_of, observe_run, profile_settings
 from carom.runs.pool import Closing, Lane
 from carom.scene import Scene
-from carom.scenes import catalogue
+from carom.scenes import all_scenes
 from carom.trace import Setting, Trace
 
 __all__ = ["Subject", "catalogue_setup", "greatest_speed", "masses", "momentum"]
@@ -164,14 +164,14 @@ STEPS_A_FRAME = 4
 def _sampling(name: str) -> tuple[Trace, Trace, Score]:
     """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
     setup = catalogue_setup(name, "tuned")
-    reference = known_trace(setup.scene, catalogue()[name].known)
+    reference = known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
 
 
 def catalogue_setup(name: str, profile: str) -> Setup:
     """Return the run of a catalogue scene that the suite makes."""
-    scene = catalogue()[name].scene
+    scene = all_scenes()[name].scene
     return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
 
 

@@ -9,10 +9,12 @@ import math
 
 import numpy as np
 
+from carom.adapter.checks import MANTISSA_BITS
+from carom.adapter.protocol import Capabilities
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
-from carom.trace import ImpactRecord, Trace, impact_array, wall_index
+from carom.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
 __all__ = [
     "CATALOGUE_SCENES",
@@ -28,11 +30,16 @@ __all__ = [
     "mixed_contacts",
     "post",
     "posts",
+    "rubbing",
+    "rubbing_crowd",
     "walled_box",
 ]
 
 #: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
 DT_S = 1 / 128
+
+#: How many steps the discs of `rubbing` take to touch.
+TOUCH_STEPS = 8
 
 #: Named one by one, so that a scene added to the catalogue can't break anybody's list of known failures. Left out are
 #: scenes without a unique answer, and those in which a rounding error grows from impact to impact.
@@ -57,10 +64,19 @@ CATALOGUE_SCENES = (
     "classics/bank-shot",
     "classics/sorting",
     "classics/cradle-gaps",
+    "spin/grip",
+    "spin/slide",
+    "spin/striker-slide",
+    "spin/throw-slide",
+    "spin/throw-stick",
+    "spin/gearing",
+    "spin/english-stick",
+    "spin/english-slide",
 )
 
 
-#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, and one after another.
+#: Of these, some for profiles whose steps are cut: head-on, off centre, inelastic, with walls, one after another, and
+#: rubbing.
 LOCATED_SCENES = (
     "paper/missed",
     "paper/late",
@@ -69,6 +85,9 @@ LOCATED_SCENES = (
     "classics/perfectly-inelastic",
     "classics/slanted-wall",
     "classics/cradle-gaps",
+    "spin/grip",
+    "spin/throw-slide",
+    "spin/english-stick",
 )
 
 
@@ -197,6 +216,53 @@ def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     )
 
 
+def rubbing(
+    can: Capabilities, friction: float, wall_friction: float, inertia_factor: float = 0.5, restitution: float = 1.0
+) -> Scene:
+    """Discs that slip past each other as they meet along x; where walls are supported, a third slips along one.
+
+    They touch just before the end of a step, by as much as can be told at the declared width of numbers: so friction
+    has its full arm, and the line of centres is x, also where an engine takes both from the overlap that it sees.
+    """
+    overlap = 2.0 ** (8 - MANTISSA_BITS[can.float_bits])
+    turns = can.spin and math.isfinite(inertia_factor)
+    factor = inertia_factor if can.spin else math.inf
+
+    def disc(x: float, y: float, velocity: tuple[float, float], closing: float, spin: float, mass: float) -> Disc:
+        late_s = TOUCH_STEPS * DT_S - overlap / closing
+        return Disc(
+            position_m=(x - velocity[0] * late_s, y - velocity[1] * late_s),
+            velocity_m_s=velocity,
+            radius_m=0.5,
+            mass_kg=mass,
+            spin_rad_s=spin if turns else 0.0,
+            inertia_factor=factor,
+        )
+
+    discs = [disc(0, 0, (2, 0.5), 3, 6, 1.0), disc(1, 0, (-1, -0.25), 3, 2, 2.0)]
+    if can.walls:
+        discs.append(disc(0, 9.5, (2, 3), 3, -8, 1.5))
+    return Scene(
+        name=f"conformance-friction-{friction:g}-{wall_friction:g}-{inertia_factor:g}",
+        discs=discs,
+        walls=[Wall(point_m=(0, 10), normal=(0, -1))] if can.walls else [],
+        restitution=restitution,
+        wall_restitution=restitution,
+        friction=friction,
+        wall_friction=wall_friction if can.walls else 0.0,
+        duration_s=2 * TOUCH_STEPS * DT_S,
+    )
+
+
+def rubbing_crowd(can: Capabilities, friction: float, restitution: float) -> Scene:
+    """The crowd, among walls where they are supported, in which each disc spins, and rubs on what it meets."""
+    scene = walled_box() if can.walls else crowd()
+    spun = {"spin_rad_s": 4.0} if can.spin else {"inertia_factor": math.inf}
+    discs = [disc.model_copy(update={k: v * (-1) ** i for k, v in spun.items()}) for i, disc in enumerate(scene.discs)]
+    update = {"name": "conformance-rubbing", "discs": tuple(discs), "friction": friction, "wall_friction": friction}
+    return scene.model_copy(update=update | {"restitution": restitution, "wall_restitution": restitution})
+
+
 def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
     """Return the trace that a complete known answer describes; between impacts, discs move in straight lines.
 
@@ -207,24 +273,32 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
         raise InputError(f"the known answer of {scene.name!r} tells {len(known.impacts)} of {known.count} impacts")
     position = np.array([disc.position_m for disc in scene.discs])
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    spin, turns = scene.arrays.spins.copy(), scene.arrays.turns
     records, now_s = [], 0.0
     for known_impact in known.impacts:
         first, second, after = known_impact.first, known_impact.second, known_impact.velocity_first_after
         if after is None:
             raise InputError(f"the known answer of {scene.name!r} lacks the velocities after {known_impact.time_s} s")
+        spin_first, spin_second = known_impact.spin_first_after, known_impact.spin_second_after
+        if turns and (spin_first is None or (second >= 0 and spin_second is None)):
+            raise InputError(f"the known answer of {scene.name!r} lacks the spins after {known_impact.time_s} s")
         position += velocity * (known_impact.time_s - now_s)
         now_s = known_impact.time_s
         ux, uy = velocity[first].tolist()
         if second < 0:
             x, y = scene.walls[wall_index(second)].normal
             normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
+            spins = (float(spin[first]), 0.0, spin_first or 0.0, 0.0)
         else:
             x, y = (position[second] - position[first]).tolist()
             vx, vy = velocity[second].tolist()
             normal, before_second = (x / math.hypot(x, y), y / math.hypot(x, y)), (vx, vy)
             velocity[second] = after_second = known_impact.velocity_second_after or before_second
-        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second))
-        velocity[first] = after
+            spins = (float(spin[first]), float(spin[second]), spin_first or 0.0, spin_second or 0.0)
+            spin[second] = spins[3]
+        told = spins if turns else None
+        records.append(ImpactRecord(now_s, first, second, normal, (ux, uy), before_second, after, after_second, told))
+        velocity[first], spin[first] = after, spins[2]
     return Trace(
         method="known answer",
         scene=scene,
@@ -232,4 +306,6 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
         final_position_m=position + velocity * (scene.duration_s - now_s),
         final_velocity_m_s=velocity,
         end_time_s=scene.duration_s,
+        spins=spin_array(records) if turns else None,
+        final_spin_rad_s=spin if turns else None,
     )

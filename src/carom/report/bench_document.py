@@ -13,13 +13,14 @@ from carom.bench.noise import Noise
 from carom.bench.points import Bench, SceneBench, cheapest, run_s
 from carom.folders import file_name, write_files
 from carom.report import wording
-from carom.report.bench_figure import diagram_png, diagram_svg, is_floor
+from carom.report.bench_figure import diagram_png, diagram_svg
 from carom.report.bench_tables import (
     TABLE_NOTE,
     TABLE_SHORT,
     cheapest_but_pic,
     error_table,
     exact_or,
+    is_floor,
     method_table,
     milliseconds,
     point_name,
@@ -27,7 +28,7 @@ from carom.report.bench_tables import (
     quartiles,
     suite_table,
 )
-from carom.report.document import IN_FULL, ON_PAPER, TERMINAL, Document, Figure, Figures, Lines, Section, Text
+from carom.report.document import IN_FULL, ON_PAPER, TERMINAL, Block, Document, Figure, Figures, Lines, Section, Text
 from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
@@ -47,16 +48,14 @@ DIAGRAM_NOTE = (
 def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Document:
     """Return a bench: for each scene its diagrams, its tables, what is left out, and how it was timed."""
     targets = sorted({bench.plan.target, FINE}, reverse=True)
-    several = len(bench.scenes) > 1
     timed = any(scene.noise is not None for scene in bench.scenes)
-    table = suite_table(bench, targets) if several else method_table(bench.scenes[0], targets)
-    answer = (table, Text(TABLE_SHORT, TERMINAL), Text(TABLE_NOTE, IN_FULL))
+    suite = (suite_table(bench, targets), Text(TABLE_SHORT, TERMINAL)) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
         (_scope(bench), *(_answers(bench, targets) if timed else ())),
         (
-            Section("Every method", answer),
-            *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets if several else ())),
+            Section("Every method", suite),
+            *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets)),
             *making(bench.environment, bench.command, bench.elapsed_s),
         ),
     )
@@ -105,19 +104,20 @@ def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, .
 
 
 def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Sequence[float]) -> Iterator[Section]:
-    """Yield a scene's diagrams and tables; with the price of each target, where the first table does not tell it."""
-    label = bench.plan.error.label
+    """Yield a scene's diagrams and tables; of several scenes a terminal shows the table of all alone."""
     figures = []
     for kind in _diagrams_of(scene, axes):
-        figures.append(Figure(partial(diagram_svg, scene, kind, label), f"{kind.heading}. {DIAGRAM_NOTE}"))
-        if kind is Diagram.ERROR_TIME:
-            draw = partial(diagram_svg, scene, kind, label, whole=True)
-            figures.append(Figure(draw, f"{kind.heading}, preparation included. {DIAGRAM_NOTE}"))
+        for whole in (False, True) if kind is Diagram.ERROR_TIME else (False,):
+            draw = partial(diagram_svg, scene, kind, bench.plan.error.label, whole=whole)
+            caption = f"{kind.heading}{', preparation included' if whole else ''}. {DIAGRAM_NOTE}"
+            figures.append(Figures((Figure(draw, caption),), large=True))
     described = (Text(scene.scene.description, ON_PAPER),) if scene.scene.description else ()
-    tables = [error_table(scene, bench.plan.error.meaning), point_table(scene, bench.plan)]
-    if targets:
-        tables.insert(0, dataclasses.replace(method_table(scene, targets), only=IN_FULL))
-    yield Section(scene.scene.name, (*described, Figures(tuple(figures), "large"), *tables))
+    table = method_table(scene, targets)
+    methods: tuple[Block, ...] = (table, Text(TABLE_SHORT, TERMINAL), Text(TABLE_NOTE, IN_FULL))
+    if len(bench.scenes) > 1:
+        methods = (dataclasses.replace(table, only=IN_FULL), Text(TABLE_NOTE, IN_FULL))
+    tables = (error_table(scene, bench.plan.error.meaning), point_table(scene, bench.plan))
+    yield Section(scene.scene.name, (*described, *figures[:1], *methods, *figures[1:], *tables))
     left_out = tuple(_unrun(scene))
     yield Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:

@@ -15,28 +15,28 @@ from carom.bench.points import Curve, Point, SceneBench
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
+from carom.report.bench_tables import is_floor, point_anchor, point_name
 from carom.report.svg import MUTED, SERIES, drawing, finish, framed, line_style, plain_number, png, render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["diagram_png", "diagram_svg", "is_floor"]
+__all__ = ["diagram_png", "diagram_svg"]
 
-_WIDTH_IN, _HEIGHT_IN = 7.6, 4.9
+_WIDTH_IN, _HEIGHT_IN = 8.6, 5.2
+#: Diameter of the disc that is pointed at, points.
+_AIM = 11.0
 #: An error at rounding is drawn at the foot of the diagram, half a decade below the least of the others.
 _FOOT = 10.0**0.5
-
-
-def is_floor(curve: Curve) -> bool:
-    """Whether the curve is PIC's own: its error does not depend on the step, and so it is what exactness costs."""
-    return curve.engine == "pic" and curve.profile == "tuned"
 
 
 def diagram_svg(bench: SceneBench, axes: Diagram, error_label: str, whole: bool = False) -> str:
     """Return a diagram as SVG that takes its colours from the page around it."""
     with drawing():
-        return render(_figure(bench, axes, error_label, whole), f"{axes.heading}, {bench.scene.name}")
+        points = [point for curve in bench.curves for point in curve.points]
+        links = {point_anchor(bench.scene.name, point): point_name(point) for point in points}
+        return render(_figure(bench, axes, error_label, whole), f"{axes.heading}, {bench.scene.name}", links)
 
 
 def diagram_png(bench: SceneBench, axes: Diagram, error_label: str, foot: Sequence[str]) -> bytes:
@@ -107,6 +107,9 @@ class _Drawing:
             self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
             self.bars(x, y, point, style["color"])
+            # A disc that is not seen, large enough to be pointed at, leads to the point's numbers.
+            link, clear = f"#{point_anchor(self.bench.scene.name, point)}", (0.0, 0.0, 0.0, 0.0)
+            self.axes.plot([x], [y], "o", markersize=_AIM, color=clear, markeredgecolor=clear, zorder=5, url=link)
 
     def bars(self, x: float, y: float, point: Point, colour: str) -> None:
         """Draw the quartiles of run time, and the errors from the luckiest start to the unluckiest."""

@@ -18,7 +18,6 @@ from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, run_s
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.bench_figure import is_floor
 from carom.report.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Table
 
 __all__ = [
@@ -28,6 +27,7 @@ __all__ = [
     "cheapest_but_pic",
     "error_table",
     "exact_or",
+    "is_floor",
     "method_table",
     "milliseconds",
     "point_anchor",
@@ -43,10 +43,16 @@ TABLE_NOTE = (
     "the steps that were run, the one of least run time whose error is at most that, at every start, with every impact "
     "found; - where there is none. Over several scenes it is told over that of the cheapest engine, the median."
 )
+EXACT = "exact"
 TABLE_SHORT = "order: of error in the step, 1 for sampling; -: at no step that was run"
 
 #: The column that heads every table of a bench.
 METHOD = Column("method", lambda of: f"{of.engine} {of.profile}")
+
+
+def is_floor(curve: Curve) -> bool:
+    """Whether the curve is PIC's own: its error does not depend on the step, and so it is what exactness costs."""
+    return curve.engine == "pic" and curve.profile == "tuned"
 
 
 def method_table(bench: SceneBench, targets: Sequence[float]) -> Table:
@@ -125,7 +131,8 @@ def _least(curve: Curve) -> Cell:
     sound = [point for point in curve.points if point.sound]
     if sound:
         best = min(sound, key=lambda point: point.error)
-        return Cell(exact_or(best.error), f"at {wording.step(best.dt_s)}", short=exact_or(best.error))
+        error, at = exact_or(best.error), f"at {wording.step(best.dt_s)}"
+        return Cell(error, "" if error == EXACT else at, short=error)
     reasons = list(dict.fromkeys(point.reason for point in curve.points))
     if all(reasons):
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if curve.points else "")
@@ -134,7 +141,7 @@ def _least(curve: Curve) -> Cell:
 
 def exact_or(error: float) -> str:
     """Return an error, or that there is none but rounding."""
-    return "exact" if error <= THRESHOLDS.rounding else wording.number(error)
+    return EXACT if error <= THRESHOLDS.rounding else wording.number(error)
 
 
 def _cost(bench: SceneBench, target: float, curve: Curve) -> Cell:

@@ -212,10 +212,10 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Drawings side by side, or where `css` says large one below the other; a medium that shows none has the tables."""
+    """Drawings side by side, or large, one below the other; a medium that shows none has the tables."""
 
     items: tuple[Figure, ...]
-    css: str = ""
+    large: bool = False
     only: Media = PAGE
 
 

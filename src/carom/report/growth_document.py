@@ -44,7 +44,7 @@ def growth_document(growth: Growth) -> Document:
         "Carom bench: growth",
         ("Run time and memory against the number of discs.", *_fastest(growth)),
         (
-            Section("Cost as work grows", (Figures(figures, "large"), *_tables(growth))),
+            Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
             Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
             *making(growth.environment, growth.command, growth.elapsed_s),
         ),

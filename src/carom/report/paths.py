@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.report.tracks import Track, reference_tracks
+from carom.report.tracks import Track, Turning, reference_tracks, turnings
 from carom.trace import Trace
 
 __all__ = ["Paths", "Stand", "exact_paths", "extent_of", "observed_paths"]
@@ -35,12 +35,14 @@ class Paths:
         stands: Each disc at each of its impacts.
         frame_positions: Centres at the steps looked at, shape ``(k, n, 2)``; None where the trace has no steps.
         frame_times: The times of these steps.
+        turned: How each disc turns; empty where nothing does.
     """
 
     lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
     stands: tuple[Stand, ...]
     frame_positions: NDArray[np.float64] | None = None
     frame_times: NDArray[np.float64] | None = None
+    turned: tuple[Turning, ...] = ()
 
     def at(self, disc: int, time_s: float) -> NDArray[np.float64]:
         """Return where a disc is, on its line."""
@@ -62,7 +64,7 @@ def exact_paths(trace: Trace) -> Paths:
     tracks = reference_tracks(trace)
     turns = _turns(trace, trace.impacts["time_s"])
     stands = tuple(Stand(disc, time, tracks[disc].at(np.array([time]))[0]) for disc, time in turns)
-    return Paths(tuple(map(_line, tracks)), stands)
+    return Paths(tuple(map(_line, tracks)), stands, turned=turnings(trace))
 
 
 def _line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -87,7 +89,9 @@ def observed_paths(trace: Trace) -> Paths:
     inside = samples.time_s < trace.end_time_s
     times = np.append(samples.time_s[inside], trace.end_time_s)
     positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
-    paths = Paths(tuple((times, positions[:, disc]) for disc in range(positions.shape[1])), (), positions, times)
+    paths = Paths(
+        tuple((times, positions[:, disc]) for disc in range(positions.shape[1])), (), positions, times, turnings(trace)
+    )
     reported = trace.impacts["time_s"]
     effective = reported if trace.effective_time_s is None else trace.effective_time_s
     turns = _turns(trace, np.where(np.isfinite(effective), effective, reported))

@@ -285,14 +285,25 @@ def _draw_paths(
         edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
         axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
 
+    def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
+        """Draw the mark on a disc that turns: a line out to its rim."""
+        if not paths.turned or not np.isfinite(centre).all():
+            return
+        angle = paths.turned[disc].at(time_s)
+        out = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
+        ends = np.stack([centre + 0.45 * out, centre + out])
+        axes.plot(*ends.T, color=_colour(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
+
     for k, disc in enumerate(scene.discs):
-        _, points = paths.lines[k]
+        times, points = paths.lines[k]
         if disc.immovable:
             axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
             continue
         axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
         circle(k, points[0], 0.0, "-", 0.9, 3)
         circle(k, points[-1], 0.45, "-", 1.1, 3)
+        for end in (0, -1):
+            mark(k, points[end], float(times[end]))
         _number(axes, k, points[0])
     if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
         for k, disc in enumerate(scene.discs):
@@ -307,6 +318,7 @@ def _draw_paths(
         else:
             for stand in stands:
                 circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
+                mark(k, stand.position_m, stand.time_s)
     for disc_number, centre in misses:
         circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
 

@@ -18,12 +18,12 @@ from urllib.parse import quote
 import numpy as np
 import tomli_w
 
-from carom.comparator import Score
+from carom.comparator import ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.grid import Grid, GridCell
 from carom.report.paths import extent_of
-from carom.report.tracks import Track, observed_tracks, reference_tracks
+from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.runs.results import Results
 from carom.scene import Scene
 from carom.trace import Trace, pair_name
@@ -82,6 +82,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
     return {
         **_of_scene(scene),
         "reference": [_of_track(track, None) for track in reference_tracks(reference)],
+        "turned": _of_turnings(reference),
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
@@ -92,6 +93,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "sampled": trace.dt_s > 0.0,
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
+                "turned": _of_turnings(trace),
                 "impacts": list(impact_rows(reference, trace, score)),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
             }
@@ -126,6 +128,10 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     return [columns[0].tolist(), *(np.round(column, places).tolist() for column in columns[1:])]
 
 
+def _of_turnings(trace: Trace) -> list[list[list[float]]]:
+    return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in turnings(trace)]
+
+
 def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
     """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
     found = {error.reference: error for error in score.errors}
@@ -143,9 +149,10 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
                 "reported": _or_none(true_s + error.reported_time_s),
                 "turned": _or_none(true_s + error.effective_time_s),
                 "velocity": _or_none(error.velocity),
+                "spin": _or_none(error.spin),
                 "flag": _flag(error.time_s, score),
                 "became": _became(error.time_s, trace.dt_s, score),
-                "cause": _cause(error.velocity, error.observed, score),
+                "cause": _cause(error, score),
             }
         )
     for k in score.spurious:
@@ -195,14 +202,17 @@ def _became(time_s: float, dt_s: float, score: Score) -> str:
     return f"{wording.steps(abs(time_s), dt_s) if dt_s else wording.seconds(abs(time_s))} {flag}"
 
 
-def _cause(velocity: float, observed: int, score: Score) -> str:
-    """Say where a velocity error comes from: told apart from the run's own state before the impact."""
-    rounding, local = THRESHOLDS.rounding_of(score.float_bits), score.local
-    if not velocity > rounding or math.isnan(local.velocity[observed]):
+def _cause(error: ImpactError, score: Score) -> str:
+    """Say where a velocity error comes from, or else one of spin: told apart from the run's own state before."""
+    rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
+    wrong, here = error.velocity, local.velocity[k]
+    own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
+    if error.spin > rounding and not wrong > rounding:
+        wrong, here, own, sampling = error.spin, local.spin[k], local.solver_spin[k], local.sampling_spin[k]
+    if not wrong > rounding or math.isnan(here):
         return ""
-    if local.velocity[observed] <= rounding:
+    if here <= rounding:
         return "right from its own state before: errors before this impact led it elsewhere"
-    own, sampling = local.solver_velocity[observed], local.sampling_velocity[observed]
     if own <= rounding:
         return "looking once a step"
     if math.isnan(own) or sampling <= rounding:

@@ -182,7 +182,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
     return Table(
         columns,
         _spots(results, line),
-        note=f"{line.gives_way} Truth: {line.truth}.{thread}",
+        note=f"{wording.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
         only=ON_PAPER,

@@ -5,8 +5,9 @@ from __future__ import annotations
 import html
 import io
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from carom.report import wording
@@ -148,8 +149,14 @@ def png(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-def render(figure: Figure, label: str) -> str:
-    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is."""
+def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is.
+
+    Args:
+        figure: What is drawn.
+        label: What it is, for who does not see it.
+        links: What each place within the page that parts of the figure lead to is called.
+    """
     import matplotlib as mpl
 
     buffer = io.StringIO()
@@ -167,18 +174,19 @@ def render(figure: Figure, label: str) -> str:
     used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
     # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
-    text = re.sub(r"<[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, f"var({variable},{colour})")
-    size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', text)
-    width = size[1] if size else "0"
-    text = re.sub(
-        r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="img" aria-label="LABEL" data-width="{width}">', text
-    )
+    for anchor, said in links.items():
+        name = html.escape(said, quote=True)
+        text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
+    role = "group" if links else "img"  # what is one picture holds nothing that can be focused
+    text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)
     return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
 
 
 def alone(svg: str) -> str:
     """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # they lead to places of the page
     names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
     return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -385,6 +385,8 @@ _IMPACT_COLUMNS = (
     Column("direction, degrees", _found(lambda _, e: f"{math.degrees(e.direction_rad):.3g}"), number=True),
     Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
+#: Beside these where discs turn.
+_SPIN_COLUMN = Column("spin error", _found(lambda _, e: _unless_nan(e.spin, 3)), number=True)
 
 
 def _impact_tables(results: Results) -> Iterator[Table]:
@@ -395,7 +397,7 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         left_out = len(reference.impacts) - MOST_IMPACTS
         more = [f"{left_out} more impacts are not shown"] if left_out > 0 else []
         yield Table(
-            _IMPACT_COLUMNS,
+            _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
             title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
             note="\n".join((*reasons_of(row), *more)),

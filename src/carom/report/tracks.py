@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from carom.trace import Trace, free_flights
 
-__all__ = ["SHARPNESS", "Track", "observed_tracks", "reference_tracks"]
+__all__ = ["SHARPNESS", "Track", "Turning", "observed_tracks", "reference_tracks", "turnings"]
 
 Array = NDArray[np.float64]
 
@@ -47,6 +47,53 @@ class Track:
         bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pull_m_s2
         found: Array = straight + bulge
         return found
+
+
+@dataclass(frozen=True)
+class Turning:
+    """How far one disc has turned: evenly between two of its impacts.
+
+    Attributes:
+        time_s: The start, its impacts, and the end; shape ``(k,)``, ascending.
+        angle_rad: The angle then from that at the start, counterclockwise, shape ``(k,)``.
+    """
+
+    time_s: Array
+    angle_rad: Array
+
+    def at(self, time_s: float) -> float:
+        """Return the angle at a time within the run, radians."""
+        return float(np.interp(time_s, self.time_s, self.angle_rad))
+
+
+def turnings(trace: Trace) -> tuple[Turning, ...]:
+    """Return how each disc turns, by the trace's own spins; empty where nothing does.
+
+    A disc whose spin is no number turns no further.
+    """
+    if trace.spins is None:
+        return ()
+    effective = trace.effective_time_s
+    reported = trace.impacts["time_s"]
+    turned = reported if effective is None else np.where(np.isfinite(effective), effective, reported)
+    knots = [[(0.0, 0.0)] for _ in trace.scene.discs]
+    spin = trace.scene.arrays.spins.tolist()
+
+    def turn(disc: int, time_s: float) -> None:
+        since, angle = knots[disc][-1]
+        later = max(since, time_s) if np.isfinite(time_s) else since
+        knots[disc].append((later, angle + spin[disc] * (later - since)))
+
+    for k in np.argsort(turned, kind="stable").tolist():
+        for side in ("first", "second"):
+            disc = int(trace.impacts[side][k])
+            if disc >= 0:
+                turn(disc, float(turned[k]))
+                after = float(trace.spins[f"{side}_after"][k])
+                spin[disc] = after if np.isfinite(after) else 0.0
+    for disc in range(len(knots)):
+        turn(disc, trace.end_time_s)
+    return tuple(Turning(*np.array(of_disc).T) for of_disc in knots)
 
 
 def reference_tracks(trace: Trace) -> tuple[Track, ...]:

@@ -24,6 +24,7 @@ from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, relation_spot, relations
+from carom.stress.rough import rough_attacks
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
 __all__ = ["JOURNAL", "PURPOSE", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
@@ -72,7 +73,8 @@ class StressOptions:
 def attacks() -> list[Attack]:
     """Return all attacks, in the order of the table."""
     # Every method is tried at much the same values, and the true answer costs more than a run.
-    return [replace(attack, trials=cache(attack.trials)) for attack in (*pair_attacks(), *crowd_attacks())]
+    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks())
+    return [replace(attack, trials=cache(attack.trials)) for attack in every]
 
 
 def listing(*, quick: bool = False) -> list[Line]:

@@ -6,7 +6,18 @@ import math
 
 import pytest
 
-from carom.adapter import Disc, Scene, StepClock, Wall, factored_restitutions, oriented_contact, pair_of, reach
+from carom.adapter import (
+    Disc,
+    Scene,
+    StepClock,
+    Wall,
+    factored_frictions,
+    factored_restitutions,
+    flattened,
+    oriented_contact,
+    pair_of,
+    reach,
+)
 from carom.solvers.pic import solve_pic
 
 
@@ -69,3 +80,26 @@ def test_a_spin_reaches_as_far_as_its_energy() -> None:
     scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
     # m v^2 / 2 = k m (R w)^2 / 2 at most, with k = 1/2.
     assert reach(scene, 0.0)[1] == pytest.approx(1.0 + 6.0 * math.sqrt(0.5) * 10.0, rel=1e-15)
+
+
+def test_a_push_out_of_the_plane_is_flattened() -> None:
+    """Of 10 N s along (0.48, 0.64, 0.6) a part of 8 lies in the plane, along (0.6, 0.8); of those along z none."""
+    normal, impulse = flattened((0.48, 0.64), 10.0)
+    assert normal == pytest.approx((0.6, 0.8), abs=1e-15)
+    assert impulse == pytest.approx(8.0, abs=1e-14)
+    assert flattened((0.0, 0.0), 10.0)[1] == 0.0
+
+
+def test_frictions_are_factored_as_restitutions_are() -> None:
+    """The products of the factors are the scene's coefficients, also where discs have none and walls have."""
+    for friction, wall_friction in ((0.25, 3.0), (0.0, 0.5), (0.1, 0.0), (0.0, 0.0)):
+        scene = Scene(
+            name="x",
+            discs=[Disc(position_m=(0, 0), radius_m=1)],
+            friction=friction,
+            wall_friction=wall_friction,
+            duration_s=1,
+        )
+        disc, wall = factored_frictions(scene)
+        assert disc * disc == pytest.approx(friction, rel=1e-15)
+        assert disc * wall == pytest.approx(wall_friction, rel=1e-15)

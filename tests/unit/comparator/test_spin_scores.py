@@ -23,12 +23,12 @@ def scene_named(name: str) -> Scene:
 
 
 def outcome_of_one_impact(name: str, velocity: tuple[float, float], spin: float, dt_s: float = DT) -> Trace:
-    """The run of a disc that hits the floor once, at 0.5 s, and leaves it like this, seen by a method with steps."""
+    """The run of a disc that hits the floor once and leaves it like this, seen by a method with steps."""
     truth = solve_pic(scene_named(name))
     assert truth.spins is not None
     impacts, spins = truth.impacts.copy(), truth.spins.copy()
     impacts["velocity_first_after"], spins["first_after"] = velocity, spin
-    left = truth.end_time_s - 0.5
+    left = truth.end_time_s - float(truth.impacts["time_s"][0])
     return dataclasses.replace(
         truth,
         method="planted",

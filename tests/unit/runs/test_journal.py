@@ -13,11 +13,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from carom import compare, solve_pit
 from carom.comparator import Errors
 from carom.errors import InputError
-from carom.runs.job import Answer, Method, Status
+from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, canonical
-from carom.runs.scoring import JobKey, Measures, Scored, score_journal
+from carom.runs.observed import Observed, observed_journal
+from carom.runs.plan import Options
+from carom.runs.scoring import JobKey, Measures, Scored, job_key, score_journal
+from carom.scenes import all_scenes
 from carom.stress.campaign import stress_journal
 from carom.stress.spots import Spot, SpotEnding
 
@@ -55,6 +59,28 @@ def test_a_float_comes_back_to_the_bit(value: float, dt_s: float, tmp_path_facto
     else:
         assert read.answer.value.total.velocity.hex() == value.hex()
     assert path.read_bytes().splitlines()[2] == line
+
+
+def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
+    """A trace of discs that turn is resumed from its journal with its spins, around impacts and at the end."""
+    scene = all_scenes()["spin/strip"].scene
+    trace = solve_pit(scene, frame_rate_hz=4000)
+    assert trace.spins is not None
+    assert len(trace.spins) > 100
+    job, path = Job(scene, Method("pit", "tuned"), 1 / 4000), tmp_path / "journal.jsonl"
+    written = Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=trace))
+    with observed_journal(path, Options()) as journal:
+        journal.add([written])
+    with observed_journal(path, Options(), resume=True) as journal:
+        (read,) = journal.entries.values()
+    assert read.answer.value is not None
+    assert read.answer.value.spins is not None
+    assert read.answer.value.final_spin_rad_s is not None
+    assert trace.final_spin_rad_s is not None
+    assert read.answer.value.spins.tobytes() == trace.spins.tobytes()
+    assert read.answer.value.spins.dtype == trace.spins.dtype
+    assert read.answer.value.final_spin_rad_s.tobytes() == trace.final_spin_rad_s.tobytes()
+    assert compare(trace, read.answer.value).total.spin == 0.0
 
 
 def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:

@@ -16,16 +16,16 @@ from carom.comparator import ImpactError, Score
 from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Violation, require
-from carom.scenes import catalogue
+from carom.scenes import all_scenes
 from carom.trace import Outcome, Trace, body_name
 
-__all__ = ["finds_impacts", "times_are_right", "velocities_are_right"]
+__all__ = ["finds_impacts", "spins_are_right", "times_are_right", "velocities_are_right"]
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     """Every impact is found that PIT finds at this step, and none is invented."""
     setup, trace, score, pit = subject.score(profile, name)
-    known = catalogue()[name].known.impacts
+    known = all_scenes()[name].known.impacts
     found = "; ".join((trace.outcome.value, *trace.notes))
     ended = trace.outcome is Outcome.COMPLETED
     require(ended, "the run ends before the scene does", "the scene's end", found, setup)
@@ -57,7 +57,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
         # Each impact of a chain begins with what those before left.
         late_s = sampled_s + promise_s * (error.reference + 1)
-        impact = catalogue()[name].known.impacts[error.reference]
+        impact = all_scenes()[name].known.impacts[error.reference]
         require(
             -early_s - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {_bodies(impact.first, impact.second)} comes at the wrong time",
@@ -70,7 +70,7 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
-    known, speed = catalogue()[name].known, score.scales.speed_m_s
+    known, speed = all_scenes()[name].known, score.scales.speed_m_s
     located = subject.adapter.profiles[profile].located
     paid = [error.velocity for error in pit.errors if math.isfinite(error.velocity)]
     sampled = 0.0 if located else max(paid, default=0.0)
@@ -99,6 +99,35 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {off * speed:.3g} m/s",
         setup,
     )
+
+
+def spins_are_right(subject: Subject, profile: str, name: str) -> None:
+    """Spins after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
+    setup, trace, score, pit = subject.score(profile, name)
+    known, speed = all_scenes()[name].known, score.scales.rim_m_s
+    located = subject.adapter.profiles[profile].located
+    paid = [error.spin for error in pit.errors if math.isfinite(error.spin)]
+    sampled = 0.0 if located else max(paid, default=0.0)
+    promise = subject.adapter.profiles[profile].accuracy.velocity
+    allowed = sampled + promise + subject.rounding
+    for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
+        impact = known.impacts[error.reference]
+        told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
+        got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
+        require(
+            error.spin <= allowed,  # NaN fails this too
+            f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
+            f"{numbers(told)} rad/s, rims to {allowed * speed:.3g} m/s (PIT {sampled:.3g}, promised {promise:.3g})",
+            f"{numbers(got)} rad/s, rims off by {error.spin * speed:.3g} m/s",
+            setup,
+        )
+    if score.missed or score.undecided or pit.missed or pit.undecided:
+        return
+    allowed = (0.0 if located else pit.total.final_spin) + promise + subject.rounding
+    off = score.total.final_spin
+    found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
+    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {allowed * speed:.3g} m/s"
+    require(off <= allowed, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:

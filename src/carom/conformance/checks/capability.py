@@ -19,9 +19,11 @@ from carom.conformance.suite_scenes import (
     fall,
     post,
     posts,
+    rubbing,
     walled_box,
 )
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
+from carom.limits import LARGEST
 from carom.scene import Scene
 
 __all__ = [
@@ -178,6 +180,25 @@ def _beyond_move(can: Capabilities) -> Scene | None:
     return None if speed > can.max_speed_m_s or math.isinf(speed) else alone(speed_m_s=speed)
 
 
+def _spinning(spin_rad_s: float) -> Scene:
+    scene = alone()
+    discs = (scene.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
+    return scene.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
+
+
+def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
+    """Return a disc that spins beyond one of two limits on spin and, so that it is the one told, not the other."""
+    return _spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
+
+
+def _some_friction(can: Capabilities) -> tuple[float, float]:
+    return (min(0.1, can.friction[1]), min(0.1, can.friction[1]))
+
+
+def _giving_back(can: Capabilities) -> Scene:
+    return rubbing(can, *_some_friction(can)).model_copy(update={"tangential_restitution": 0.5})
+
+
 def _bouncing(restitution: float) -> Scene:
     return bounce_and_pair(restitution, restitution, wall=False)
 
@@ -194,6 +215,32 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "restitution above the range": (
         "restitution",
         lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
+    ),
+    "spin": ("spin", lambda can: None if can.spin else _spinning(1.0)),
+    "fast spin": ("max_spin_rad_s", lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / DT_S)),
+    "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / DT_S, can.max_spin_rad_s)),
+    "small inertia": (
+        "min_inertia_factor",
+        lambda can: (
+            rubbing(can, *_some_friction(can), can.min_inertia_factor / 2)
+            if can.friction[1] and can.min_inertia_factor
+            else None
+        ),
+    ),
+    "friction": ("friction", lambda can: None if can.friction[1] else rubbing(can, 0.1, 0.1)),
+    "friction below the range": (
+        "friction",
+        lambda can: rubbing(can, can.friction[0] / 2, can.friction[0] / 2) if can.friction[0] else None,
+    ),
+    "friction above the range": (
+        "friction",
+        lambda can: (
+            rubbing(can, 2 * can.friction[1], 2 * can.friction[1]) if 0 < 2 * can.friction[1] <= LARGEST else None
+        ),
+    ),
+    "tangential restitution": (
+        "tangential_restitution",
+        lambda can: None if can.tangential_restitution or not can.friction[1] else _giving_back(can),
     ),
     "speed": ("max_speed_m_s", lambda can: _twice(can.max_speed_m_s, "speed_m_s")),
     "coordinate": ("max_coordinate_m", lambda can: _twice(can.max_coordinate_m, "x_m")),

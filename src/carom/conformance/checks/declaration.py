@@ -34,6 +34,8 @@ def declares_capabilities(subject: Subject) -> None:
     require(0 <= low <= high < math.inf, what, "0 <= least <= greatest friction, and finite", can.friction)
     combined = can.friction_combine
     require(combined in FRICTION_COMBINE_RULES, what, f"one of {FRICTION_COMBINE_RULES}", combined)
+    least = can.min_inertia_factor
+    require(0 <= least <= 1, what, "min_inertia_factor of 0 to 1", least)
     require(can.max_turn_rad > 0, what, "max_turn_rad above 0", can.max_turn_rad)
     require(can.max_spin_rad_s > 0, what, "max_spin_rad_s above 0", can.max_spin_rad_s)
     require(isinstance(can.contact_times, ContactTimes), what, "a member of ContactTimes", can.contact_times)

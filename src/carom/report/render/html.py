@@ -8,13 +8,16 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from carom.report.document import Block, Document, Medium, Replays, Section
+from carom.report.document import Block, Document, Figures, Medium, Replays, Section
 from carom.report.files import require_report_extra
 
 if TYPE_CHECKING:
     from jinja2 import Template
 
 __all__ = ["html", "replay_page"]
+
+#: What moves on a page, by kind of block.
+_SCRIPTS = {Replays: ("replay.js", "table.js"), Figures: ("chart.js",)}
 
 
 def html(document: Document) -> str:
@@ -24,8 +27,8 @@ def html(document: Document) -> str:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
     sections = list(document.shown(Medium.PAGE))
-    plays = any(isinstance(block, Replays) for section in sections for block in section.shown(Medium.PAGE))
-    script = page_script("replay.js", "table.js") if plays else ""
+    kinds = {type(block) for section in sections for block in section.shown(Medium.PAGE)}
+    script = page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
     return _template("page.html.j2").render(
         document=document,
         sections=sections,

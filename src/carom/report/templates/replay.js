@@ -54,6 +54,13 @@
     return placeOn(track, flightAt(track, inside), pull, inside);
   };
 
+  // How far a disc has turned is [times, angles]; between two of its impacts it turns evenly.
+  const angleAt = ([times, angles], time) => {
+    const k = Math.min(flightAt([times], time), times.length - 2), lasted = times[k + 1] - times[k];
+    const part = lasted > 0 ? Math.min(Math.max((time - times[k]) / lasted, 0), 1) : 0;
+    return angles[k] * (1 - part) + angles[k + 1] * part;
+  };
+
   // --- The picture -----------------------------------------------------------------------------------------------
 
   const boundsOf = (tracks, discs) => {
@@ -155,6 +162,16 @@
         const [x, y] = this.at(placeAt(track, pull, k * step));
         pen.fillRect(x - 1.5 * dense, y - 1.5 * dense, 3 * dense, 3 * dense);
       }
+    }
+    mark(place, disc, angle) {
+      const { pen, dense } = this, radius = this.scene.discs[disc][0];
+      const along = (part) => this.at([place[0] + part * radius * Math.cos(angle), place[1] + part * radius * Math.sin(angle)]);
+      pen.strokeStyle = this.colour("--surface");
+      pen.lineWidth = Math.max(2 * dense, 0.08 * radius * this.scale);
+      pen.beginPath();
+      pen.moveTo(...along(0.45));
+      pen.lineTo(...along(0.95));
+      pen.stroke();
     }
     disc(place, disc, outline) {
       const { pen, dense } = this, [x, y] = this.at(place);
@@ -330,11 +347,11 @@
       this.slider.setAttribute("aria-valuetext", `${digits(this.time, 4)} seconds`);
       this.clock.textContent = `${this.time.toFixed(4)} s · frame ${frame} of ${this.frames}`;
       this.line.dataset.time = this.time;
-      this.draw(this.truth, this.scene.reference, this.end, false);
-      this.draw(this.seen, this.run.tracks, this.run.end, true);
+      this.draw(this.truth, this.scene.reference, this.scene.turned, this.end, false);
+      this.draw(this.seen, this.run.tracks, this.run.turned, this.run.end, true);
       this.timeline();
     }
-    draw(picture, tracks, end, observed) {
+    draw(picture, tracks, turned, end, observed) {
       picture.clear();
       picture.walls();
       const now = Math.min(this.time, end), { run } = this;
@@ -351,7 +368,11 @@
       if (observed && this.over) {
         this.scene.reference.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], this.time), disc, true));
       }
-      tracks.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], now), disc, false));
+      tracks.forEach((track, disc) => {
+        const place = placeAt(track, this.pulls[disc], now);
+        picture.disc(place, disc, false);
+        if (turned.length && !this.scene.discs[disc][1]) picture.mark(place, disc, angleAt(turned[disc], now));
+      });
       this.flags(picture, tracks, observed);
     }
     flags(picture, tracks, observed) {
@@ -417,14 +438,16 @@
     return make("div", { class: "copyable" }, make("h3", {}, title, " ", copy), area);
   };
   const impactTable = (run, player) => {
-    const heads = ["bodies", "by PIC, s", "reported, s", "path turned, s", "velocity error", "what became of it", "cause"];
+    const turns = run.turned.length > 0;
+    const heads = ["bodies", "by PIC, s", "reported, s", "path turned, s", "velocity error", ...(turns ? ["spin error"] : []),
+      "what became of it", "cause"];
     const rows = run.impacts.map((row) => make("tr", { class: row.flag === "found" ? "" : "off" },
       make("th", { scope: "row" }, make("button", { type: "button", class: "link", onclick: () => {
         player.play(false);
         player.show(row.true ?? row.reported);
       } }, row.pair)),
       ...[digits(row.true, 9), digits(row.reported, 9), digits(row.turned, 9), digits(row.velocity, 3),
-        `${MARKS[row.flag]} ${row.became}`, row.cause].map((text) => make("td", {}, text))));
+        ...(turns ? [digits(row.spin, 3)] : []), `${MARKS[row.flag]} ${row.became}`, row.cause].map((text) => make("td", {}, text))));
     return make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Impact by impact" },
       make("table", { class: "impacts" },
         make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),

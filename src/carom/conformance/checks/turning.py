@@ -1,0 +1,220 @@
+"""Spin and friction: coefficients and inertias come out as asked for, and contacts tell what turned a disc."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+
+from carom.adapter import Capabilities, Contact, Observation
+from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
+from carom.conformance.subject import Subject, greatest_speed, masses
+from carom.conformance.suite_scenes import DT_S, alone, rubbing, rubbing_crowd
+from carom.conformance.violation import NotApplicable, Setup, require
+from carom.scene import Disc, Scene, Wall
+
+__all__ = ["FRICTIONS", "INERTIAS", "friction_as_declared", "inertia_as_declared", "rubs_as_told", "spins_as_declared"]
+
+#: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
+FRICTIONS = ("least", "sliding", "greatest")
+
+#: The least inertia factor that is declared, a sphere's, a hoop's, and that of a disc that does not turn.
+INERTIAS = {"least": 0.0, "sphere": 0.4, "hoop": 1.0, "unturnable": math.inf}
+
+#: An engine without a declared limit is tried with so little, or spinning so fast: beyond any scene of the catalogue.
+SMALL_INERTIA = 1e-6
+FAST_RAD_S = 1e5
+
+Motion = tuple[tuple[float, float], float]
+
+
+def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
+    """Within the declared range discs and walls each get their own coefficient, in any combination of the two."""
+    can = _rubbing_capabilities(subject)
+    if not can.walls and wall_share != share:
+        raise NotApplicable("walls are not declared, so there is no second coefficient")
+    friction, wall_friction = _friction(can, share), _friction(can, wall_share)
+    scene = rubbing(can, friction, wall_friction, restitution=can.restitution[1])
+    _end_by_the_law(subject, scene, f"friction {friction:g}, walls {wall_friction:g}")
+
+
+def inertia_as_declared(subject: Subject, inertia: str) -> None:
+    """A disc is as hard to turn as its inertia factor says, from the least declared to one that does not turn."""
+    can = _rubbing_capabilities(subject)
+    factor = INERTIAS[inertia] or can.min_inertia_factor or SMALL_INERTIA
+    if not can.spin and math.isfinite(factor):
+        raise NotApplicable("spin is declared to be False, so no disc can turn")
+    friction = _friction(can, "greatest")
+    scene = rubbing(can, friction, friction, factor, restitution=can.restitution[1])
+    _end_by_the_law(subject, scene, f"inertia factor {factor:g}")
+
+
+def spins_as_declared(subject: Subject) -> None:
+    """A disc that meets nobody spins as told, counterclockwise, at the greatest declared spin or turn a step."""
+    can = subject.capabilities()
+    if not can.spin:
+        raise NotApplicable("spin is declared to be False")
+    spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
+    free = alone()
+    discs = (free.discs[0].model_copy(update={"spin_rad_s": spin}),)
+    setup = Setup(free.model_copy(update={"name": f"conformance-spinning-{spin:g}", "discs": discs}))
+    for step, now in enumerate(subject.watch(setup).seen):
+        found = _spins(now, setup)
+        what = f"a free disc spins otherwise than it did at the start, in step {step}"
+        off = abs(found[0] - spin) <= subject.rounding * spin  # NaN fails this too
+        require(off, what, f"{spin:.10g} rad/s", f"{found[0]:.10g} rad/s", setup)
+
+
+def rubs_as_told(subject: Subject, profile: str) -> None:
+    """Friction is no more than the coefficient allows; where impulses are told, they change velocities and spins.
+
+    The arm of friction is a disc's radius, or less by as much as the bodies overlap.
+    """
+    can = _rubbing_capabilities(subject, profile)
+    friction = _friction(can, "sliding")
+    low, high = can.restitution
+    scene = rubbing_crowd(can, friction, min(max(low, 0.9), high))
+    setup = Setup(scene, profile)
+    require_supported(subject, setup)
+    allowed = subject.rounding * greatest_speed(scene)
+    told = 0
+    for step, (before, after) in enumerate(pairwise(subject.seen(setup).seen), start=1):
+        acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
+        _require_cone(setup, acting, friction, allowed, step)
+        _require_cause(setup, before, after, acting, allowed, step)
+        if all(contact.impulse_n_s is not None and contact.tangential_impulse_n_s is not None for contact in acting):
+            told += len(acting)
+            _require_whole_change(setup, before, after, acting, allowed, step)
+    any_acted = any(contact.impulse_n_s != 0 for now in subject.seen(setup).seen for contact in now.contacts)
+    require(any_acted, "no contact is reported", "impacts of the discs", "none", setup)
+    if not told:
+        raise NotApplicable("tangential impulses are not told")
+
+
+def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilities:
+    can = subject.capabilities(profile)
+    if can.friction[1] == 0:
+        raise NotApplicable("friction is declared to be 0 only")
+    return can
+
+
+def _friction(can: Capabilities, share: str) -> float:
+    low, high = can.friction
+    return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": high}[share]
+
+
+def _spins(now: Observation, setup: Setup) -> list[float]:
+    if now.spin_rad_s is None:
+        require(
+            not setup.scene.arrays.spins.any(), "no spins are told", "spin_rad_s of a scene that turns", None, setup
+        )
+        return [0.0] * len(setup.scene.discs)
+    return [float(spin) for spin in now.spin_rad_s]
+
+
+def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
+    """Hold velocities and spins at the end of `rubbing` against the closed form of a central impact with friction."""
+    setup = Setup(scene)
+    require_supported(subject, setup)
+    first, second, *more = scene.discs
+    wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
+    for disc in more:
+        normal = (-scene.walls[0].normal[0], -scene.walls[0].normal[1])
+        wanted.append(_after(disc, scene.walls[0], normal, scene.wall_restitution, scene.wall_friction)[0])
+    end = end_with_velocities(subject, setup, [velocity for velocity, _ in wanted], what)
+    fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
+    promise = subject.adapter.profiles[setup.profile].accuracy.velocity
+    allowed = (subject.rounding + promise) * max(fastest, greatest_speed(scene) / scene.discs[0].radius_m)
+    for i, ((_, spin), found) in enumerate(zip(wanted, _spins(end, setup), strict=True)):
+        off = f"{found:.10g} rad/s, off by {abs(found - spin):.3g}"
+        wrong = f"{what}: disc {i} leaves with a wrong spin"
+        require(abs(found - spin) <= allowed, wrong, f"{spin:.10g} rad/s to {allowed:.2g}", off, setup)
+
+
+def _after(
+    first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
+) -> tuple[Motion, Motion]:
+    """Return velocity and spin of both after their impact; `normal` is from first to second. See `docs/spin.md`.
+
+    Newton's restitution along the normal, and along the tangent as much as ends the slip, or as Coulomb allows.
+    """
+    (nx, ny), (tx, ty) = normal, (-normal[1], normal[0])
+    still = Disc(position_m=(0, 0), radius_m=1, mass_kg=math.inf)
+    other = still if isinstance(second, Wall) else second
+    (ux, uy), (vx, vy) = first.velocity_m_s, other.velocity_m_s
+    rims = first.radius_m * first.spin_rad_s + other.radius_m * other.spin_rad_s
+    approach, slip = (ux - vx) * nx + (uy - vy) * ny, (ux - vx) * tx + (uy - vy) * ty + rims
+    pushed = [1.0 / disc.mass_kg for disc in (first, other)]
+    turned = [1.0 / (disc.inertia_factor * disc.mass_kg) for disc in (first, other)]
+    push = (1.0 + restitution) * approach / sum(pushed)
+    grip = slip / (sum(pushed) + sum(turned))
+    rub = math.copysign(min(abs(grip), friction * push), grip)
+    x, y = push * nx + rub * tx, push * ny + rub * ty
+    return (
+        ((ux - x * pushed[0], uy - y * pushed[0]), first.spin_rad_s - rub * turned[0] / first.radius_m),
+        ((vx + x * pushed[1], vy + y * pushed[1]), other.spin_rad_s - rub * turned[1] / other.radius_m),
+    )
+
+
+def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed: float, step: int) -> None:
+    for contact in acting:
+        if contact.impulse_n_s is None or contact.tangential_impulse_n_s is None:
+            continue
+        rub, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
+        what = f"friction of bodies {contact.first} and {contact.second} in step {step} is more than there can be"
+        held = rub <= most * (1 + allowed) + allowed
+        require(held, what, f"{friction:g} of the push, {most:.6g} N s", f"{rub:.6g} N s", setup)
+
+
+def _require_cause(
+    setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
+) -> None:
+    touched = {body for contact in acting for body in (contact.first, contact.second)}
+    for body, (then, now) in enumerate(zip(_spins(before, setup), _spins(after, setup), strict=True)):
+        what = f"the spin of disc {body} changes by {now - then:.3g} rad/s in step {step}, but no contact is reported"
+        kept = abs(now - then) <= allowed * max(1.0, abs(then))
+        require(kept or body in touched, what, "a contact with an impulse", acting, setup)
+
+
+def _require_whole_change(
+    setup: Setup, before: Observation, after: Observation, acting: list[Contact], allowed: float, step: int
+) -> None:
+    """Hold a step's changes of velocity and spin against the impulses that are told."""
+    discs, mass = setup.scene.discs, masses(setup.scene)
+    told = np.zeros((len(discs), 2))
+    turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
+    for contact in acting:
+        push, rub = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
+        nx, ny = contact.normal
+        impulse = np.array((push * nx - rub * ny, push * ny + rub * nx))
+        overlap = max(_overlap(setup.scene, contact, state) for state in (before, after))
+        for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
+            if body < 0 or not mass[body]:
+                continue
+            told[body] += sign * impulse / mass[body]
+            by = rub / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
+            turned[body] -= by
+            arm_short[body] += abs(by) * overlap / discs[body].radius_m
+    change = after.velocity_m_s - before.velocity_m_s
+    spun = np.array(_spins(after, setup)) - np.array(_spins(before, setup))
+    for body in range(len(discs)):
+        wanted, found = change[body].tolist(), told[body].tolist()
+        what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
+        expected, worth = f"{numbers(wanted)} m/s to {allowed:.2g}", f"impulses worth {numbers(found)} m/s"
+        require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
+        what = f"the tangential impulses of step {step} are not what changes the spin of disc {body}"
+        expected, worth = f"{spun[body]:.6g} rad/s to {arm_short[body]:.2g}", f"impulses worth {turned[body]:.6g} rad/s"
+        require(abs(spun[body] - turned[body]) <= arm_short[body], what, expected, worth, setup)
+
+
+def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
+    """Return by how much the bodies of a contact overlap, metres; 0 where they do not."""
+    first, here = scene.discs[contact.first], state.position_m[contact.first]
+    if contact.second < 0:
+        wall = scene.walls[-1 - contact.second]
+        gap = float((here - np.array(wall.point_m)) @ np.array(wall.normal)) - first.radius_m
+    else:
+        apart = math.dist(here.tolist(), state.position_m[contact.second].tolist())
+        gap = apart - first.radius_m - scene.discs[contact.second].radius_m
+    return max(0.0, -gap)

@@ -1,0 +1,132 @@
+"""What ``engine.toml`` says of an engine that is a program: read, and nothing started."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from carom.adapter import Accuracy, Capabilities, ContactTimes, Stamp
+from carom.errors import AdapterError
+from carom.program.messages import PROTOCOL
+from carom.trace import Setting
+
+__all__ = ["MANIFEST", "Manifest", "ProgramProfile", "load_manifest"]
+
+#: The name that a manifest has in a folder.
+MANIFEST = "engine.toml"
+#: A manifest is a page of text; a file above this size is none.
+MOST_BYTES = 2**20
+
+
+def _known(kind: type[Any]) -> Any:
+    """Return a check that a table has no field but those of a dataclass."""
+
+    def check(table: object) -> object:
+        if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
+            raise ValueError(f"there is no {', '.join(map(repr, unknown))}; see docs/adapters.md")
+        return table
+
+    return BeforeValidator(check)
+
+
+def _enums_by_name(table: object) -> object:
+    """Take ``contact_times`` and ``stamp`` by their names, in small letters; their values are sentences."""
+    if not isinstance(table, Mapping):
+        return table
+    found = dict(table)
+    for field, kind in (("contact_times", ContactTimes), ("stamp", Stamp)):
+        if field in found:
+            names = [member.name.lower() for member in kind]
+            if found[field] not in names:
+                raise ValueError(f"{field} must be one of {', '.join(names)}, got {found[field]!r}")
+            found[field] = kind[found[field].upper()]
+    return found
+
+
+_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
+_Accuracy = Annotated[Accuracy, _known(Accuracy)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ProgramProfile(_Table):
+    """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.adapter.Profile`."""
+
+    description: str
+    settings: dict[str, Setting] = {}
+    accuracy: _Accuracy = Accuracy()
+    located: bool = False
+    capabilities: _Capabilities | None = None
+
+
+class Manifest(_Table):
+    """What is known of an engine without starting it.
+
+    Attributes:
+        protocol: The version of the protocol that the program speaks.
+        name: The name given to ``--engine``.
+        engine: What people call the engine; its name by default.
+        version: The engine's version, where it can be told without asking.
+        command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file beside the
+            manifest: the program runs in an empty folder of its own.
+        install: The command that installs what the command needs, shown where its first word is not found.
+        capabilities: What the engine can do.
+        profiles: Profiles by name; ``default`` and ``tuned`` at least.
+    """
+
+    protocol: int = PROTOCOL
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
+    engine: str = ""
+    version: str = ""
+    command: tuple[str, ...] = Field(min_length=1)
+    install: str = ""
+    capabilities: _Capabilities = Capabilities()
+    profiles: dict[str, ProgramProfile] = Field(min_length=1)
+
+    def command_from(self, folder: Path) -> tuple[str, ...]:
+        """Return the command, with the files that lie beside the manifest by their full names."""
+        return tuple(
+            str((folder / word).resolve()) if word.startswith(("./", "../")) else word for word in self.command
+        )
+
+    def missing(self, folder: Path) -> str:
+        """Return why the command can't be started here, empty where it can; nothing is started for it."""
+        program = self.command_from(folder)[0]
+        if shutil.which(program):
+            return ""
+        reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
+        return f"{reason}; {self.install}" if self.install else reason
+
+
+def load_manifest(path: Path) -> Manifest:
+    """Return what a manifest says.
+
+    Raises:
+        AdapterError: There is no such file, or it is no manifest; the message names the field and the value.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise AdapterError(f"{path}: a manifest has at most {MOST_BYTES >> 20} MiB")
+        found = Manifest.model_validate(tomllib.loads(data.decode()))
+    except OSError as error:
+        raise AdapterError(f"{path}: {error.strerror or error}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise AdapterError(f"{path} is no TOML: {error}") from error
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        field = ".".join(map(str, wrong["loc"])) or "the manifest"
+        got = "" if wrong["type"] == "missing" else f", got {str(wrong['input'])[:80]!r}"
+        raise AdapterError(f"{path}: {field}: {wrong['msg']}{got}") from error
+    if found.protocol != PROTOCOL:
+        raise AdapterError(f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}")
+    return found

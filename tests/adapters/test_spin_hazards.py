@@ -1,0 +1,274 @@
+"""What the engines do with spin and friction by themselves, which is why their adapters set them up as they do.
+
+The law is `tests.validation.exact_impact`. A disc of radius 1/2 that is thrown at a floor as `Thrown` has it by default
+slips at 2 m/s and approaches at 3; with friction 0.1 and restitution 1 it slides, and leaves with (1.4, 3) and -2.4.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.adapters import bare
+from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
+from tests.validation.exact_impact import Body, Law, after_impact
+
+from carom.adapter import Adapter
+
+Named = Callable[[str], Adapter]
+
+FLOOR = Body((0, 0), 0, math.inf, math.inf, (0, 0))
+
+#: What is wrong by an arm that half the overlap is missing of, and by 32-bit floats at speeds of a few m/s.
+CLOSE = 3 * LATE
+SINGLE = 2e-6
+
+#: One pass that answers push and friction in turn, and friction that ends the slip in a step, its regularisation made
+#: up for: 1/m along the normal, 3/m along the slip of a disc of inertia factor 1/2.
+IN_TURN = 'cone="elliptic" solver="PGS" iterations="1"'
+MADE_UP = (0.9999 + 0.0001 / 3) / DT_S
+
+
+def law(thrown: Thrown, friction: float, inertia: float = 0.125, slip_kept: float = 0.0) -> Left:
+    """Return velocity and spin after the impact by the law, `slip_kept` being the tangential restitution."""
+    disc = Body(thrown.velocity, thrown.spin, 1, inertia, (0, -RADIUS_M))
+    after, _, _ = after_impact(disc, FLOOR, (0, -1), Law(thrown.restitution, friction, slip_kept))
+    x, y = after.velocity
+    return (float(x), float(y), float(after.spin))
+
+
+def listed(friction: float) -> str:
+    return f'friction="{friction!r} {friction!r} 0 0 0" solreffriction="0 {-MADE_UP!r}"'
+
+
+def roots(friction: float) -> tuple[float, float]:
+    return (math.sqrt(friction), math.sqrt(friction))
+
+
+def test_the_law_has_the_answer_that_these_tests_quote() -> None:
+    """Friction takes 0.1 of the push of 6 N s: 0.6 m/s, and 0.6 / 2 / (1/8) rad/s."""
+    assert law(Thrown(), 0.1) == pytest.approx((1.4, 3.0, -2.4), abs=1e-15)
+
+
+@pytest.mark.parametrize("friction", [0.01, 0.1, 0.5, 10.0])
+@pytest.mark.parametrize("spin", [0.0, -10.0, 10.0])
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_each_engine_has_the_law_with_the_right_settings(
+    named: Named, restitution: float, spin: float, friction: float
+) -> None:
+    """Sliding, sticking, with spin either way: what an engine makes of a floor is the law, but for a shortened arm."""
+    thrown = Thrown(spin=spin, restitution=restitution)
+    product, pair = Thrown(spin=spin, restitution=restitution, friction=roots(friction)), listed(friction)
+    expected = law(thrown, friction)
+    found: dict[str, tuple[Callable[[], Left], float]] = {
+        "pymunk": (lambda: bare.pymunk(product), 1e-14),
+        "pybullet": (lambda: bare.pybullet(product), 1e-14),
+        "mujoco": (lambda: bare.mujoco(thrown, IN_TURN, pair), CLOSE),
+        "box2d": (
+            lambda: bare.box2d(Thrown(spin=spin, restitution=restitution, friction=(friction, friction))),
+            SINGLE,
+        ),
+    }
+    for name, (throw, tolerance) in found.items():
+        named(name)
+        assert throw() == pytest.approx(expected, abs=tolerance * 10), name  # surfaces at up to 10 m/s
+
+
+@pytest.mark.parametrize(
+    ("name", "combine"),
+    [
+        ("pymunk", lambda a, b: a * b),
+        ("pybullet", lambda a, b: a * b),
+        ("box2d", lambda a, b: math.sqrt(a * b)),
+        ("mujoco", max),
+    ],
+)
+@pytest.mark.parametrize("frictions", [(0.4, 0.1), (0.1, 0.4), (0.2, 0.3)])
+def test_frictions_are_combined_as_declared(
+    named: Named, name: str, combine: Callable[[float, float], float], frictions: tuple[float, float]
+) -> None:
+    """Of two coefficients the impact shows one, by each engine's rule: friction's impulse over the push, sliding."""
+    declared = named(name).capabilities.friction_combine
+    assert declared == {"pymunk": "product", "pybullet": "product", "box2d": "root", "mujoco": "maximum"}[name]
+    # Along the floor at 100 m/s, so that it slides at any of these.
+    thrown = Thrown(velocity=(100.0, -3.0), friction=frictions, restitution=0.0)
+    throw: Callable[[], Left] = {
+        "pymunk": lambda: bare.pymunk(thrown),
+        "pybullet": lambda: bare.pybullet(thrown),
+        "box2d": lambda: bare.box2d(thrown),
+        "mujoco": lambda: bare.mujoco(thrown, IN_TURN),
+    }[name]
+    x, _, _ = throw()
+    assert (100.0 - x) / 3.0 == pytest.approx(combine(*frictions), rel=1e-5)
+
+
+def test_friction_is_shipped_as_the_pages_say(named: Named) -> None:
+    """None in pymunk, 0.2 in Box2D, 0.5 in PyBullet and 1 in MuJoCo."""
+    for name in ("pymunk", "box2d", "pybullet", "mujoco"):
+        named(name)
+    import pymunk
+
+    assert pymunk.Circle(pymunk.Body(1, 1), 1).friction == 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        box2d: Any = importlib.import_module("Box2D")
+    world = box2d.b2World()  # which takes its bodies with it
+    body = world.CreateDynamicBody()
+    assert body.CreateFixture(shape=box2d.b2CircleShape(radius=1), density=1).friction == pytest.approx(0.2)
+    pybullet: Any = importlib.import_module("pybullet")
+    client = pybullet.connect(pybullet.DIRECT)
+    ball = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=1, physicsClientId=client)
+    told = pybullet.getDynamicsInfo(pybullet.createMultiBody(1, ball, physicsClientId=client), -1, client)
+    pybullet.disconnect(client)
+    assert told[1] == 0.5
+    assert told[2] == pytest.approx((0.4, 0.4, 0.4))  # a sphere's inertia, of which the others know nothing
+    mujoco: Any = importlib.import_module("mujoco")
+    model = mujoco.MjModel.from_xml_string('<mujoco><worldbody><geom type="sphere" size="1"/></worldbody></mujoco>')
+    assert model.geom_friction[0, 0] == 1.0
+    assert model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL
+
+
+def _spun_for_a_second(spin: float, *, maximal: bool, **dynamics: float) -> float:
+    pybullet: Any = importlib.import_module("pybullet")
+    client = pybullet.connect(pybullet.DIRECT)
+    ball = pybullet.createCollisionShape(pybullet.GEOM_SPHERE, radius=RADIUS_M, physicsClientId=client)
+    body = pybullet.createMultiBody(1, ball, useMaximalCoordinates=maximal, physicsClientId=client)
+    if dynamics:
+        pybullet.changeDynamics(body, -1, physicsClientId=client, **dynamics)
+    pybullet.setPhysicsEngineParameter(fixedTimeStep=DT_S, physicsClientId=client)
+    pybullet.resetBaseVelocity(body, [0, 0, 0], [0, 0, spin], client)
+    for _ in range(240):
+        pybullet.stepSimulation(client)
+    left = float(pybullet.getBaseVelocity(body, client)[1][2])
+    pybullet.disconnect(client)
+    return left
+
+
+def test_pybullet_damps_spin_as_shipped(named: Named) -> None:
+    """A multibody that nothing touches spins at 6.9 of 10 rad/s after a second, and the faster the more it loses.
+
+    With angularDamping 0 it keeps its spin, and with maximal coordinates in any case.
+    """
+    named("pybullet")
+    assert _spun_for_a_second(10.0, maximal=False) == pytest.approx(6.9, abs=0.01)
+    assert _spun_for_a_second(90.0, maximal=False) == pytest.approx(19.0, abs=0.01)
+    assert _spun_for_a_second(10.0, maximal=False, angularDamping=0) == 10.0
+    assert _spun_for_a_second(10.0, maximal=True) == pytest.approx(10.0, rel=240 * 2.0**-53)
+
+
+def test_pybullet_clamps_the_spin_of_a_multibody(named: Named) -> None:
+    """At 100 rad/s, without a word; with maximal coordinates a body spins as fast as it is told to."""
+    named("pybullet")
+    assert _spun_for_a_second(150.0, maximal=False, angularDamping=0) == 100.0
+    assert _spun_for_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(150.0, rel=240 * 2.0**-53)
+
+
+def test_pybullet_turns_no_multibody_whose_inertia_is_about_one_axis(named: Named) -> None:
+    """With [0, 0, I] friction brakes it and leaves its spin alone; [I, I, I], or maximal coordinates, have the law."""
+    named("pybullet")
+    thrown = Thrown(spin=5.0, friction=roots(0.1))
+    assert bare.pybullet(thrown, maximal=False, planar=True) == pytest.approx((1.4, 3.0, 5.0), abs=1e-14)
+    expected = pytest.approx(law(thrown, 0.1), abs=1e-14)
+    assert bare.pybullet(thrown, maximal=False) == expected
+    assert bare.pybullet(thrown, maximal=True, planar=True) == expected
+
+
+def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> None:
+    """With maximal coordinates a disc that touches in its first step has a sphere's inertia, 2/5; later its own."""
+    named("pybullet")
+    at_once, later = (Thrown(friction=roots(10.0), steps_before=steps) for steps in (0.0, 1.0))
+    assert bare.pybullet(at_once) == pytest.approx(law(at_once, 10.0, inertia=0.1), abs=1e-14)
+    assert bare.pybullet(later) == pytest.approx(law(later, 10.0), abs=1e-14)
+    assert bare.pybullet(at_once, maximal=False) == pytest.approx(law(at_once, 10.0), abs=1e-14)
+
+
+def test_pybullet_clamps_friction(named: Named) -> None:
+    """A product of more than 10 is taken for 10, which is what is declared."""
+    assert named("pybullet").capabilities.friction == (0.0, 10.0)
+    for asked, used in ((9.0, 9.0), (10.0, 10.0), (40.0, 10.0)):
+        thrown = Thrown(velocity=(200.0, -3.0), friction=(asked, 1.0))
+        assert bare.pybullet(thrown) == pytest.approx(law(thrown, used), abs=1e-11)
+
+
+def test_box2d_needs_two_iterations_for_friction(named: Named) -> None:
+    """It bounds friction by the push of the iteration before: with one there is none, with two it is right."""
+    named("box2d")
+    assert bare.box2d(Thrown(), iterations=1) == (2.0, 3.0, 0.0)
+    assert bare.box2d(Thrown(), iterations=2) == pytest.approx((1.4, 3.0, -2.4), abs=SINGLE)
+
+
+def test_box2d_makes_nothing_of_a_friction_beyond_its_floats(named: Named) -> None:
+    """At the greatest declared friction a disc grips the floor; at ten times that its velocity is no number."""
+    greatest = named("box2d").capabilities.friction[1]
+    thrown = Thrown(friction=(greatest, greatest))
+    assert bare.box2d(thrown) == pytest.approx(law(thrown, 1e3), abs=SINGLE)
+    assert all(map(math.isnan, bare.box2d(Thrown(friction=(10 * greatest, 10 * greatest)))))
+
+
+@pytest.mark.parametrize("velocity_scale", [1.0, 2.0**20])
+def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: float) -> None:
+    """A body slows down to pi/2 a step, 377 rad/s here, also in scaled time; at what is declared it spins as told."""
+    declared = named("box2d").capabilities.max_turn_rad
+    far_above = Thrown(velocity=(0.0, 3.0), spin=500.0)
+    assert bare.box2d(far_above, velocity_scale=velocity_scale)[2] == pytest.approx(math.pi / 2 / DT_S, rel=1e-6)
+    assert declared == pytest.approx(math.pi / 2, rel=2e-6)
+    below = Thrown(velocity=(0.0, 3.0), spin=declared / DT_S)
+    assert bare.box2d(below, velocity_scale=velocity_scale)[2] == pytest.approx(below.spin, rel=1e-7)
+
+
+@pytest.mark.parametrize(("friction", "restitution"), [(0.1, 0.0), (0.1, 1.0), (0.2, 0.5)])
+@pytest.mark.parametrize("solver", ["Newton", "CG", 'PGS" iterations="100'])
+def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, restitution: float) -> None:
+    """Its optimum leaves the floor faster by the friction times the slip that is left; in turn it is the law."""
+    named("mujoco")
+    thrown = Thrown(velocity=(4.0, -3.0), restitution=restitution)
+    pair = listed(friction)
+    x, y, spin = bare.mujoco(thrown, f'cone="elliptic" solver="{solver}"', pair)
+    slip = x + RADIUS_M * spin
+    assert slip > 0.1
+    assert y == pytest.approx(restitution * 3.0 + friction * slip, rel=1e-4, abs=1e-4)
+    assert bare.mujoco(thrown, IN_TURN, pair) == pytest.approx(law(thrown, friction), abs=10 * CLOSE)
+
+
+@pytest.mark.parametrize("restitution", [0.5, 1.0])
+def test_mujoco_makes_the_bounce_that_of_friction_too(named: Named, restitution: float) -> None:
+    """Without solreffriction a gripped slip is given back as the push is: the tangential restitution is that across."""
+    named("mujoco")
+    thrown = Thrown(restitution=restitution)
+    left_out = bare.mujoco(thrown, IN_TURN, 'friction="10 10 0 0 0"')
+    assert left_out == pytest.approx(law(thrown, 10.0, slip_kept=restitution), abs=1e-3)  # of its regularisation
+    assert bare.mujoco(thrown, IN_TURN, listed(10.0)) == pytest.approx(law(thrown, 10.0), abs=10 * CLOSE)
+
+
+def test_mujoco_raises_a_friction_below_its_least(named: Named) -> None:
+    """Between 0 and 1e-5, its mjMINMU, there is 1e-5: what is declared begins there."""
+    declared = named("mujoco").capabilities.friction[0]
+    mujoco: Any = importlib.import_module("mujoco")
+    assert declared == 1e-5
+    text = (
+        '<mujoco><worldbody><body><freejoint/><geom size="1" friction="{} 0 0"/></body>'
+        '<geom type="plane" size="0 0 1" friction="0 0 0" pos="0 0 -0.9"/></worldbody></mujoco>'
+    )
+    for asked, used in ((1e-7, 1e-5), (1e-5, 1e-5), (2e-5, 2e-5)):
+        model = mujoco.MjModel.from_xml_string(text.format(asked))
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        assert data.contact[0].friction[0] == pytest.approx(used, rel=1e-12)
+
+
+def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
+    """Where friction squared over mass comes to 1e-5 or less its cone gives none: 1e-3 of 1 kg; so 0.1 of 3 tons."""
+    named("mujoco")
+    assert bare.mujoco(Thrown(), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
+    assert bare.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
+
+
+def test_mujoco_loses_frictions_beyond_its_floats(named: Named) -> None:
+    """At the greatest declared friction a disc grips; at 1e80, whose fourth power is no float, there is none."""
+    greatest = named("mujoco").capabilities.friction[1]
+    assert bare.mujoco(Thrown(), IN_TURN, listed(greatest)) == pytest.approx(law(Thrown(), 1e3), abs=10 * CLOSE)
+    assert bare.mujoco(Thrown(), IN_TURN, listed(1e80)) == (2.0, 3.0, 0.0)

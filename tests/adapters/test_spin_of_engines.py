@@ -1,0 +1,359 @@
+"""Spin and friction through the adapters: as exact as each engine can be, and without them nothing is as if they were.
+
+The law is that of `tests.validation.exact_impact`, in rational numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.adapters.staged import oblique
+from tests.adapters.widths import width
+from tests.validation.exact_impact import Body, Law, after_impact
+
+from carom import Disc, Scene, Wall, solve_pit
+from carom.adapter import Adapter, AdapterError, Observation
+from carom.runs.observe import observe_run
+
+Finish = Callable[..., Observation]
+Drive = Callable[..., list[Observation]]
+Named = Callable[[str], Adapter]
+
+#: When the bodies of a scene touch, seconds.
+TOUCH_S = 0.2
+
+#: A hundred roundings of numbers up to 16, as speeds and surface speeds here are.
+ROUNDING = 100 * 2.0**-50
+
+#: Engines that let friction act at the full radius, and that let it act where they see the middle of the overlap.
+FULL_ARM, MIDDLE_OF_OVERLAP = ("pymunk", "pybullet"), ("mujoco", "box2d")
+
+PAIRS = {
+    "equal": (Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5), Disc(position_m=(0, 0), radius_m=0.5)),
+    "unequal": (
+        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=3, spin_rad_s=-6),
+        Disc(position_m=(0, 0), velocity_m_s=(-1, 0.5), radius_m=0.25, spin_rad_s=5, inertia_factor=0.4),
+    ),
+    "heavy": (
+        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, spin_rad_s=4, inertia_factor=1.0),
+        Disc(position_m=(0, 0), radius_m=0.5, mass_kg=1000),
+    ),
+    "unturnable": (
+        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, inertia_factor=math.inf),
+        Disc(position_m=(0, 0), velocity_m_s=(0, 1), radius_m=0.5, spin_rad_s=3),
+    ),
+    "immovable": (
+        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, spin_rad_s=4),
+        Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
+    ),
+}
+LINE = (0.8, 0.6)
+
+
+def meeting(first: Disc, second: Disc, friction: float, restitution: float, mass: float = 1.0) -> Scene:
+    """The two discs as they are before they touch along `LINE` at `TOUCH_S`; masses are so many times as large."""
+    apart = first.radius_m + second.radius_m
+    discs = []
+    for disc, (x, y) in ((first, (0.0, 0.0)), (second, (LINE[0] * apart, LINE[1] * apart))):
+        vx, vy = disc.velocity_m_s
+        start = (x - vx * TOUCH_S, y - vy * TOUCH_S)
+        discs.append(disc.model_copy(update={"position_m": start, "mass_kg": disc.mass_kg * mass}))
+    return Scene(name="meeting", discs=discs, friction=friction, restitution=restitution, duration_s=1.5 * TOUCH_S)
+
+
+def body(disc: Disc, arm: tuple[float, float]) -> Body:
+    inertia = disc.inertia_factor * disc.mass_kg * disc.radius_m**2
+    return Body(disc.velocity_m_s, disc.spin_rad_s, disc.mass_kg, inertia, arm)
+
+
+def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+    """Velocities and spins after the discs of `meeting` have met."""
+    one, other = scene.discs
+    arms = [(disc.radius_m * sign * LINE[0], disc.radius_m * sign * LINE[1]) for disc, sign in ((one, 1), (other, -1))]
+    law = Law(scene.restitution, scene.friction, 0)
+    after = after_impact(body(one, arms[0]), body(other, arms[1]), LINE, law)[:2]
+    return (
+        np.array([[float(v) for v in found.velocity] for found in after]),
+        np.array([float(found.spin) for found in after]),
+    )
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+@pytest.mark.parametrize(("friction", "mass"), [(1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (0.1, 1e6), (10.0, 1.0)])
+def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
+    """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""
+    for restitution in (0.0, 0.5, 1.0):
+        scene = meeting(*PAIRS[pair], friction, restitution, mass)
+        trace = observe_run(engine, scene, "located", 1 / 60)
+        velocity, spin = by_the_law(scene)
+        assert trace.final_spin_rad_s is not None
+        np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
+        # A disc of a quarter of a metre has four times the spin of its rim's speed.
+        np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=4 * width(engine, ROUNDING))
+
+
+def test_the_least_inertia_is_turned_by_friction_alone(engine: Adapter) -> None:
+    """At the least declared inertia factor an oblique impact leaves what the law says, but for a rounding over it.
+
+    By so much, a few units of 1 m, a contact point is off the line of centres; the push there is of some 4 N s.
+    """
+    factor = engine.capabilities.min_inertia_factor
+    first, second = (disc.model_copy(update={"inertia_factor": factor}) for disc in PAIRS["equal"])
+    scene = meeting(first, second, 0.1, 0.5)
+    trace = observe_run(engine, scene, "located", 1 / 60)
+    velocity, spin = by_the_law(scene)
+    np.testing.assert_allclose(trace.final_velocity_m_s, velocity, rtol=0, atol=width(engine, ROUNDING))
+    assert trace.final_spin_rad_s is not None
+    np.testing.assert_allclose(trace.final_spin_rad_s, spin, rtol=0, atol=width(engine, 100 * 2.0**-53) / factor)
+
+
+def rubbing(dt_s: float) -> Scene:
+    """The oblique discs with a wall, rubbing, and late by half a step at the first contact."""
+    discs = [disc.model_copy(update={"spin_rad_s": spin}) for disc, spin in zip(oblique().discs, (4, -3), strict=True)]
+    changed = {
+        "discs": tuple(discs),
+        "friction": 0.2,
+        "wall_friction": 0.3,
+        "restitution": 0.9,
+        "frame_rate_hz": 1 / dt_s,
+    }
+    return oblique().model_copy(update=changed)
+
+
+@pytest.mark.parametrize("dt_s", [1 / 60, 1 / 240])
+@pytest.mark.parametrize("name", FULL_ARM)
+def test_two_tuned_engines_are_pit_with_friction_too(named: Named, finish: Finish, name: str, dt_s: float) -> None:
+    """Friction acts at the full radius in pymunk and PyBullet, as in PIT: velocities and spins are the same."""
+    scene = rubbing(dt_s)
+    end, pit = finish(named(name), scene, dt_s), solve_pit(scene, frame_rate_hz=1 / dt_s)
+    assert len(pit.impacts) > 1
+    assert pit.final_spin_rad_s is not None
+    assert end.spin_rad_s is not None
+    np.testing.assert_allclose(end.velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(end.spin_rad_s, pit.final_spin_rad_s, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
+def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
+    """Seen half a step late, a disc that grips a floor turns by its full radius, or by less by half the overlap."""
+    dt_s, speed, radius = 1 / 64, 4.0, 0.5
+    overlap = speed * dt_s / 2
+    disc = Disc(position_m=(0, radius + 4 * speed * dt_s - overlap), velocity_m_s=(3, -speed), radius_m=radius)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = Scene(name="late", discs=[disc], walls=[floor], wall_friction=5, wall_restitution=0.5, duration_s=0.25)
+    arm = radius - (0 if name in FULL_ARM else overlap / 2)
+    still = Body((0, 0), 0, math.inf, math.inf, (0, 0))
+    after, _, _ = after_impact(body(disc, (0, -arm)), still, (0, -1), Law(0.5, 5, 0))
+    adapter = named(name)
+    end = finish(adapter, scene, dt_s)
+    assert end.spin_rad_s is not None
+    # MuJoCo's regularisation is made up for at the full radius: 1e-4 of a thirtieth off at another arm.
+    tolerance = 1e-5 if name == "mujoco" else width(adapter, 1e-13)
+    assert end.velocity_m_s[0].tolist() == pytest.approx([float(v) for v in after.velocity], abs=tolerance)
+    assert end.spin_rad_s[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.3])
+@pytest.mark.parametrize("wall_friction", [0.0, 0.1, 2.0])
+def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
+    """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
+    pair = meeting(*PAIRS["equal"], friction, 1.0)
+    falling = Disc(position_m=(9, 0.5 + 2 * TOUCH_S), velocity_m_s=(3, -2), radius_m=0.5)
+    walls = [Wall(point_m=(0, 0), normal=(0, 1))]
+    up = [disc.model_copy(update={"position_m": (disc.position_m[0], disc.position_m[1] + 5)}) for disc in pair.discs]
+    scene = Scene(
+        name="both", discs=[*up, falling], walls=walls, friction=friction, wall_friction=wall_friction, duration_s=0.3
+    )
+    trace = observe_run(engine, scene, "located", 1 / 60)
+    velocity, _ = by_the_law(pair)
+    np.testing.assert_allclose(trace.final_velocity_m_s[:2], velocity, rtol=0, atol=width(engine, ROUNDING))
+    # Friction takes its share of the push of 4 N s, or 2/3 of the speed is left, rolling.
+    along = max(3.0 - 4.0 * wall_friction, 2.0)
+    assert trace.final_velocity_m_s[2].tolist() == pytest.approx([along, 2.0], abs=width(engine, ROUNDING))
+
+
+def test_spin_without_friction_is_kept(engine: Adapter, drive: Drive) -> None:
+    """Discs that do not rub spin on as they were through impacts, in every profile that keeps them upright."""
+    scene = meeting(*PAIRS["unequal"], 0.0, 1.0)
+    for profile in ("default", "tuned", "located"):
+        seen = drive(engine, scene, 1 / 240, profile)
+        for now in seen:
+            assert now.spin_rad_s is not None
+            np.testing.assert_allclose(now.spin_rad_s, (-6, 5), rtol=0, atol=width(engine, ROUNDING))
+        assert any(now.contacts for now in seen)
+
+
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_discs_stay_in_their_plane(named: Named, profile: str) -> None:
+    """Spheres in three dimensions that rub and spin leave the plane by nothing, or by rounding."""
+    mujoco = named("mujoco")
+    scene = rubbing(1 / 240)
+    world: Any = mujoco.prepare(scene, mujoco.profiles[profile].settings(1 / 240))
+    world.advance(scene.step_count(1 / 240))
+    z = world._data.xpos[1:, 2]  # noqa: SLF001 - the seam has two dimensions
+    about = world._data.cvel[1:, :2]  # noqa: SLF001 - likewise
+    assert np.abs(z).max() < 1e-12
+    assert np.abs(about).max() < 1e-12
+    world.close()
+
+
+def test_without_friction_and_spin_each_engine_is_set_up_as_it_was(named: Named) -> None:
+    """A scene in which nothing turns gives bodies that can't, without friction, whatever their inertia factors."""
+    plain = oblique()
+    hoops = plain.model_copy(
+        update={"discs": tuple(disc.model_copy(update={"inertia_factor": 1.0}) for disc in plain.discs)}
+    )
+    from carom_adapters.mujoco.model import mjcf
+
+    mujoco = named("mujoco")
+    for profile in mujoco.profiles.values():
+        text = mjcf(plain, profile.settings(1 / 60))
+        assert text == mjcf(hoops, profile.settings(1 / 60))
+        assert 'condim="1"' in text
+        for word in ("hinge", "friction", 'condim="3"', "PGS", "elliptic"):
+            assert word not in text
+    for scene in (plain, hoops):
+        pymunk: Any = named("pymunk").prepare(scene, {"dt_s": 1 / 60})
+        assert {b.moment for b in pymunk._movable} == {math.inf}  # noqa: SLF001 - what the engine was given
+        assert {shape.friction for shape in pymunk._space.shapes} == {0.0}  # noqa: SLF001 - likewise
+        box2d: Any = named("box2d").prepare(scene, named("box2d").profiles["default"].settings(1 / 60))
+        assert all(b.fixedRotation for b in box2d._movable)  # noqa: SLF001 - likewise
+        assert {f.friction for b in [*box2d._bodies, *box2d._walls] for f in b.fixtures} == {0.0}  # noqa: SLF001 - likewise
+        for name in ("default", "tuned"):
+            bullet: Any = named("pybullet").prepare(scene, named("pybullet").profiles[name].settings(1 / 60))
+            told = [bullet._bullet.getDynamicsInfo(b, -1, bullet._client) for b in bullet._discs]  # noqa: SLF001 - likewise
+            bullet.close()
+            assert [info[1] for info in told] == [0.0, 0.0]
+            # The spheres' own, which nothing changed.
+            assert told[0][2] == pytest.approx((0.1, 0.1, 0.1))
+
+
+def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, drive: Drive) -> None:
+    """Where nothing rubs and nothing spins, a hoop moves as a disc does, to the bit, and no spin is told."""
+    plain = oblique()
+    hoops = plain.model_copy(
+        update={"discs": tuple(disc.model_copy(update={"inertia_factor": 1.0}) for disc in plain.discs)}
+    )
+    for profile in ("default", "tuned"):
+        seen = [drive(engine, scene, 1 / 60, profile)[-1] for scene in (plain, hoops)]
+        assert seen[0].velocity_m_s.tobytes() == seen[1].velocity_m_s.tobytes()
+        assert seen[0].spin_rad_s is seen[1].spin_rad_s is None
+
+
+def test_pybullet_as_shipped_damps_spin_in_the_default_profile_unless_told_not_to(named: Named, finish: Finish) -> None:
+    """The default profile is undamped: 10 rad/s stay 10; with the damping that is shipped 6.9 are left of them."""
+    disc = Disc(position_m=(0, 0), radius_m=0.5, spin_rad_s=10, inertia_factor=0.4)
+    scene, pybullet = Scene(name="alone", discs=[disc], duration_s=1.0), named("pybullet")
+    kept, left = (
+        finish(pybullet, scene, 1 / 240, "default", **changes).spin_rad_s for changes in ({}, {"angularDamping": 0.04})
+    )
+    assert kept is not None
+    assert left is not None
+    assert kept.tolist() == [10.0]
+    assert left[0] == pytest.approx(6.9, abs=0.01)
+
+
+@pytest.mark.parametrize("name", ["pybullet", "box2d"])
+def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named: Named, name: str) -> None:
+    """Brought to PyBullet's clamp, or beyond a quarter turn a step of Box2D's, a spin is said to be wrong."""
+    adapter, dt_s = named(name), 1 / 64
+    disc = Disc(position_m=(0, 0.06), velocity_m_s=(40, -0.5), radius_m=0.05)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = Scene(name="grip", discs=[disc], walls=[floor], wall_friction=10, duration_s=8 * dt_s)
+    # Friction takes 10 of twice 0.5 m/s from the slip's speed, and gives the rim 20: 400 rad/s, 6 rad a step.
+    world = adapter.prepare(scene, adapter.profiles["default"].settings(dt_s))
+    world.observe()
+    said = ""
+    for _ in range(8):
+        world.advance(1)
+        said = said or world.observe().warning
+    world.close()
+    assert {"pybullet": "clamps a multibody's spin to 100 rad/s", "box2d": "rad a step, and slowed"}[name] in said
+
+
+@pytest.mark.parametrize(
+    ("name", "friction"), [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)]
+)
+def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named, name: str, friction: float) -> None:
+    """Clamped, raised or lost by the engine, a coefficient is refused with the range that is simulated."""
+    adapter = named(name)
+    for scene in (meeting(*PAIRS["equal"], friction, 1.0), _floored(wall_friction=friction)):
+        with pytest.raises(AdapterError, match=r"friction is .* and this method simulates .* as asked for"):
+            adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
+
+
+def _floored(**fields: float) -> Scene:
+    disc = Disc(position_m=(0, 1), velocity_m_s=(1, -1), radius_m=0.5)
+    return Scene(name="floored", discs=[disc], walls=[Wall(point_m=(0, 0), normal=(0, 1))], duration_s=1.0, **fields)
+
+
+def test_tangential_restitution_is_refused(engine: Adapter) -> None:
+    """No engine gives slip back as asked for, and none is asked to."""
+    scene = _floored(wall_friction=1.0, wall_tangential_restitution=0.5)
+    with pytest.raises(AdapterError, match="the scene has tangential restitution, which this method does not support"):
+        engine.prepare(scene, engine.profiles["tuned"].settings(1 / 60))
+
+
+def test_mujoco_names_how_it_answers_friction(named: Named) -> None:
+    """In a scene with friction the tuned world says that it answers contacts in turn, and in which unit of mass."""
+    mujoco = named("mujoco")
+    heavy = meeting(*PAIRS["equal"], 0.1, 1.0, mass=1e6)
+    world = mujoco.prepare(heavy, mujoco.profiles["tuned"].settings(1 / 60))
+    told = dict(world.settings)
+    world.close()
+    assert (told["in_turn"], told["solver"], told["cone"], told["iterations"]) == (True, "PGS", "elliptic", 1)
+    assert told["warmstart"] is False
+    assert told["listed_pairs"] is True
+    # 1e4 times the square of 0.1 is 100, which is more than 1: the heaviest disc, of 1e6 kg, gets 1 or a little less.
+    assert told["mass_unit"] == 2.0**-20
+
+
+def test_mujoco_gains_energy_where_contacts_are_shared_in_turn(named: Named, finish: Finish) -> None:
+    """The price of one pass: a disc that runs into two touching ones at once, with friction, gains a quarter."""
+    root = math.sqrt(0.75)
+    discs = [
+        Disc(position_m=(-0.5 - root, 0), velocity_m_s=(1, 0), radius_m=0.5),
+        *(Disc(position_m=(0.0, y), radius_m=0.5) for y in (-0.5, 0.5)),
+    ]
+    scene = Scene(name="shared", discs=discs, friction=0.01, duration_s=1.0)
+    ends = {
+        in_turn: finish(named("mujoco"), scene, 1 / 240, in_turn=in_turn, speculative=False)
+        for in_turn in (True, False)
+    }
+    energy = {in_turn: float((end.velocity_m_s**2).sum()) for in_turn, end in ends.items()}  # without spins
+    assert 1.2 < energy[True] < 1.3
+    assert energy[False] < 1.1
+
+
+def test_a_warm_start_would_spoil_box2ds_cut_steps(named: Named) -> None:
+    """Two discs that go on in touch after a cut step: begun warm, the next step throws them about; cold, it is right.
+
+    Without friction, too: the impulse that Box2D begins with is the last one times the ratio of the two steps.
+    """
+    box2d = named("box2d")
+    scene = meeting(*PAIRS["unequal"], 0.0, 0.5)
+    velocity, _ = by_the_law(scene)
+    found = {}
+    for warm in (False, True):
+        profile = box2d.profiles["located"]
+        settings = {**profile.settings(1 / 60), "warmStarting": warm}
+        adapter = _with_settings(box2d, settings)
+        found[warm] = float(np.abs(observe_run(adapter, scene, "located", 1 / 60).final_velocity_m_s - velocity).max())
+    assert found[False] < width(box2d, ROUNDING)
+    assert found[True] > 0.1
+
+
+def _with_settings(adapter: Any, settings: Any) -> Adapter:
+    """Return the adapter with these settings for `located`."""
+    from dataclasses import replace
+    from types import SimpleNamespace
+
+    located = replace(adapter.profiles["located"], settings=lambda _dt_s: settings)
+    kept = {name: getattr(adapter, name) for name in ("name", "engine", "capabilities", "prepare")}
+    changed: Any = SimpleNamespace(**kept, profiles={**adapter.profiles, "located": located})
+    found: Adapter = changed
+    return found

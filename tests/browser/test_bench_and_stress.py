@@ -1,0 +1,194 @@
+"""The pages of a bench and of a campaign: what is pointed at says the file's numbers, and leads to its evidence."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import pytest
+from tests.browser.conftest import Faults
+from tests.unit.report.examples import bench, campaign_results
+
+from carom.report import wording
+from carom.report.bench_document import write_bench
+from carom.report.stress_document import write_stress
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Locator, Page
+
+pytestmark = pytest.mark.browser
+
+#: Two decimals of a per cent are left of a bar's length, and three digits of a time.
+SHOWN = 1e-3
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The page of a bench of one scene, and that of a campaign, of eleven methods."""
+    folder = tmp_path_factory.mktemp("pages")
+    return {
+        "bench": write_bench(bench(), folder / "bench"),
+        "stress": write_stress(campaign_results(), folder / "stress"),
+    }
+
+
+@pytest.fixture(params=["bench", "stress"])
+def path(request: pytest.FixtureRequest, pages: dict[str, Path]) -> Path:
+    """Each of the two pages."""
+    return pages[request.param]
+
+
+@pytest.fixture
+def opened(browser: Browser) -> Iterator[Page]:
+    """A window that fails the test where a script does, or asks for anything."""
+    faults = Faults()
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    faults.watch(page)
+    yield page
+    page.close()
+    assert not faults
+
+
+def said(page: Page) -> dict[str, str]:
+    """Return what is shown of a point: each number by its name."""
+    names = page.locator(".tip dt").all_inner_texts()
+    return dict(zip(names, page.locator(".tip dd").all_inner_texts(), strict=True))
+
+
+def points(pages: dict[str, Path]) -> list[Any]:
+    """Return every point of the bench's own file, in its order."""
+    (scene,) = json.loads((pages["bench"].parent / "bench.json").read_text())["scenes"]
+    return [point for curve in scene["curves"] for point in curve["points"]]
+
+
+def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
+    """Fail unless what is shown of a point is what the file holds, to the digits shown."""
+    error = wording.number(point["error"]) if point["error"] else "exact"
+    assert shown["error"].split()[0] == error
+    assert ("(-1)" in shown["error"]) == (point["missed"] == 1)
+    assert float(shown["all steps, ms"]) == pytest.approx(1e3 * point["timing"]["advance_s"]["median"], rel=5e-3)
+    assert float(shown["prepare, ms"]) == pytest.approx(1e3 * point["timing"]["prepare_s"]["median"], rel=5e-3)
+    method = f"-e {point['engine']} -p {point['profile']} --dt {point['dt_s']!r}"
+    assert shown["command"] == f"carom bench paper/late {method}"
+
+
+def links(page: Page, diagram: int) -> Locator:
+    """Return the points of a diagram."""
+    return page.locator(".charts svg").nth(diagram).locator("a")
+
+
+def test_a_point_says_its_numbers_where_it_is_pointed_at(opened: Page, pages: dict[str, Path]) -> None:
+    """In each diagram a point shows the very error, times and command that the file has; Escape takes them away."""
+    opened.goto(pages["bench"].as_uri())
+    every = points(pages)
+    assert opened.locator(".charts svg").count() == 4
+    for diagram in range(4):
+        assert links(opened, diagram).count() == len(every)
+        links(opened, diagram).nth(40).hover(force=True)
+        agrees(said(opened), every[40])
+        opened.keyboard.press("Escape")
+        assert not opened.locator(".tip").is_visible()
+
+
+def test_the_keyboard_goes_from_point_to_point(opened: Page, pages: dict[str, Path]) -> None:
+    """A diagram is one stop of the tabulator; the arrows walk its points, and Enter leads to the row of one."""
+    opened.goto(pages["bench"].as_uri())
+    every = points(pages)
+    assert opened.locator(".charts svg a[tabindex='0']").count() == 4
+    links(opened, 0).first.focus()
+    for k in range(12):
+        agrees(said(opened), every[k])
+        assert opened.locator(".tip b").inner_text() == opened.evaluate("document.activeElement.ariaLabel")
+        opened.keyboard.press("ArrowRight")
+    opened.keyboard.press("Enter")
+    row = opened.locator("tr:has(:target)")
+    assert row.is_visible()
+    names = opened.locator("table.cells thead th").all_inner_texts()
+    agrees(dict(zip(names, row.locator("> *").all_inner_texts(), strict=True)), every[12])
+
+
+def test_without_scripts_a_table_stands(browser: Browser, pages: dict[str, Path]) -> None:
+    """Where JavaScript is switched off a click on a point leads to its row, which holds all of it."""
+    page = browser.new_page(java_script_enabled=False, viewport={"width": 1280, "height": 900})
+    page.goto(pages["bench"].as_uri())
+    links(page, 0).nth(20).click(force=True)
+    row = page.locator("tr:has(:target)")
+    assert row.is_visible()
+    assert "carom bench paper/late" in row.inner_text()
+    page.close()
+
+
+def test_bars_have_the_length_of_the_decades_stood(opened: Page, pages: dict[str, Path]) -> None:
+    """The bar of an attack is as long as the file's decades from the harmless end to where the method stood."""
+    opened.goto(pages["stress"].as_uri())
+    content = json.loads((pages["stress"].parent / "stress.json").read_text())
+    (table,) = [one for one in opened.locator("table.grid").all() if one.locator(".meter").count()]
+    attacks = [line for line in content["lines"] if line["kind"] == "attack"]
+    assert table.locator("tbody tr").count() == len(attacks)
+    ratio = "all => all.map(one => one.getBoundingClientRect().width / one.parentNode.getBoundingClientRect().width)"
+    for row, line in zip(table.locator("tbody tr").all(), attacks, strict=True):
+        ladder = [value for value in line["ladder"] if value > 0]
+        whole = abs(math.log10(ladder[-1] / ladder[0])) + (len(line["ladder"]) - len(ladder))
+        shown = row.locator(".meter i").evaluate_all(ratio)
+        for length, cell in zip(shown, line["cells"], strict=True):
+            if cell["ending"] == "stands":
+                assert length == pytest.approx(1.0, abs=SHOWN)
+            elif cell["ending"] == "never_stood":
+                assert length < 0.05  # a sign that there is a bar
+            else:
+                stood = abs(math.log10(cell["stands_at"] / ladder[0])) / whole
+                assert length == pytest.approx(max(stood, 0.0), abs=0.05)
+
+
+def test_a_cell_leads_to_its_evidence(opened: Page, pages: dict[str, Path]) -> None:
+    """A click opens the evidence at the row of that method: its scene file, and the command that shows the number."""
+    opened.goto(pages["stress"].as_uri())
+    opened.locator("table.grid td a[href='#tunnelling/pit/tuned']").click()
+    row = opened.locator("tr:has(:target)")
+    row.wait_for(state="visible")
+    text = row.inner_text()
+    assert "carom run scenes/tunnelling-pit-tuned.toml -e pit -p tuned" in text
+    assert row.locator("a[href='scenes/tunnelling-pit-tuned.toml']").count() == 1
+
+
+@pytest.mark.parametrize("width", [360, 768, 1280])
+def test_the_page_is_as_wide_as_the_window(opened: Page, path: Path, width: int) -> None:
+    """Nothing sticks out of the window; what is wider scrolls within its own frame."""
+    opened.set_viewport_size({"width": width, "height": 800})
+    opened.goto(path.as_uri())
+    assert opened.evaluate("document.documentElement.scrollWidth") <= width
+    if width == 360 and path.parent.name == "bench":
+        links(opened, 0).nth(30).focus()
+        box = opened.locator(".tip").bounding_box()
+        assert box is not None
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= width
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing_serious(browser: Browser, path: Path, scheme: Literal["light", "dark"]) -> None:
+    """No rule of accessibility that axe calls serious or critical is broken, with a point's numbers shown, too."""
+    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
+
+    page = browser.new_page(color_scheme=scheme, bypass_csp=True)
+    page.goto(path.as_uri())
+    page.locator(".charts svg a, details a, details summary").first.focus()
+    page.evaluate("document.querySelector('details').open = true")
+    found = Axe().run(page).response["violations"]
+    serious = {
+        f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in {"serious", "critical"}
+    }
+    assert not serious
+    page.close()
+
+
+def test_on_paper_nothing_is_cut_off(opened: Page, path: Path) -> None:
+    """Printed on A4, upright with usual margins, every table and diagram is as wide as the sheet at most."""
+    opened.set_viewport_size({"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
+    opened.emulate_media(media="print")
+    opened.goto(path.as_uri())
+    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
+    assert opened.eval_on_selector_all("table, pre, svg", f"{seen}.map(one => one.className)") == []

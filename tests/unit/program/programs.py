@@ -1,0 +1,38 @@
+"""Programs that speak the protocol, or fail at it, as manifests in a folder."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+#: Answers every request rightly for one disc that does not move, but for the lines put in front.
+HONEST = """
+import json, sys
+for line in sys.stdin:
+    request = json.loads(line)
+    do = request["do"]
+    answers = {
+        "hello": {"protocol": 1, "version": "2.5"},
+        "prepare": {"world": 7, "settings": request.get("settings")},
+        "step": {"seconds": 0.25},
+        "observe": {"position_m": [[0, 0]], "velocity_m_s": [[0, 0]], "unknown": "is ignored"},
+        "touching": {"pairs": [[0, -1]]},
+        "save": {"state": {"any": [1, None]}},
+    }
+    answer = answers.get(do, {})
+    #HERE
+    print(json.dumps(answer), flush=True)
+"""
+
+
+def manifest_of(folder: Path, instead: str = "", **fields: object) -> Path:
+    """Write a program of Python, with these lines just before it answers, and its manifest; return the manifest."""
+    lines = HONEST.replace("#HERE", instead.replace("\n", "\n    "))
+    (folder / "program.py").write_text(lines, encoding="utf-8")
+    told = {"name": "toy", "command": [sys.executable, "./program.py"]} | fields
+    text = "".join(f"{name} = {json.dumps(value)}\n" for name, value in told.items())
+    profiles = "".join(f'[profiles.{name}]\ndescription = "A toy."\n' for name in ("default", "tuned"))
+    path = folder / "engine.toml"
+    path.write_text(text + profiles, encoding="utf-8")
+    return path

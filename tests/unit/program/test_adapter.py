@@ -1,0 +1,233 @@
+"""An engine that is a program stands behind the seam; whatever it writes becomes an answer or a sentence."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.unit.program.programs import manifest_of
+
+from carom.adapter import AdapterError, CuttableWorld
+from carom.program.adapter import ProgramWorld, program_adapter
+from carom.program.messages import protocol_schema
+from carom.registry import load_adapter
+from carom.runs.observe import observe_run
+from carom.runs.timing import time_run
+from carom.scene import Disc, Scene, Wall
+
+TEMPLATES = Path(__file__).resolve().parents[3] / "docs" / "templates"
+SESSION = Path(__file__).parent / "session.jsonl"
+#: Commands that build a template beside its manifest, and the program that each needs; one needs none.
+BUILDS = {
+    "javascript": ("node", []),
+    "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
+    "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
+}
+
+
+def still() -> Scene:
+    """Return a scene of one disc at rest."""
+    return Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+
+
+def crowd(fall_m_s2: float) -> Scene:
+    """Return a scene of discs of unequal mass, one of them immovable, above a wall."""
+    return Scene(
+        name='a "quoted" crowd',
+        discs=[
+            Disc(position_m=(-2, 2), velocity_m_s=(1.5, 0.25), radius_m=0.5, mass_kg=2),
+            Disc(position_m=(1, 2.125), velocity_m_s=(-1, 0), radius_m=0.75),
+            Disc(position_m=(3.5, 0.5), radius_m=0.5, mass_kg=float("inf")),
+        ],
+        walls=[Wall(point_m=(0, -0.5), normal=(0, 1))],
+        restitution=0.75,
+        wall_restitution=1.0,
+        gravity_m_s2=(0, -fall_m_s2),
+        duration_s=6.0,
+    )
+
+
+def world_of(folder: Path, instead: str = "") -> ProgramWorld:
+    """Return a world of the honest program, but for what it does instead."""
+    return program_adapter(manifest_of(folder, instead)).prepare(still(), {"dt_s": 0.5})
+
+
+def test_every_request_has_its_answer(tmp_path: Path) -> None:
+    """A world steps, is looked at, cut, saved and restored, and tells the seconds that the program measured."""
+    world = world_of(tmp_path)
+    assert isinstance(world, CuttableWorld)
+    assert world.settings == {"dt_s": 0.5}
+    world.advance(3)
+    world.advance(1)
+    assert world.seconds == 0.5
+    seen = world.observe()
+    assert seen.position_m.tolist() == [[0.0, 0.0]]
+    assert seen.contacts == ()
+    assert world.touching() == {(0, -1)}
+    world.cut(0.125)
+    world.restore(world.save())
+    world.close()
+
+
+@pytest.mark.parametrize(
+    ("instead", "told"),
+    [
+        ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
+        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds"),
+        ("if do == 'step': answer = {'seconds': -1}", "seconds"),
+        ("if do == 'step': answer = []", "nonsense"),
+        ("if do == 'step': print('no JSON', flush=True)", "no JSON"),
+        (
+            "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
+            "exit code 3, last printing 'out of ideas'",
+        ),
+        ("if do == 'step': import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
+        ("if do == 'step': sys.stdout.close(); sys.exit()", "closed its output"),
+        ("if do == 'step': sys.stdout.write('{\"seconds\": '); sys.exit(4)", "exit code 4"),
+    ],
+)
+def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> None:
+    """A refusal, an answer of another shape and an end are each an AdapterError that says what was asked, and why."""
+    world = world_of(tmp_path, instead)
+    with pytest.raises(AdapterError) as caught:
+        world.advance(1)
+    assert told in str(caught.value)
+    assert "toy" in str(caught.value)
+    world.close()
+
+
+def test_the_next_world_gets_a_new_program(tmp_path: Path) -> None:
+    """A program that has ended is started again by the next world."""
+    adapter = program_adapter(manifest_of(tmp_path, "if do == 'step': sys.exit(1)"))
+    for _ in range(2):
+        world = adapter.prepare(still(), {"dt_s": 0.5})
+        with pytest.raises(AdapterError, match="exit code 1"):
+            world.advance(1)
+
+
+def test_another_protocol_and_a_program_that_is_not_there_are_refused(tmp_path: Path) -> None:
+    """A program that speaks another version, and one that does not start, are each a sentence."""
+    with pytest.raises(AdapterError, match="version 2 of the protocol"):
+        world_of(tmp_path, "answer['protocol'] = 2")
+    with pytest.raises(AdapterError, match="can't be started"):
+        program_adapter(manifest_of(tmp_path, command=["./none"])).prepare(still(), {"dt_s": 0.5})
+
+
+def test_a_program_that_prints_much_is_not_waited_for(tmp_path: Path) -> None:
+    """A program may print megabytes on standard error, where nobody waits for them."""
+    world = world_of(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
+    world.advance(1)
+    world.close()
+
+
+#: JSON of any shape.
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+#: Answers the request after a `restore` with the bytes that were to be restored.
+ECHO = """
+held, now = (request['state'], '') if do == 'restore' else ('', globals().get('held', ''))
+if now:
+    sys.stdout.buffer.write(bytes.fromhex(now) + b'\\n')
+    sys.stdout.flush()
+    continue
+"""
+
+
+@pytest.fixture(scope="module")
+def echoing(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
+    """Return a world of a program that answers what it is told to."""
+    return world_of(tmp_path_factory.mktemp("echo"), ECHO)
+
+
+@given(told=st.data())
+def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: ProgramWorld) -> None:
+    """Whatever line a program answers with, the harness gets a value of the right kind or an AdapterError."""
+    keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
+    lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
+    asked: tuple[Callable[[], object], ...] = (
+        lambda: echoing.advance(1),
+        echoing.observe,
+        echoing.touching,
+        echoing.save,
+        lambda: echoing.cut(0.5),
+    )
+    for ask in asked:
+        line = told.draw(lines).replace(b"\n", b" ")
+        echoing.restore(line.hex() or "20")
+        with suppress(AdapterError):
+            ask()
+    assert echoing.observe().position_m.tolist() == [[0.0, 0.0]]
+
+
+@pytest.mark.parametrize("language", BUILDS)
+def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
+    """A template, built as its manifest says, finds the impacts of PIT, which is what its toy engine does."""
+    needed, command = BUILDS[language]
+    if shutil.which(needed) is None:
+        pytest.skip(f"{needed} is not on the PATH")
+    folder = tmp_path / language
+    shutil.copytree(TEMPLATES / language, folder)
+    if command:
+        subprocess.run(command, cwd=folder, check=True)
+    adapter = program_adapter(folder / "engine.toml")
+    assert not adapter.unavailable()
+    scene = crowd(fall_m_s2=1)
+    found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))
+    assert len(pit.impacts) > 3
+    for field in ("first", "second"):
+        assert found.impacts[field].tolist() == pit.impacts[field].tolist()
+    np.testing.assert_allclose(found.final_position_m, pit.final_position_m, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.final_velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
+
+
+def test_the_templates_are_short() -> None:
+    """Each template, its toy engine within, has less than 150 lines."""
+    for path in TEMPLATES.glob("*/engine.*"):
+        assert len(path.read_text(encoding="utf-8").splitlines()) < 150, path
+
+
+def test_the_published_schema_is_that_of_the_messages() -> None:
+    """docs/engine-protocol.schema.json is made of the messages."""
+    published = json.loads((TEMPLATES.parent / "engine-protocol.schema.json").read_text(encoding="utf-8"))
+    assert published == protocol_schema()
+
+
+def test_a_world_with_a_clock_of_its_own_is_timed_by_it(tmp_path: Path) -> None:
+    """What a bench counts is what the program measured: a quarter of a second a request, whatever the pipes take."""
+    adapter = program_adapter(manifest_of(tmp_path))
+    assert time_run(adapter, still(), "tuned", 0.5, runs=1).advance_s == 0.25
+
+
+def test_a_recorded_session_is_understood(tmp_path: Path) -> None:
+    """What a program once answered to the requests of today gives the same run: version 1 stays as it is."""
+    player = (
+        "import json, sys\n"
+        f"with open({str(SESSION)!r}) as session:\n"
+        "    for request, answer in map(json.loads, session):\n"
+        "        asked = json.loads(sys.stdin.readline())\n"
+        "        if asked != request: sys.exit(f'asked {asked}, and recorded is {request}')\n"
+        "        print(json.dumps(answer), flush=True)\n"
+        "sys.stdin.readline()\n"
+    )
+    path = manifest_of(tmp_path)
+    (tmp_path / "program.py").write_text(player, encoding="utf-8")
+    text = (TEMPLATES / "javascript" / "engine.toml").read_text(encoding="utf-8")
+    path.write_text(text.replace('["node", "./engine.mjs"]', json.dumps([sys.executable, "./program.py"])))
+    trace = observe_run(program_adapter(path), crowd(fall_m_s2=0), "default", 1 / 8)
+    pit = observe_run(load_adapter("pit"), crowd(fall_m_s2=0), "default", 1 / 8)
+    assert trace.impacts["second"].tolist() == pit.impacts["second"].tolist()
+    np.testing.assert_allclose(trace.final_position_m, pit.final_position_m, rtol=0, atol=1e-13)
