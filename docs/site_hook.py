@@ -3,6 +3,7 @@
 - The README is the first page, and CONTRIBUTING.md is a page.
 - A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
   report is there as it is.
+- The tutorial, a notebook, is a page with what its cells show.
 - Formulas become MathML here, so that a reader's browser fetches no script for them.
 - A page of docs/ that the navigation in mkdocs.yml has not got stands at its end.
 """
@@ -10,6 +11,7 @@
 from __future__ import annotations
 
 import html
+import json
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,13 +27,16 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 #: Documents of the repository's root, and the pages that they are.
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
-#: Reports are pages already; they are shown in place of their Markdown.
+#: What links lead to, and what is shown of it: reports are pages already, the notebook becomes one.
 SAMPLE = "reports/sample/index.html"
-SHOWN_AS = {"reports/sample/report.md": SAMPLE}
+SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SAMPLE}
 
 _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 _LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
+
+#: What a terminal takes for bold and plain.
+_BOLD = re.compile(r"\x1b\[[\d;]*m")
 
 log = get_plugin_logger("site")
 
@@ -50,6 +55,7 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
     for source, page in PAGES.items():
         texts[page] = (ROOT / source).read_text(encoding="utf-8")
         files.append(File.generated(config, page, content=_from_root(texts[page])))
+    files.append(File.generated(config, "tutorial.md", content=_tutorial()))
     files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
     for page, text in texts.items():
         folder = ROOT if page in PAGES.values() else (ROOT / "docs" / page).parent
@@ -89,6 +95,24 @@ def on_page_content(html_text: str, **_: Any) -> str:
     return _FORMULA.sub(shown, html_text)
 
 
+def _tutorial() -> str:
+    """Return the notebook as Markdown: its cells in order, with the best form of what each shows."""
+    parts = []
+    for cell in json.loads((ROOT / "docs" / "tutorial.ipynb").read_text(encoding="utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        parts.append(f"```python\n{source}\n```" if cell["cell_type"] == "code" else source)
+        for output in cell.get("outputs", ()):
+            data = {kind: "".join(text) for kind, text in output.get("data", {}).items()}
+            if "text/html" in data:
+                parts.append(f'<div class="shown">{data["text/html"]}</div>')
+            elif "image/png" in data:
+                parts.append(f'<img alt="" src="data:image/png;base64,{data["image/png"].strip()}">')
+            else:
+                text = "".join(output.get("text", ())) or data["text/plain"]
+                parts.append(f"```text\n{_BOLD.sub('', text)}\n```")
+    return "\n\n".join(parts)
+
+
 def _pages_in(nav: Any) -> list[str]:
     if isinstance(nav, str):
         return [nav]
@@ -98,7 +122,7 @@ def _pages_in(nav: Any) -> list[str]:
 def _name(folder: Path, target: str) -> str | None:
     """Return where in the repository a link leads that leads out of docs/, else None."""
     name = (folder / target).resolve().relative_to(ROOT).as_posix()
-    is_page = name in PAGES or (name.startswith("docs/") and not name.endswith(".py"))
+    is_page = name in PAGES or (name.startswith("docs/") and not name.endswith((".ipynb", ".py")))
     return None if is_page else name
 
 
@@ -106,8 +130,6 @@ def _from_root(text: str) -> str:
     """Return a document of the repository's root with links as they are from docs/."""
 
     def led(found: re.Match[str]) -> str:
-        name = PAGES.get(found[2], found[2])
-        name = name.removeprefix("docs/") if name.startswith("docs/") else SHOWN_AS.get(name, name)
-        return found[1] + name
+        return found[1] + (PAGES | SHOWN_AS).get(found[2], found[2]).removeprefix("docs/")
 
     return _LINK.sub(led, text)

@@ -17,7 +17,8 @@ from carom.report.bench_figure import diagram_png, diagram_svg
 from carom.report.bench_tables import (
     TABLE_NOTE,
     TABLE_SHORT,
-    cheapest_but_pic,
+    cheapest_engine,
+    engine_points,
     error_table,
     exact_or,
     is_floor,
@@ -29,7 +30,7 @@ from carom.report.bench_tables import (
     suite_table,
 )
 from carom.report.document import IN_FULL, ON_PAPER, TERMINAL, Block, Document, Figure, Figures, Lines, Section, Text
-from carom.report.files import as_json, require_report_extra
+from carom.report.files import as_json, fields_of, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
 from carom.report.svg import alone
@@ -83,19 +84,8 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
 
 
 def _json(bench: Bench) -> str:
-    scenes = []
-    for scene in bench.scenes:
-        fields = {field.name: getattr(scene, field.name) for field in dataclasses.fields(scene)}
-        fields["scene"] = fields.pop("scene").name
-        scenes.append(fields)
-    return as_json(
-        "bench",
-        command=bench.command,
-        environment=bench.environment,
-        plan=bench.plan,
-        elapsed_s=bench.elapsed_s,
-        scenes=scenes,
-    )
+    scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
+    return as_json("bench", bench, leave_out=("engines",), scenes=scenes)
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:
@@ -132,7 +122,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
 def _answers(bench: Bench, targets: Sequence[float]) -> Iterator[str]:
     """Say what an error of each target costs: on one scene in full, on several who is the cheapest on how many."""
     for target in targets:
-        found = [cheapest_but_pic(scene, target) for scene in bench.scenes]
+        found = [cheapest_engine(scene, target) for scene in bench.scenes]
         tally = Counter(f"{point.engine} ({point.profile})" for point in found if point is not None)
         if len(found) == 1:
             yield _cheapest_sentence(bench.scenes[0], target)
@@ -149,9 +139,9 @@ def _answers(bench: Bench, targets: Sequence[float]) -> Iterator[str]:
 def _cheapest_sentence(bench: SceneBench, target: float) -> str:
     """Return the answer to the user's question in a sentence."""
     name, wanted = bench.scene.name, wording.number(target)
-    engine = cheapest_but_pic(bench, target)
+    engine = cheapest_engine(bench, target)
     if engine is None or engine.timing is None:
-        sound = [p for curve in bench.curves if curve.engine != "pic" for p in curve.points if p.sound]
+        sound = [point for point in engine_points(bench) if point.sound]
         best = min(sound, key=lambda point: (point.error, run_s(point)), default=None)
         near = f"; the nearest is {exact_or(best.error)}, {point_name(best)}" if best else ""
         return f"{name}: no engine reaches an error of {wanted} at the steps that were run{near}."

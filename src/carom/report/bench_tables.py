@@ -24,7 +24,8 @@ __all__ = [
     "METHOD",
     "TABLE_NOTE",
     "TABLE_SHORT",
-    "cheapest_but_pic",
+    "cheapest_engine",
+    "engine_points",
     "error_table",
     "exact_or",
     "is_floor",
@@ -107,7 +108,7 @@ def _median_order(method: _Method) -> str:
 
 def _reach(target: float, method: _Method) -> str:
     found = [(scene, cheapest(curve.points, target)) for scene, curve in method.curves]
-    costs = [run_s(point) / run_s(cheapest_but_pic(scene, target)) for scene, point in found if point is not None]
+    costs = [run_s(point) / run_s(cheapest_engine(scene, target)) for scene, point in found if point is not None]
     known = [cost for cost in costs if cost > 0]  # where no engine comes to it, there is nothing to hold a cost against
     cost = f", {wording.ratio(statistics.median(known))}" if known else ""
     return f"{len(costs)} of {len(found)}{cost}" if costs else "-"
@@ -152,15 +153,24 @@ def _cost(bench: SceneBench, target: float, curve: Curve) -> Cell:
         return Cell("-") if met is None else Cell("reached", f"not timed: {met.untimed or 'no timing pass'}")
     step = "any" if is_floor(curve) else wording.step(point.dt_s)
     spent = milliseconds(point.timing.advance_s)
-    least = cheapest_but_pic(bench, target)
+    least = cheapest_engine(bench, target)
     times = "" if least is None else f"; {wording.ratio(run_s(point) / run_s(least))} the cheapest engine's"
     whole = f"{milliseconds(point.timing.whole_s)} ms with preparation"
     return Cell(f"{spent} ms at {step}", f"{whole}{times}", short=f"{spent} at {step.removesuffix(' s')}")
 
 
-def cheapest_but_pic(bench: SceneBench, target: float) -> Point | None:
-    """Return the cheapest way to a target of all methods that look once a step; None where none comes to it."""
-    return cheapest([point for curve in bench.curves if curve.engine != "pic" for point in curve.points], target)
+def engine_points(bench: SceneBench) -> list[Point]:
+    """Return the points of the engines; where none was run, those of PIT."""
+    for own in ({"pic", "pit"}, {"pic"}):
+        found = [point for curve in bench.curves if curve.engine not in own for point in curve.points]
+        if found:
+            return found
+    return []
+
+
+def cheapest_engine(bench: SceneBench, target: float) -> Point | None:
+    """Return the cheapest way to a target by an engine; None where none comes to it."""
+    return cheapest(engine_points(bench), target)
 
 
 def error_table(bench: SceneBench, error_label: str) -> Table:

@@ -15,6 +15,7 @@ from carom.report.overview import overview
 from carom.report.picture import pictures
 from carom.report.price import price_section, prices
 from carom.report.records import junit, records
+from carom.report.reference import known_section, reference_section
 from carom.report.render import html, markdown
 from carom.report.trend import trend_sections
 from carom.runs.plan import default_dts
@@ -37,11 +38,11 @@ def cross_check_document(results: Results) -> Document:
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),
             price_section(found),
-            tables.reference_section(results),
+            reference_section(results),
             tables.spread_section(results, grid),
             *trend_sections(results, grid),
             *pictures(results, grid),
-            tables.known_section(results),
+            known_section(results),
             tables.run_time_section(grid),
             *making(results.environment, results.command or _python_call(results, grid), results.elapsed_s),
             tables.settings_section(results, grid),

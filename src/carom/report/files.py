@@ -6,15 +6,19 @@ import dataclasses
 import importlib.util
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from carom.errors import MissingExtraError
 
-__all__ = ["FORMATS", "as_json", "plain", "require_report_extra"]
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+__all__ = ["FORMATS", "as_json", "fields_of", "plain", "require_report_extra"]
 
 #: By kind of file. Raised when a field changes its meaning or goes; a new field does not raise it.
-FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 1}
+FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
 
 
 def require_report_extra() -> None:
@@ -33,7 +37,7 @@ def plain(value: object) -> object:
     if isinstance(value, Enum):
         return value.name.lower()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+        return {name: plain(item) for name, item in fields_of(value).items()}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
@@ -42,7 +46,13 @@ def plain(value: object) -> object:
     return None if isinstance(number, float) and not math.isfinite(number) else number
 
 
-def as_json(kind: str, **content: object) -> str:
-    """Return a file of strict JSON of a kind that has a format."""
-    fields = plain({"format": FORMATS[kind], **content})
+def fields_of(result: DataclassInstance) -> dict[str, object]:
+    """Return the fields of a result by name, each as it is."""
+    return {field.name: getattr(result, field.name) for field in dataclasses.fields(result)}
+
+
+def as_json(kind: str, result: DataclassInstance, leave_out: Sequence[str] = (), **content: object) -> str:
+    """Return a file of strict JSON of a kind that has a format: a result's fields but some, and others as given."""
+    own = {name: value for name, value in fields_of(result).items() if name not in leave_out}
+    fields = plain({"format": FORMATS[kind], **own, **content})
     return json.dumps(fields, ensure_ascii=False, allow_nan=False, indent=1) + "\n"

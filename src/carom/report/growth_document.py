@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -169,9 +168,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     """
     require_report_extra()
     foot = stamp_lines(growth.environment, growth.command)
-    fields = {field.name: getattr(growth, field.name) for field in dataclasses.fields(growth)}
-    del fields["engines"]
-    page, numbers = html(growth_document(growth)), as_json("growth", **fields)
+    page, numbers = html(growth_document(growth)), as_json("growth", growth, leave_out=("engines",))
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, files[f"{name}.png"] = _diagram(growth, memory, foot)

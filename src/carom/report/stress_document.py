@@ -182,6 +182,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
     return Table(
         columns,
         _spots(results, line),
+        title=f"{line.name}: {line.axis}",
         note=f"{wording.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
@@ -279,10 +280,8 @@ def _json(results: StressResults) -> str:
     engines = [results.engines[method.engine] for method in results.methods]
     return as_json(
         "stress",
-        quick=results.quick,
-        command=results.command,
-        elapsed_s=results.elapsed_s,
-        environment=results.environment,
+        results,
+        leave_out=("engines", "spots"),
         methods=[
             {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
             for method, engine in zip(results.methods, engines, strict=True)

@@ -10,11 +10,9 @@ from functools import partial
 from typing import NamedTuple
 
 from carom.comparator import Errors, Horizon, ImpactError, Score
-from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import (
     DETAIL,
-    EVERYWHERE,
     IN_FULL,
     ON_PAPER,
     PAGE,
@@ -35,16 +33,13 @@ from carom.report.replay import replay_link, scene_replays
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
-from carom.scenes import KnownAnswer
 from carom.trace import Setting, Trace, pair_name
 
 __all__ = [
     "cell_sections",
     "grid_sections",
-    "known_section",
     "legend",
     "mark_cell",
-    "reference_section",
     "run_time_section",
     "settings_section",
     "spread_section",
@@ -53,9 +48,6 @@ __all__ = [
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40
-#: How far the references of more scenes are believed is evidence, and of few a part of the answer.
-MOST_TOLD = 3
-
 #: Marks of cells that a reader can do something about: install an engine, report a crash, raise a limit.
 _TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
@@ -72,16 +64,6 @@ SHORT_NOTE = (
 SPREAD_NOTE = (
     "Where in a step an impact falls is luck. Each cell was run again with its scene shifted along its own motion by "
     "parts of a step; where two discs meet, the share that PIT must miss has a closed form."
-)
-REFERENCE_NOTE = (
-    "Errors grow from impact to impact, also those of the reference. Beyond its horizon it is not believed, because "
-    "rounding alone has led it elsewhere: impacts there are scored locally only, each from the engine's own state "
-    "before it. A certified run, in which every digit is proven, says how far it may be believed; without one a "
-    "horizon is an estimate, from what a start moved by one unit in the last place leads to."
-)
-KNOWN_NOTE = (
-    "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
-    "the scene's duration, velocities by its greatest speed and lengths by its extent, so the deviation has no unit."
 )
 RUN_TIME_NOTE = (
     "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "
@@ -169,23 +151,6 @@ def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
                 yield f"{info.name} has no profile {profile}: {missing_profile_reason(profile, info.capabilities)}"
 
 
-def reference_section(results: Results) -> Section:
-    """Say how far the reference of a scene may be believed, where that is not the whole of it or was asked for."""
-    lines = []
-    for name in dict.fromkeys((*results.certified, *results.horizons)):
-        said = [str(results.certified[name])] if name in results.certified else []
-        if (until_s := results.horizons.get(name)) is not None:
-            times = results.references[name].impacts["time_s"]
-            believed = int((times <= until_s).sum())
-            if believed < len(times):
-                said.append(f"believed for {believed} of {len(times)} impacts, to {wording.seconds(until_s)}")
-        if said:
-            lines.append(f"{name}: {'; '.join(said)}.")
-    media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
-    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), media)) if lines else ()
-    return Section("How far the reference is believed", blocks, level=3)
-
-
 def _spread(say: Callable[[PhaseSpread, float], str]) -> Callable[[Row], str]:
     """Return what a column says of a row's spread over phases, and its step."""
     return lambda row: "" if row.spread is None else say(row.spread, row.job.dt_s)
@@ -209,39 +174,6 @@ def spread_section(results: Results, grid: Grid) -> Section:
     folded = wording.count(len(rows), "cell")
     table = Table(columns, rows, folded=folded, css="cells", only=ON_PAPER)
     return Section("Spread over phases", _with_note(SPREAD_NOTE, table))
-
-
-class _Known(NamedTuple):
-    """A scene's known answer, and how far PIC is from it."""
-
-    scene: str
-    answer: KnownAnswer
-    deviation: float
-
-
-def _known_deviation(known: _Known) -> str:
-    sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
-    far = math.isinf(known.deviation)
-    return f"{sign} {'an impact is missing or wrong' if far else wording.number(known.deviation)}"
-
-
-def _known_source(known: _Known) -> Cell:
-    convention = f". Convention: {known.answer.convention}" if known.answer.convention else ""
-    return Cell(f"{known.answer.source}{convention}", css="prose")
-
-
-def known_section(results: Results) -> Section:
-    """Return every known answer, in the order of the scenes, with PIC's deviation from it."""
-    columns = (
-        Column("scene", lambda known: known.scene),
-        Column("source", _known_source),
-        Column(
-            "impacts", lambda known: "not known" if known.answer.count is None else str(known.answer.count), number=True
-        ),
-        Column("deviation of PIC", _known_deviation, number=True),
-    )
-    found = [_Known(name, *answer) for name, answer in results.known.items()]
-    return Section("Known answers", _with_note(KNOWN_NOTE, Table(columns, found, only=ON_PAPER)))
 
 
 class _RunTimes(NamedTuple):

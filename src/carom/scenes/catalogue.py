@@ -15,6 +15,7 @@ from carom.scenes import (
     in_line,
     issues_falling,
     issues_pairs,
+    issues_rough,
     issues_walled,
     many_discs,
     paper,
@@ -34,7 +35,7 @@ _TAG_PREFIX = "tag:"
 
 #: What runs by default, and the scenes from real complaints and of friction, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, spin)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin)
 
 
 @cache

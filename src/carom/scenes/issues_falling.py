@@ -20,10 +20,12 @@ def _dropped(
     gravity_m_s2: float = 9.81,
     restitution: float = 1.0,
     rate_hz: float = 60.0,
+    spin_rad_s: float = 0.0,
 ) -> Staged:
     """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
+    ball = disc(complex(0, radius_m + height_m), 0j, radius_m)
     scene = scene_of(
-        discs=[disc(complex(0, radius_m + height_m), 0j, radius_m)],
+        discs=[ball.model_copy(update={"spin_rad_s": spin_rad_s})],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -gravity_m_s2),
@@ -131,3 +133,15 @@ def _jolt_1286() -> Staged:
 def _avian_594() -> Staged:
     """An elastic ball bounces under ten times the usual gravity."""
     return _dropped(height_m=50.0, radius_m=10.0, gravity_m_s2=98.1, duration_s=10.0, rate_hz=120.0)
+
+
+@complained(
+    about="Avian",
+    thread="https://github.com/avianphysics/avian/issues/200",
+    reported="Without friction and with restitution 1 a ball bounces for ever; one that spins bounces lower each time.",
+    symptom=Symptom.LOSES_ENERGY,
+    made=f"Dropped, spinning, without friction, as in a comment of the thread. {_OURS}",
+)
+def _avian_200() -> Staged:
+    """An elastic ball that spins is dropped on a smooth floor: a spin that rubs on nothing changes nothing."""
+    return _dropped(height_m=1.0, duration_s=5.0, spin_rad_s=10.0)

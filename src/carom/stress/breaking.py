@@ -87,14 +87,14 @@ def save_as(name: str, scene: Scene, shows: str, folder: Path) -> str:
     return f"{folder.name}/{file}"
 
 
-def _judged(method: Method, trial: Trial, asker: Asker) -> Judgement:
+def _judged(method: Method, trial: Trial, asker: Asker, *, harmless: bool) -> Judgement:
     """Run one trial and judge it; whatever an engine does instead of answering is a reason.
 
     Raises:
-        NotRunError: The engine is unavailable.
+        NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
     """
     answer = trace_of(Job(trial.scene, method, trial.dt_s), asker)
-    if answer.status is Status.UNAVAILABLE:
+    if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
         raise NotRunError(answer.said)
     return Judgement(math.nan, answer.said) if answer.value is None else trial.judge(answer.value)
 
@@ -108,7 +108,7 @@ def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: b
         raise InputError(message) from error
     stood: list[_Tried] = []
     for trial in trials[::2] if quick else trials:
-        tried = _Tried(value, trial, _judged(method, trial, asker))
+        tried = _Tried(value, trial, _judged(method, trial, asker, harmless=value == attack.harmless))
         if not tried.stands:
             return tried, len(stood) + 1
         stood.append(tried)

@@ -55,8 +55,8 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
     """Return whether a trace shows what was reported, the figure that says so, and the reason in words.
 
     The figure is the error of the energy where energy was reported on or nothing else is known, else that of the final
-    velocities, over the scene's energy or speed. Where the trace does not show what was reported, but is off by a per
-    cent or more, the reason says so.
+    velocities, and of the speeds of rims where spins are known, over the scene's energy or speed. Where the trace does
+    not show what was reported, but is off by a per cent or more, the reason says so.
     """
     symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
     finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
@@ -96,6 +96,9 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     speeds = [math.hypot(*disc.velocity_m_s) for disc in scene.discs]
     speeds += [math.hypot(*(impact.velocity_first_after or (0.0, 0.0))) for impact in known.impacts]
     error = np.hypot(*(trace.final_velocity_m_s - np.array(known.final_velocity_m_s)).T)
+    if known.final_spin_rad_s is not None and trace.final_spin_rad_s is not None:
+        rims = scene.arrays.radius_m * (trace.final_spin_rad_s - np.array(known.final_spin_rad_s))
+        error = np.maximum(error, np.abs(rims))
     return float(np.max(error)) / (max(speeds) or 1.0)
 
 

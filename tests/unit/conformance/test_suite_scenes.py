@@ -38,5 +38,5 @@ def test_an_answer_that_does_not_tell_every_spin_makes_no_trace() -> None:
     entry = all_scenes()["spin/english-stick"]
     (impact,) = entry.known.impacts
     silent = dataclasses.replace(entry.known, impacts=(dataclasses.replace(impact, spin_second_after=None),))
-    with pytest.raises(InputError, match="lacks the spins after 0.42 s"):
+    with pytest.raises(InputError, match=r"lacks the spins after 0\.42 s"):
         known_trace(entry.scene, silent)

@@ -51,8 +51,8 @@ def _block(block: Block) -> Iterator[str]:
 
 def _table(table: Table) -> Iterator[str]:
     columns, rows = table.shown(Medium.MARKDOWN)
-    if heading := table.title or table.folded:
-        yield from (f"**{_text(heading)}**", "")
+    if table.title:
+        yield from (f"**{_text(table.title)}**", "")
     yield from _rows([column.line for column in columns], [[cell.line for cell in row] for row in rows])
     if table.note:
         yield from ("", _text(table.note))

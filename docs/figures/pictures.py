@@ -1,0 +1,87 @@
+"""The pictures of the README, taken of the committed sample's page in Chromium: `make pictures` makes them anew.
+
+The first screen of the page, and one of its replays as an animated picture; each in light and in dark.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+PAGE = Path(__file__).resolve().parents[2] / "reports" / "sample" / "index.html"
+FOLDER = Path(__file__).resolve().parent
+Scheme = Literal["light", "dark"]
+SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
+
+REPLAY = "paper/missed/pymunk/tuned"
+#: How many pictures of how many seconds the replay is shown in, and how long the last one stands.
+_FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
+
+
+def first_screen(scheme: Scheme) -> Path:
+    """Return where the picture of the page's first screen is kept."""
+    return FOLDER / f"page-{scheme}.webp"
+
+
+def replay(scheme: Scheme) -> Path:
+    """Return where the animated picture of the replay is kept."""
+    return FOLDER / f"replay-{scheme}.webp"
+
+
+def _opened(browser: Browser, scheme: Scheme, width: int, height: int, key: str = "") -> Page:
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce")
+    page.goto(PAGE.as_uri() + (f"#{key}" if key else ""))
+    return page
+
+
+def _taken(page: Page, clip: dict[str, float] | None = None) -> Image.Image:
+    shot = page.screenshot(clip=clip) if clip else page.screenshot()  # type: ignore[arg-type]
+    return Image.open(io.BytesIO(shot)).convert("RGB")
+
+
+def take_first_screen(browser: Browser, scheme: Scheme) -> None:
+    """Write the picture of the page's first screen."""
+    page = _opened(browser, scheme, 1280, 900)
+    _taken(page).save(first_screen(scheme), quality=70, method=6)
+    page.close()
+
+
+def take_replay(browser: Browser, scheme: Scheme) -> None:
+    """Write the animated picture of the replay: both halves and the line of time, at even instants of the scene."""
+    page = _opened(browser, scheme, 900, 700, REPLAY)
+    page.wait_for_selector("#replay[open] .views canvas")
+    scrubber = page.get_by_label("Time in the scene")
+    last = float(scrubber.get_attribute("max") or "nan")
+    boxes = [page.locator(f"#replay {part}").bounding_box() for part in (".views", ".timeline")]
+    assert all(boxes)  # noqa: S101 - both are on the page
+    left, top = min(box["x"] for box in boxes), min(box["y"] for box in boxes)
+    right, bottom = (max(box[a] + box[b] for box in boxes) for a, b in (("x", "width"), ("y", "height")))
+    clip = {"x": left, "y": top, "width": right - left, "height": bottom - top}
+    frames = []
+    for k in range(_FRAMES):
+        scrubber.fill(str(last * k / (_FRAMES - 1)))
+        frames.append(_taken(page, clip))
+    each = round(1000 * _LASTS_S / _FRAMES)
+    times = [each] * (_FRAMES - 1) + [round(1000 * _LAST_S)]
+    frames[0].save(
+        replay(scheme), save_all=True, append_images=frames[1:], duration=times, loop=0, quality=60, method=6
+    )
+    page.close()
+
+
+if __name__ == "__main__":
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
+        for scheme in SCHEMES:
+            take_first_screen(browser, scheme)
+            take_replay(browser, scheme)
+        browser.close()

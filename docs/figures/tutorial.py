@@ -1,0 +1,71 @@
+"""The tutorial, run: `python docs/figures/tutorial.py` runs docs/tutorial.ipynb and keeps what its cells show.
+
+What is kept is the same wherever it was run, but for what a run took.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbclient import NotebookClient
+
+NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
+#: A cell that takes longer than so many seconds has failed.
+_LIMIT_S = 600
+_TOOK = re.compile(r"\bin [\d.]+ s\b")
+
+
+def read(path: Path = NOTEBOOK) -> Any:
+    """Return the notebook as it is kept."""
+    return nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call] # it publishes no types
+
+
+def executed(path: Path = NOTEBOOK) -> Any:
+    """Return the notebook with what its cells show when they are run in an empty folder, in order.
+
+    Raises:
+        CellExecutionError: A cell fails.
+    """
+    notebook = read(path)
+    # The command that a cell runs is that of the interpreter that runs the notebook.
+    programs = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    with tempfile.TemporaryDirectory() as folder:
+        client = NotebookClient(
+            notebook, timeout=_LIMIT_S, kernel_name="python3", resources={"metadata": {"path": folder}}
+        )
+        client.execute(env={**os.environ, "PATH": programs})
+    for cell in notebook.cells:
+        cell.metadata.pop("execution", None)  # when it was run
+        if cell.cell_type == "code":
+            cell.outputs = _joined(cell.outputs)
+    return notebook
+
+
+def texts(cell: Any) -> list[str]:
+    """Return what a cell shows as text, without how long it took."""
+    shown = []
+    for output in cell.get("outputs", []):
+        text = output.get("text") or output.get("data", {}).get("text/plain", "")
+        shown.append(_TOOK.sub("in some time", text))
+    return shown
+
+
+def _joined(outputs: list[Any]) -> list[Any]:
+    """Return outputs in which text that came in several pieces is one, as it is printed."""
+    joined: list[Any] = []
+    for output in outputs:
+        if joined and output.output_type == joined[-1].output_type == "stream" and output.name == joined[-1].name:
+            joined[-1].text += output.text
+        else:
+            joined.append(output)
+    return joined
+
+
+if __name__ == "__main__":
+    nbformat.write(executed(), NOTEBOOK)  # type: ignore[no-untyped-call] # as above

@@ -1,0 +1,91 @@
+"""A replay under a finger: buttons are tapped, and the time is dragged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from tests.browser.conftest import Faults
+from tests.browser.test_replay import LATE, clock, opened
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Locator, Page
+
+pytestmark = pytest.mark.browser
+
+#: The smallest target of a finger that WCAG 2.2 lets stand (2.5.8, level AA), pixels.
+TARGET = 24
+
+
+@pytest.fixture
+def phone(browser: Browser, report: Path) -> Iterator[Page]:
+    """A replay on a telephone's screen, which has touch and no mouse."""
+    faults = Faults()
+    context = browser.new_context(
+        viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True, reduced_motion="reduce"
+    )
+    page = context.new_page()
+    faults.watch(page)
+    page.goto(report.as_uri())
+    opened(page, LATE)
+    yield page
+    context.close()
+    assert not faults
+
+
+def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:
+    """Draw a finger across a thing from one part of its width to another; return the times shown on the way."""
+    thing.scroll_into_view_if_needed()
+    box = thing.bounding_box()
+    assert box is not None
+    session = page.context.new_cdp_session(page)
+    times = []
+
+    def touch(kind: str, part: float | None = None) -> None:
+        points = [] if part is None else [{"x": box["x"] + part * box["width"], "y": box["y"] + box["height"] / 2}]
+        session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+        times.append(clock(page))
+
+    touch("touchStart", start)
+    for step in range(1, 11):
+        touch("touchMove", start + (end - start) * step / 10)
+    touch("touchEnd")
+    return times
+
+
+def test_buttons_are_tapped(phone: Page) -> None:
+    """Play, frames and impacts answer a tap, and each is large enough for a finger."""
+    dialog = phone.locator("#replay")
+    for name in ("One frame on", "One frame back", *2 * ("On to the next impact",), "Back to the impact before"):
+        button, before = dialog.get_by_role("button", name=name), clock(phone)
+        box = button.bounding_box()
+        assert box is not None
+        assert min(box["width"], box["height"]) >= TARGET, name
+        button.tap()
+        assert clock(phone) != before, name
+    play = dialog.get_by_role("button", name="Play or pause")
+    play.tap()
+    assert play.inner_text() == "pause"
+    play.tap()
+    assert play.inner_text() == "play"
+
+
+@pytest.mark.parametrize("where", [".timeline", ".views canvas"])
+def test_the_time_follows_a_finger(phone: Page, where: str) -> None:
+    """Drawn across the picture or the line of time, a finger takes the time along, to where it is let go."""
+    thing = phone.locator(f"#replay {where}").first
+    end = float(phone.get_by_label("Time in the scene").get_attribute("max") or "nan")
+    times = drag(phone, thing, 0.2, 0.8)
+    assert times == sorted(times)
+    assert len(set(times)) > 5
+    box = thing.bounding_box()
+    assert box is not None
+    assert times[-1] == pytest.approx(0.8 * end, abs=2 * end / box["width"])  # a finger is at whole pixels
+
+
+def test_the_slider_follows_a_finger(phone: Page) -> None:
+    """So does the slider's knob."""
+    times = drag(phone, phone.get_by_label("Time in the scene"), 0.3, 0.9)
+    assert times[0] < times[5] < times[-1]
