@@ -67,7 +67,10 @@ Parameters = ParamSpec("Parameters")
 
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
 
-EngineNames = Annotated[list[str] | None, typer.Option("--engine", "-e", help="Engine, repeatable. All by default.")]
+EngineNames = Annotated[
+    list[str] | None,
+    typer.Option("--engine", "-e", help="Engine, repeatable. All by default. Its adapter runs with your rights."),
+]
 
 ProfileNames = Annotated[
     list[str] | None,
