@@ -1,18 +1,27 @@
-"""Finds adapters by entry point. Listing them imports no engine."""
+"""Finds adapters by entry point, and reads metadata alone. What they declare `carom.runs.engines` asks in a worker."""
 
 from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 
 from carom.adapter import Adapter, Capabilities, Engine
 from carom.errors import AdapterError, UnknownNameError
 
-__all__ = ["ENTRY_POINT_GROUP", "EngineInfo", "chosen_engines", "engines", "load_adapter", "unavailable_reason"]
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "EngineInfo",
+    "adapter_points",
+    "distribution_of",
+    "load_adapter",
+    "require_named",
+    "unavailable_reason",
+    "version_of",
+]
 
 ENTRY_POINT_GROUP = "carom.adapters"
 
@@ -29,6 +38,8 @@ class EngineInfo:
         capabilities: What it declares; None where its adapter can't be loaded.
         profiles: Its profiles with their descriptions.
         distribution: The distribution that brought the adapter.
+        located: Names of the profiles whose steps are cut.
+        own: What the engine can do with a profile that does not go by `capabilities`, by its name.
     """
 
     name: str
@@ -38,6 +49,8 @@ class EngineInfo:
     capabilities: Capabilities | None
     profiles: Mapping[str, str]
     distribution: str
+    located: frozenset[str] = frozenset()
+    own: Mapping[str, Capabilities] = field(default_factory=dict)
 
     @property
     def available(self) -> bool:
@@ -46,38 +59,52 @@ class EngineInfo:
 
 
 @cache
-def _entry_points() -> dict[str, metadata.EntryPoint]:
+def adapter_points() -> Mapping[str, metadata.EntryPoint]:
+    """Return the entry point of each adapter that is installed, by its name; nothing is imported."""
     found: dict[str, metadata.EntryPoint] = {}
     for point in metadata.entry_points(group=ENTRY_POINT_GROUP):
         found.setdefault(point.name, point)
     return found
 
 
-def _require_named(name: str, names: Iterable[str]) -> None:
-    if name not in names:
-        raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(names) or 'none'}")
+def distribution_of(name: str) -> str:
+    """Return the name of the distribution that brought an adapter; empty where that is not known."""
+    point = adapter_points()[name]
+    return point.dist.name if point.dist else ""
+
+
+def require_named(name: str) -> None:
+    """Refuse a name that no adapter has.
+
+    Raises:
+        UnknownNameError: With the names that there are.
+    """
+    if name not in adapter_points():
+        raise UnknownNameError(
+            f"no engine is named {name!r}; there are: {', '.join(sorted(adapter_points())) or 'none'}"
+        )
 
 
 def load_adapter(name: str) -> Adapter:
-    """Return the adapter of this name.
+    """Return the adapter of this name: code of its author's is run by it, so that this is for worker processes.
 
     Raises:
         UnknownNameError: No adapter has the name.
         AdapterError: Its entry point can't be loaded, or what it holds is no adapter.
     """
-    points = _entry_points()
-    _require_named(name, sorted(points))
+    require_named(name)
+    point = adapter_points()[name]
     try:
-        adapter: Adapter = points[name].load()
+        adapter: Adapter = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties, on some versions of Python
     except Exception as error:
-        message = f"the adapter {name!r} can't be loaded from {points[name].value}: {type(error).__name__}: {error}"
+        message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
     if not is_adapter:
         missing = [
             part for part in ("name", "engine", "capabilities", "profiles", "prepare") if not hasattr(adapter, part)
         ]
-        raise AdapterError(f"{points[name].value} is no adapter: it has no {', '.join(missing)}")
+        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
     return adapter
 
 
@@ -97,53 +124,9 @@ def unavailable_reason(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-def _version(engine: Engine, adapter_distribution: str) -> str:
+def version_of(engine: Engine, adapter_distribution: str) -> str:
+    """Return the version of an engine, or of the distribution of its adapter where it has none of its own."""
     try:
         return metadata.version(engine.distribution or adapter_distribution)
     except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"
-
-
-def _describe(name: str, distribution: str) -> EngineInfo:
-    adapter = load_adapter(name)
-    try:
-        reason = unavailable_reason(adapter.engine)
-        if not adapter.profiles:
-            raise ValueError("it has no profiles")
-        return EngineInfo(
-            name=name,
-            engine=adapter.engine.name,
-            version="" if reason else _version(adapter.engine, distribution),
-            unavailable=reason,
-            capabilities=adapter.capabilities,
-            profiles={key: profile.description for key, profile in adapter.profiles.items()},
-            distribution=distribution,
-        )
-    except Exception as error:
-        message = f"the adapter {name!r} can't describe itself: {type(error).__name__}: {error}"
-        raise AdapterError(message) from error
-
-
-def engines() -> list[EngineInfo]:
-    """Return every adapter that is installed, Carom's own two first, with why an engine is unavailable where it is."""
-    infos = []
-    for name, point in _entry_points().items():
-        distribution = point.dist.name if point.dist else ""
-        try:
-            infos.append(_describe(name, distribution))
-        except AdapterError as error:
-            infos.append(EngineInfo(name, name, "", str(error), None, {}, distribution))
-    # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
-    return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
-
-
-def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
-    """Return what is known of the engines of these names, or of all.
-
-    Raises:
-        UnknownNameError: There is no such engine.
-    """
-    infos = engines()
-    for name in names or ():
-        _require_named(name, [info.name for info in infos])
-    return [info for info in infos if names is None or info.name in names]
