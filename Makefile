@@ -11,11 +11,13 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
+# For campaign: how long; counts add up in reports/attacks.
+MINUTES ?= 60
 JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
-.PHONY: help report test test-long test-browser docs pictures campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser docs pictures campaign campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -24,9 +26,10 @@ help:
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
+	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
-	@echo "make check              lint, format, types, import contracts"
+	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
 
@@ -48,6 +51,9 @@ test-browser: $(BUILT)
 docs: $(BUILT)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 
+campaign: $(BUILT)
+	$(BIN)/python -m tests.attacks --minutes $(MINUTES) --write docs/reliability.md
+
 pictures: $(BUILT)
 	$(BIN)/python docs/figures/pictures.py
 
@@ -63,6 +69,7 @@ bench: $(BUILT)
 check: $(BUILT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell README.md CONTRIBUTING.md CHANGELOG.md docs src adapters benchmarks
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	MYPYPATH=src $(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml $(MODULES)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from carom.text import shortened
+from carom.text import shortened, visible
 
 __all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Problem", "SceneError", "UnknownNameError"]
 
@@ -40,7 +40,7 @@ class Problem(NamedTuple):
     message: str
 
     def __str__(self) -> str:
-        parts = (f"[{part}]" if isinstance(part, int) else f".{shortened(part)}" for part in self.field)
+        parts = (f"[{part}]" if isinstance(part, int) else f".{visible(shortened(part))}" for part in self.field)
         path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message
 

@@ -26,6 +26,7 @@ __all__ = [
     "MOST_DISCS",
     "MOST_JOBS",
     "MOST_KEY_PARTS",
+    "MOST_MB",
     "MOST_PHASES",
     "MOST_ROUNDS",
     "MOST_SERIES",
@@ -36,6 +37,7 @@ __all__ = [
     "SMALLEST",
     "SPAN",
     "beyond",
+    "require_megabytes",
     "require_seconds",
     "require_within",
     "values_in",
@@ -68,6 +70,8 @@ MOST_ROUNDS = 1024
 MOST_SERIES = 256
 #: Seconds that a limit or a budget can be: four months. No system waits for 1e10.
 LONGEST_S = 1e7
+#: Megabytes that a worker may be given: more than any machine has, and a number that every system takes.
+MOST_MB = 1e9
 
 
 def beyond(least: float, most: float) -> str:
@@ -97,6 +101,16 @@ def require_seconds(name: str, value: float) -> None:
     """
     if not (isinstance(value, int | float) and 0.0 < value <= LONGEST_S):
         raise InputError(f"{name} must be a positive number of seconds, {LONGEST_S:g} at most, got {value!r}")
+
+
+def require_megabytes(name: str, value: float) -> None:
+    """Refuse what is no limit of memory: a number of megabytes above 0, and not above `MOST_MB`.
+
+    Raises:
+        InputError: The message names the option or argument, and the value.
+    """
+    if not (isinstance(value, int | float) and 0.0 < value <= MOST_MB):
+        raise InputError(f"{name} must be a positive number of megabytes, {MOST_MB:g} at most, got {value!r}")
 
 
 def values_in(data: bytes) -> int:

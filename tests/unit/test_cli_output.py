@@ -76,6 +76,11 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
         (("bench", "paper/missed", "--jobs", "1000000"), "Input should be less than or equal to 1024"),
         (("bench", "paper/missed", "--rounds", "1000000"), "Input should be less than or equal to 1024"),
         (("bench", "--grow", "--discs", "1000000000"), "Input should be less than or equal to 100000"),
+        (
+            ("stress", "small", "-e", "pit", "--memory-limit", "inf"),
+            "the memory limit must be a positive number of mega",
+        ),
+        (("bench", "paper/missed", "-e", "pit", "--scheduler", "nan"), "--scheduler must be an address such as tcp://"),
         (("run", "paper/missed", "-e", "pit", "--retry"), "--resume goes on with what lies in the folder of --report"),
     ],
 )

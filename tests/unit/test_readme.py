@@ -42,6 +42,11 @@ def test_the_pictures_are_there_and_small() -> None:
     assert frames == [True, True, False, False]
 
 
+def test_the_page_of_the_whole_suite_is_small() -> None:
+    """With every replay in it the sample's page has at most 3 MB."""
+    assert readme.SAMPLE.with_name("index.html").stat().st_size <= 3_000_000
+
+
 def test_the_table_is_that_of_the_committed_sample() -> None:
     """The README's table is what its script makes of the sample."""
     made = README.partition(readme.BEGIN)[2].partition(readme.END)[0]

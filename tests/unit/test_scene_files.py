@@ -397,7 +397,7 @@ def test_the_schema_requires_what_loading_requires(field: str) -> None:
         ),
         ("x.json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
         ("x.toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
-        ("x.toml", '"\\u001b[31m\u202e" = 1', "is not a field of a scene"),
+        ("x.toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),
     ],
 )
 def test_what_is_beyond_a_limit_is_refused_in_a_sentence(tmp_path: Path, name: str, data: str, words: str) -> None:

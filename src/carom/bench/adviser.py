@@ -209,10 +209,15 @@ def advise(
         progress: Called with (done, all, what).
 
     Raises:
-        InputError: A number of the demand is out of range, or the scene has no reference.
+        InputError: A number of the demand is out of range, or the scene has friction, or no reference.
         UnknownNameError: There is no such engine.
     """
     started = time.perf_counter()
+    if scene.arrays.rubs:
+        raise InputError(
+            f"{scene.name!r} has friction: what a step may cost an impact is known in closed form without it only; "
+            "`carom run --phases` tells what steps cost such a scene"
+        )
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is nothing to hold a step against: {reference}")

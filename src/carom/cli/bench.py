@@ -61,7 +61,7 @@ def bench(
     memory_limit: shared.MemoryLimit = None,
     jobs: shared.Jobs = None,
     scheduler: Annotated[
-        str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp://host:port.")
+        str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp:// or tls://host:port.")
     ] = "",
     timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
     verbose: shared.Verbose = False,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest
+from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
 __all__ = ["Consistency", "Slip", "consistency_of"]
@@ -266,9 +267,10 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
 
     An impulse at the contact has no moment about it: what friction takes of a disc's velocity across the normal, it
     takes of ``k R w``, k the inertia factor, and of the second body the opposite. In metres a second, over the mass and
-    the radius. Bodies that are found in contact overlap by as much as they close in a step, and the normal turns by as
-    much: so much of the arm and of the direction sampling explains, as it does of places. What gravity adds across the
-    normal while the contact lasts is no fault, and what nobody can tell apart is not asked for.
+    the radius. Bodies that are found in contact overlap by as much as they close in a step, so that an arm may be that
+    much shorter, but not longer; of a contact of several steps the normal turns, and with it the direction. So much
+    sampling explains, as it does of places. What gravity adds across the normal while the contact lasts is no fault,
+    and what nobody can tell apart is not asked for.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
@@ -278,7 +280,9 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     tangent = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     closing = np.hypot(*(before[1] - before[0]).T)
     pulled = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
-    known = np.isfinite(_turning_times(trace))
+    known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
+    # One that acts in a single step turns within it, so that this is at most three steps.
+    lasting = (impacts["second"] >= 0) & (lasted > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, most, arm = 0.0, 0.0, math.nan
     for k, (side, sign) in enumerate((("first", 1.0), ("second", -1.0))):
         body = np.maximum(impacts[side], 0)
@@ -288,8 +292,9 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
             turned = inertia * spun[k]
         asked = known & (impacts[side] >= 0) & start.movable[body] & np.isfinite(inertia)
         off = np.where(asked, np.maximum(np.abs(turned - taken) - pulled, 0.0), 0.0)
-        blurred = np.where(impacts["second"] < 0, np.abs(taken), np.hypot(*change[k].T))  # a wall's normal never turns
-        explained = blurred * closing * trace.dt_s / radius
+        shorter = (turned * taken >= 0.0) & (np.abs(turned) <= np.abs(taken))
+        explained = np.where(shorter, np.abs(taken) * closing * trace.dt_s / radius, 0.0)
+        explained += np.where(lasting, np.hypot(*change[k].T) * closing * lasted / radius, 0.0)
         beyond = np.maximum(off - explained, 0.0)
         if len(off):
             at = int(np.argmax(off))

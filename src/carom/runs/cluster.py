@@ -8,10 +8,12 @@ that is lost takes its items with it; the scheduler gives them to another.
 from __future__ import annotations
 
 import importlib
+import re
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
+from carom.arguments import shown
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.runs.engines import engines
 from carom.runs.job import Answer, Task
@@ -38,7 +40,8 @@ class ClusterPool(Pool):
     """A Dask cluster; used as a context manager, it lets go of the cluster, which goes on without us.
 
     Args:
-        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``.
+        scheduler: Address of the scheduler, such as ``tcp://10.0.0.1:8786``; for ``tls://`` the certificates are those
+            of Dask's own configuration.
         time_limit_s: As of a `carom.runs.pool.Lane`.
         memory_limit_mb: As of a `carom.runs.pool.Lane`, on each of the cluster's machines.
 
@@ -58,9 +61,11 @@ class ClusterPool(Pool):
                 "--scheduler needs distributed, which is not installed: pip install 'carom[cluster]'"
             ) from None
         self._limits = (time_limit_s, memory_limit_mb)
+        if not re.fullmatch(r"[a-z]+://\S+", scheduler):
+            raise InputError(f"--scheduler must be an address such as tcp://host:8786, got {shown(scheduler)}")
         try:
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
-        except (OSError, ValueError) as error:  # its TimeoutError is an OSError
+        except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
             reason = str(error) or type(error).__name__
             raise ClusterError(f"no Dask scheduler answers at {scheduler}: {reason}") from None
         try:

@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
 from carom.cores import available_cores, available_memory
+from carom.limits import require_megabytes
 from carom.runs.job import Answer, Task
 from carom.runs.process import ClosedError, Worker
 from carom.runs.worker import answer
@@ -94,6 +95,8 @@ class Lane(Asker):
 
     def __init__(self, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None) -> None:
         self._time_limit_s = time_limit_s
+        if memory_limit_mb is not None:
+            require_megabytes("the memory limit", memory_limit_mb)
         self._memory_bytes = round(1e6 * (memory_share(1) if memory_limit_mb is None else memory_limit_mb))
         self._workers: dict[str, Worker] = {}
         self._closed = False

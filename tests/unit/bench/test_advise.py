@@ -156,3 +156,14 @@ def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str)
     """A demand out of range is refused by name and value before anything runs."""
     with pytest.raises(InputError, match=words):
         Demand(*demand)
+
+
+def test_a_scene_with_friction_is_refused() -> None:
+    """What a step costs is known in closed form without friction only; a spin that rubs on nothing is no matter."""
+    rough = Scene(**{**dict(pair()), "friction": 0.1})
+    with pytest.raises(InputError, match="'pair' has friction"):
+        advise(rough, Demand(DEGREE), InProcess(), ["pit"])
+    discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
+    spinning = Scene(**{**dict(pair()), "discs": discs})
+    steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form_s for scene in (pair(), spinning)]
+    assert steps[0] == steps[1]

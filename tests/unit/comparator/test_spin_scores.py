@@ -229,3 +229,28 @@ def test_horizons_end_where_spins_part() -> None:
     horizon = estimate_horizon(solve_pic(gas))
     assert horizon is not None
     assert 0.0 < horizon < 60.0
+
+
+@pytest.mark.parametrize(
+    "name", ["paper/late", "paper/missed", "classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/box"]
+)
+def test_a_spin_that_rubs_on_nothing_changes_no_other_number(name: str) -> None:
+    """With all discs spinning and no friction, scores are those of the same scene without spin, number for number."""
+    still = all_scenes()[name].scene
+    discs = [disc if disc.immovable else disc.model_copy(update={"spin_rad_s": 3.0}) for disc in still.discs]
+    spinning = Scene(**{**dict(still), "discs": discs})
+    one, other = (compare(solve_pic(scene), solve_pit(scene), sampling=solve_pit(scene)) for scene in (still, spinning))
+    turning = {"spin", "final_spin", "energy"}
+    for field in dataclasses.fields(one.total):
+        if field.name not in turning:
+            found = getattr(other.total, field.name)
+            np.testing.assert_equal(found, getattr(one.total, field.name))
+    assert (one.grade, one.price_paid, one.missed, one.edits) == (
+        other.grade,
+        other.price_paid,
+        other.missed,
+        other.edits,
+    )
+    assert math.isnan(one.total.spin)
+    assert not other.total.spin > 0.0
+    np.testing.assert_array_equal(one.local.velocity, other.local.velocity)

@@ -6,11 +6,13 @@ import base64
 import gzip
 import json
 import re
+import sys
 from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter
 from matplotlib.patches import Circle
 from PIL import Image
@@ -91,6 +93,20 @@ def test_a_film_shows_the_discs_where_they_are(shown: Replay) -> None:
         centres = [artist.get_center() for artist in axes.patches if isinstance(artist, Circle)]
         assert np.array(centres) == pytest.approx(trace.final_position_m, abs=1e-5)
     film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program that matplotlib calls ffmpeg gets each frame whole, and what it writes is the file."""
+    monkeypatch.setattr(playback, "_FILM_S", 1)
+    program = tmp_path / "ffmpeg"
+    program.write_text(f"#!{sys.executable}\nimport sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
+    program.chmod(0o755)
+    with rc_context({"animation.ffmpeg_path": str(program)}):
+        frames = shown.save(tmp_path / "replay.mp4").read_bytes()
+    size = len(frames) // playback._FRAMES_PER_S  # noqa: SLF001
+    assert size == 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
+    assert len(frames) == size * playback._FRAMES_PER_S  # noqa: SLF001
+    assert frames[:size] != frames[-size:]
 
 
 def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,179 @@
+"""Attack Carom for so many minutes, and print the table of all that was tried: ``python -m tests.attacks``.
+
+Counts add up from call to call in ``reports/attacks/``; `--anew` begins at nought. Each attack gets its share of the
+time, those whose goal is not met first. Exit code 1 tells that something was lost: what, is printed and kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from random import Random
+
+from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes
+
+__all__ = ["ATTACKS", "Attack", "main"]
+
+Tries = Callable[[Random, Path], Iterator[str]]
+
+#: An attack is broken off for another after so many seconds.
+TURN_S = 60.0
+#: In the folder of each attack.
+COUNT = "count.json"
+#: Losses that are kept.
+KEPT = 50
+BEGIN, END = "<!-- attacks: begin -->", "<!-- attacks: end -->"
+
+
+@dataclass(frozen=True)
+class Attack:
+    """One kind of attack.
+
+    Attributes:
+        what: What is tried, for the table.
+        held: What has to hold.
+        goal: So many tries are wanted.
+        tries: Yields a try after the other.
+    """
+
+    what: str
+    held: str
+    goal: int
+    tries: Tries
+
+
+@dataclass
+class Count:
+    """What an attack has tried and found."""
+
+    tried: int = 0
+    lost: int = 0
+    seconds: float = 0.0
+    slowest_s: float = 0.0
+    findings: list[str] = field(default_factory=list)
+
+
+ATTACKS = {
+    "scenes": Attack(
+        "scene files mutated", "loaded and saved equal, or refused in sentences within 10 s", 100_000, scenes.attack
+    ),
+    "known-failures": Attack(
+        "lists of known failures mutated", "read, or refused in a sentence", 5_000, known_failures.attack
+    ),
+    "journal-cuts": Attack(
+        "journal cut at every byte", "every whole line comes back, the torn one goes", 4_000, journals.cuts
+    ),
+    "journal-garbage": Attack(
+        "garbage in journals", "read, or refused in a sentence and left as it is", 2_000, journals.garbage
+    ),
+    "reports": Attack(
+        "report killed at each call that changes the disk",
+        "the old files or the new ones, whole",
+        500,
+        reports.attack,
+    ),
+    "options": Attack("values of options", "taken, or refused in a sentence with exit code 2", 2_000, options.attack),
+    "kills": Attack(
+        "run, bench, timing pass and stress killed outright",
+        "taken up, the end is the same; no process, no folder left",
+        200,
+        kills.attack,
+    ),
+    "hostile": Attack("acts of hostile adapters", "a truthful row, the others stand, nothing left", 46, hostile.attack),
+    "disks": Attack(
+        "disk full at some byte", "a sentence and exit code 2; with room the end is the same", 6, disks.attack
+    ),
+    "digests": Attack(
+        "in this process, in 1 and 2 workers, on Dask, without the extension",
+        "the same journal to the bit",
+        8,
+        digests.attack,
+    ),
+}
+
+
+def main() -> int:
+    """Return 1 where anything was ever lost, 130 after Ctrl-C, else 0."""
+    parser = argparse.ArgumentParser("python -m tests.attacks", description=__doc__)
+    parser.add_argument("--minutes", type=float, default=1.0, help="how long (1)")
+    parser.add_argument("--only", action="append", choices=[*ATTACKS], help="one attack alone; repeatable")
+    parser.add_argument(
+        "--state", type=Path, default=Path("reports/attacks"), help="folder of counts, corpus and findings"
+    )
+    parser.add_argument("--anew", action="store_true", help="begin the counts at nought; the corpus stays")
+    parser.add_argument("--write", type=Path, help="put the table into this page, between its two marks")
+    chosen = parser.parse_args()
+    state = chosen.state.absolute()
+    state.mkdir(parents=True, exist_ok=True)
+    if chosen.anew:
+        for path in state.glob(f"*/{COUNT}"):
+            path.unlink()
+    interrupted = False
+    try:
+        _attack(chosen.only or [*ATTACKS], state, time.monotonic() + 60.0 * chosen.minutes)
+    except KeyboardInterrupt:
+        interrupted = True
+    counts = {name: _count(state / name) for name in ATTACKS}
+    table = _table(counts)
+    print(table)
+    for name, count in counts.items():
+        for finding in count.findings:
+            print(f"{name}: {finding}")
+    if chosen.write:
+        page = chosen.write.read_text(encoding="utf-8")
+        before, _, rest = page.partition(BEGIN)
+        chosen.write.write_text(f"{before}{BEGIN}\n{table}{END}{rest.partition(END)[2]}", encoding="utf-8")
+    return 130 if interrupted else 1 if any(count.lost for count in counts.values()) else 0
+
+
+def _attack(names: list[str], state: Path, until: float) -> None:
+    """Give each attack its turns until the time is over. What another process attacks meanwhile is not touched."""
+    under_way: dict[str, Iterator[str]] = {}
+    counts = {name: _count(state / name) for name in names}
+    while time.monotonic() < until:
+        # Those that are farthest from their goal first.
+        name = min(names, key=lambda name: (counts[name].tried / ATTACKS[name].goal, names.index(name)))
+        count = counts[name]
+        if name not in under_way:
+            folder = state / name
+            folder.mkdir(exist_ok=True)
+            under_way[name] = ATTACKS[name].tries(Random(f"{name} {count.tried}"), folder)
+        end = min(until, time.monotonic() + TURN_S)
+        while time.monotonic() < end:
+            before = time.monotonic()
+            lost = next(under_way[name])
+            took_s = time.monotonic() - before
+            count.tried, count.seconds, count.slowest_s = (
+                count.tried + 1,
+                count.seconds + took_s,
+                max(count.slowest_s, took_s),
+            )
+            if lost:
+                count.lost += 1
+                count.findings = [*count.findings, lost][:KEPT]
+                print(f"{name}: {lost}", flush=True)
+        part = state / name / "part"
+        part.write_text(json.dumps(asdict(count), indent=1))
+        part.replace(state / name / COUNT)
+
+
+def _count(folder: Path) -> Count:
+    path = folder / COUNT
+    return Count(**json.loads(path.read_text())) if path.exists() else Count()
+
+
+def _table(counts: dict[str, Count]) -> str:
+    rows = ["| attack | tried | lost | what has to hold |", "| --- | ---: | ---: | --- |"]
+    rows += [
+        f"| {one.what} | {counts[name].tried:,} | {counts[name].lost:,} | {one.held} |" for name, one in ATTACKS.items()
+    ]
+    return "\n".join(rows) + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+"""The same work here, in workers, on a Dask cluster and without the extension: the same journal to the bit."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from carom import Disc, Scene, Wall
+from carom.runs.job import Job, Method
+from carom.runs.journal import canonical
+from carom.runs.pool import InProcess, LocalPool, Pool
+from carom.runs.scoring import score_journal, sweep
+
+__all__ = ["attack"]
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Sweep a scene drawn by lot in each of these ways."""
+    while True:
+        number = rng.randrange(2**32)
+        path = folder / "digest.jsonl"
+        alone = _swept(number, InProcess(), path)
+        for workers in (1, 2):
+            with LocalPool(workers) as pool:
+                yield "" if _swept(number, pool, path) == alone else f"scene {number}: {workers} workers"
+        yield "" if _on_a_cluster(number, path) == alone else f"scene {number}: on a cluster"
+        path.unlink(missing_ok=True)
+        command = [sys.executable, "-m", "tests.attacks.digests", str(number), str(path)]
+        subprocess.run(command, env={**os.environ, "CAROM_PLAIN": "1"}, check=True)
+        yield "" if canonical(path) == alone else f"scene {number}: without the extension"
+
+
+def drawn(number: int) -> Scene:
+    """Return a scene of a few discs in a corner."""
+    rng = np.random.default_rng(number)
+    place = rng.permutation(16)[: rng.integers(2, 8)]
+    discs = [
+        Disc(
+            position_m=(2.0 + 2.5 * (k % 4), 2.0 + 2.5 * (k // 4)),
+            velocity_m_s=tuple(rng.normal(size=2)),
+            radius_m=float(rng.uniform(0.2, 1.0)),
+            mass_kg=float(rng.uniform(0.5, 2.0)),
+        )
+        for k in place.tolist()
+    ]
+    walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
+    return Scene(name=f"drawn-{number}", discs=discs, walls=walls[: rng.integers(0, 3)], duration_s=3.0)
+
+
+def _swept(number: int, pool: Pool, path: Path) -> list[bytes]:
+    scene = drawn(number)
+    jobs = [
+        Job(scene, Method(engine, "tuned"), dt, 0, phase)
+        for engine in ("pit", "pic")
+        for dt in (0.1, 0.01)
+        for phase in (0.0, 0.5)
+    ]
+    path.unlink(missing_ok=True)
+    with score_journal(path) as journal:
+        sweep(jobs, pool, journal)
+    return canonical(path)
+
+
+def _on_a_cluster(number: int, path: Path) -> list[bytes]:
+    distributed: Any = importlib.import_module("distributed")  # untyped
+    from carom.runs.cluster import ClusterPool
+
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, silence_logs=50
+        ) as cluster,
+        ClusterPool(cluster.scheduler_address) as pool,
+    ):
+        return _swept(number, pool, path)
+
+
+if __name__ == "__main__":
+    _swept(int(sys.argv[1]), InProcess(), Path(sys.argv[2]))

@@ -1,0 +1,68 @@
+"""Disks that are full at some byte: a sentence and exit code 2; with room again the work goes on to the same end."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from shutil import rmtree
+
+from carom.runs.journal import canonical
+
+__all__ = ["attack"]
+
+COMMAND = (
+    sys.executable,
+    "-m",
+    "carom",
+    "bench",
+    "paper/late",
+    "-e",
+    "pit",
+    "--no-timing",
+    "--dt",
+    "1/60..1/1000:6",
+    "--out",
+)
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Let no file be longer than so many bytes, a system's own limit; and print to a full device."""
+    rmtree(folder / "work", ignore_errors=True)
+    alone, out = folder / "work" / "alone", folder / "work" / "full"
+    _bench(alone, None)
+    while True:
+        rmtree(out, ignore_errors=True)
+        most = rng.choice((1, 100, 1000, 5000, 20_000, rng.randrange(1, 100_000)))
+        done = _bench(out, most)
+        if done.returncode not in (0, 2) or "Traceback" in done.stderr or (done.returncode and not done.stderr):
+            yield f"{most} bytes a file: exit code {done.returncode}: {done.stderr[-300:]}"
+            continue
+        done = _bench(out, None, "--resume")
+        held = not done.returncode and canonical(out / "journal.jsonl") == canonical(alone / "journal.jsonl")
+        yield "" if held else f"{most} bytes a file, then room: {done.returncode}: {done.stderr[-300:]}"
+        with Path("/dev/full").open("wb") as full:
+            printed = subprocess.run(
+                [*COMMAND[:3], "scenes"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+            )
+        yield (
+            "" if printed.returncode == 2 and printed.stderr.count("\n") == 1 else f"/dev/full: {printed.stderr[-300:]}"
+        )
+
+
+def _bench(out: Path, most: int | None, *options: str) -> subprocess.CompletedProcess[str]:
+    def limit() -> None:
+        if most is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+
+    return subprocess.run(
+        [*COMMAND, str(out), *options],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=limit,
+        check=False,
+    )

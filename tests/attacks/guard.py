@@ -1,0 +1,71 @@
+"""What several attacks need: a limit of time, the shrinking of what fails, and a look for what is left over."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+__all__ = ["HANG_S", "HangError", "left_over", "shrunk", "within"]
+
+#: What takes longer counts as a hang.
+HANG_S = 10.0
+
+
+class HangError(BaseException):
+    """Nothing that is attacked catches it."""
+
+
+@contextmanager
+def within(limit_s: float = HANG_S) -> Iterator[None]:
+    """Raise `HangError` where the body takes longer."""
+
+    def late(*_: object) -> None:
+        raise HangError
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def shrunk(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
+    """Return a part of the data that still fails, from which no piece can be taken away."""
+    size = len(data) // 2
+    while size:
+        begin = 0
+        while begin < len(data):
+            without = data[:begin] + data[begin + size :]
+            if fails(without):
+                data = without
+            else:
+                begin += size
+        size //= 2
+    return data
+
+
+def left_over(mark: str, temporary: Path, patience_s: float = 10.0) -> str:
+    """Say which processes with `mark` in their environment, or folders of Carom's, are still there after a while."""
+    until = time.monotonic() + patience_s
+    while True:
+        pids = [pid for pid in map(int, filter(str.isdigit, os.listdir("/proc"))) if _has(pid, mark)]
+        folders = sorted(os.listdir(temporary)) if temporary.exists() else []
+        if not pids and not folders:
+            return ""
+        if time.monotonic() > until:
+            return f"left over: processes {pids}, folders {folders}"
+        time.sleep(0.05)
+
+
+def _has(pid: int, mark: str) -> bool:
+    try:
+        living = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        return living and pid != os.getpid() and mark.encode() in Path(f"/proc/{pid}/environ").read_bytes()
+    except OSError:
+        return False

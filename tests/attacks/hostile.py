@@ -1,0 +1,71 @@
+"""Hostile adapters: each act ends in a row that says what happened, in bounded time, and nothing is left over.
+
+The acts are those of the tests. They are done in worker processes, as whoever runs the campaign, and write and delete
+in folders of their own.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from importlib import invalidate_caches
+from pathlib import Path
+from random import Random
+from shutil import rmtree
+
+from tests.attacks.guard import HangError, left_over, within
+from tests.unit.runs.test_hostile import ACTS, LIMIT_S, SAYS, SOURCE, scene
+
+from carom import registry
+from carom.runs.execute import execute
+from carom.runs.job import Status
+from carom.runs.plan import Options, plan_of
+from carom.runs.pool import LocalPool
+
+__all__ = ["attack"]
+
+MARK = "CAROM_ATTACK=hostile"
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Run each act beside PIT."""
+    _install(folder)
+    while True:
+        for name in rng.sample([*ACTS], len(ACTS)):
+            plan = plan_of([scene()], Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False))
+            try:
+                with within(12.0 * LIMIT_S), LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool:
+                    rows = {row.job.engine: row for row in execute(plan, pool).rows}
+            except HangError:
+                yield f"{name}: no end after {12.0 * LIMIT_S:g} s"
+                continue
+            status, words = SAYS[name]
+            row = rows[name]
+            if row.status is not status or words not in row.reason:
+                yield f"{name}: {row.status.value}: {row.reason[:300]!r}"
+            elif rows["pit"].status is not Status.RAN:
+                yield f"{name}: the other row, too: {rows['pit'].reason[:300]!r}"
+            else:
+                left = left_over(MARK, folder / "temporary")
+                yield left and f"{name}: {left}"
+
+
+def _install(folder: Path) -> None:
+    """Install the adapters for this process and its children: a distribution in a folder of its own."""
+    rmtree(folder / "site", ignore_errors=True)
+    for name in ("site", "here", "temporary"):
+        (folder / name).mkdir(exist_ok=True)
+    made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
+    (folder / "site" / "hostile_attack.py").write_text(SOURCE + made)
+    info = folder / "site" / "hostile_attack-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile_attack\nVersion: 1.0\n")
+    points = "".join(f"{name} = hostile_attack:{name.replace('-', '_')}\n" for name in ACTS)
+    (info / "entry_points.txt").write_text(f"[carom.adapters]\n{points}")
+    mark, _, value = MARK.partition("=")
+    os.environ |= {mark: value, "CAROM_TEST_FOLDER": str(folder / "here"), "TMPDIR": str(folder / "temporary")}
+    if str(folder / "site") not in sys.path:
+        sys.path.insert(0, str(folder / "site"))
+    invalidate_caches()
+    registry._entry_points.cache_clear()  # noqa: SLF001 - it is asked anew

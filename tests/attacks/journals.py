@@ -1,0 +1,110 @@
+"""Journals, cut at every byte and filled with garbage: no whole line is lost, and nothing else is taken for one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+
+from tests.attacks.guard import HangError, within
+
+from carom.bench.axes import ErrorKind
+from carom.bench.bench_plan import BenchPlan
+from carom.bench.work_precision import work_precision
+from carom.errors import InputError
+from carom.runs.journal import canonical
+from carom.runs.pool import InProcess
+from carom.runs.scoring import score_journal
+from carom.scenes import find_scenes
+from carom.text import visible
+
+__all__ = ["cuts", "garbage"]
+
+GARBAGE = [
+    b"\0" * 100,
+    b"{",
+    b"[" * 10**5,
+    b'{"key":' * 10**4,
+    b"null",
+    b'""',
+    b"\xff\xfe",
+    b"\n\n",
+    b"\r",
+    b"{}",
+    b"1e999",
+    b"\x1b[31m",
+]
+
+
+def _made(folder: Path) -> bytes:
+    """Return a journal of a bench of a few steps."""
+    path = folder / "made.jsonl"
+    if not path.exists():
+        scene = find_scenes(["paper/late"])[0].scene
+        plan = BenchPlan(engines=("pit",), dts=(0.1, 0.05), phases=2, error=ErrorKind.IMPACT, timing=False)
+        with score_journal(path) as journal:
+            work_precision([scene], plan, InProcess(), journal=journal)
+    return path.read_bytes()
+
+
+def _entries(path: Path) -> list[str]:
+    with score_journal(path, resume=True) as journal:
+        return [repr(entry) for entry in journal.entries.values()]
+
+
+def cuts(rng: Random, folder: Path) -> Iterator[str]:
+    """Cut a journal at every byte, and take it up again."""
+    whole, path = _made(folder), folder / "cut.jsonl"
+    path.write_bytes(whole)
+    every = _entries(path)
+    while True:
+        sizes = [*range(len(whole) + 1)]
+        rng.shuffle(sizes)
+        for size in sizes:
+            path.write_bytes(whole[:size])
+            expected = every[: max(0, whole[:size].count(b"\n") - 1)]
+            try:
+                found = _entries(path)
+                held = found == expected and (
+                    not expected or path.read_bytes() == whole[: whole[:size].rfind(b"\n") + 1]
+                )
+            except InputError as error:
+                held, found = False, [str(error)]
+            yield "" if held else f"cut at byte {size}: {len(found)} of {len(expected)} entries: {found[:1]}"
+
+
+def garbage(rng: Random, folder: Path) -> Iterator[str]:
+    """Put garbage between, into and behind the lines: the lines come back, or the file is refused and left as it is."""
+    whole, path = _made(folder), folder / "garbage.jsonl"
+    path.write_bytes(whole)
+    every = _entries(path)
+    while True:
+        lines = whole.splitlines(keepends=True)
+        for _ in range(rng.choice((1, 1, 2))):
+            at, piece = rng.randrange(len(lines) + 1), rng.choice(GARBAGE)
+            if rng.random() < 0.5:
+                lines.insert(at, piece + rng.choice((b"", b"\n")))
+            elif at < len(lines):
+                inside = rng.randrange(len(lines[at]))
+                lines[at] = lines[at][:inside] + piece + lines[at][inside:]
+        data = b"".join(lines)
+        path.write_bytes(data)
+        try:
+            with within():
+                found = _entries(path)
+            lost = "" if set(found) <= set(every) or _all_json(path) else f"entries that nobody wrote: {found}"
+        except InputError as error:
+            text = str(error)
+            held = path.read_bytes() == data and visible(text) == text and len(text) < 2000
+            lost = "" if held else f"refused, but touched or not in a sentence: {text[:200]!r}"
+        except HangError:
+            lost = "opening takes more than 10 s"
+        except Exception as error:  # noqa: BLE001 - this is what is looked for
+            lost = f"{type(error).__name__}: {str(error)[:200]!r}"
+        yield lost
+
+
+def _all_json(path: Path) -> bool:
+    """Whether garbage has made other lines, which are sound."""
+    return all(isinstance(json.loads(line), dict) for line in canonical(path))

@@ -1,0 +1,175 @@
+"""Values of every option of every command: each is taken, or refused in a sentence with exit code 2, in seconds.
+
+The commands run in this process, and so do the engines, which are Carom's own: what is tried is the value, not the
+worker. What takes more than ten seconds that way is tried again as a command, with a time limit.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import chdir
+from pathlib import Path
+from random import Random
+from shutil import rmtree
+from unittest.mock import patch
+
+from tests.attacks.guard import HangError, within
+from typer.testing import CliRunner
+
+from carom.cli import app
+from carom.runs.pool import InProcess
+
+__all__ = ["attack"]
+
+#: A command that is quickly done, and options of it that take a value.
+COMMANDS = {
+    ("run", "paper/missed", "-e", "pit", "--no-timing"): (
+        *("--dt", "--profile", "--phases", "--jobs", "--time-limit", "--memory-limit", "--certify-time", "--fail-on"),
+        *("--engine", "--report"),
+    ),
+    ("bench", "paper/missed", "-e", "pit", "--no-timing", "--dt", "1/60", "--budget", "5", "--out", "out"): (
+        *("--dt", "--profile", "--phases", "--rounds", "--seed", "--budget", "--target", "--error", "--axes"),
+        *("--time-limit", "--memory-limit", "--jobs", "--discs", "--scheduler"),
+    ),
+    ("advise", "paper/missed", "-e", "pit", "--budget", "2"): (
+        *("--direction-error", "--miss-probability", "--phases", "--budget", "--time-limit", "--jobs", "--profile"),
+    ),
+    ("stress", "small", "-e", "pit", "--quick", "--out", "out"): (
+        "--time-limit",
+        "--jobs",
+        "--profile",
+        "--memory-limit",
+    ),
+    ("certify", "paper/missed"): ("--digits", "--max-impacts", "--time-budget", "--max-precision", "--show", "--out"),
+    ("scenes", "paper/missed"): ("--save",),
+}
+WORDS = [
+    *(
+        "",
+        " ",
+        "0",
+        "-0",
+        "1",
+        "-1",
+        "2",
+        "3",
+        "16",
+        "1024",
+        "1025",
+        "1e10",
+        "1e300",
+        "1e-300",
+        "5e-324",
+        "1e400",
+        "inf",
+    ),
+    *(
+        "-inf",
+        "nan",
+        "1/0",
+        "0/0",
+        "1/60",
+        "1/1e308",
+        "1e999999999",
+        "9" * 400,
+        "1_000",
+        "0x10",
+        "1e",
+        "\u0661",
+        "\u221e",
+    ),
+    *("1/60..1/120", "1/60..1/120:0", "1/60..1/120:1", "1/60..1/120:256", "1e300..1e-300:5", "..", ":", "1..2:3:4"),
+    *(
+        "1/60..1/120:99999999",
+        "1deg",
+        "0deg",
+        "180deg",
+        "1e-300rad",
+        "nandeg",
+        "deg",
+        "1 deg",
+        "all",
+        "default",
+        "tuned",
+    ),
+    *(
+        "\x1b[31m",
+        "\u202eabc",
+        "[bold]",
+        "[/]",
+        "{}",
+        "%s",
+        "a" * 5000,
+        "--resume",
+        "-",
+        "/dev/null",
+        "/dev/full",
+        "/proc/x",
+    ),
+    *(
+        "18446744073709551616",
+        "1000000",
+        "-9223372036854775809",
+        "0.1",
+        "0.004",
+        "1e-9",
+        "1e6",
+        "impact",
+        "wrong",
+        "never",
+    ),
+]
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Give each option each value, and values made of two."""
+    tries = [(command, option, word) for command, options in COMMANDS.items() for option in options for word in WORDS]
+    rng.shuffle(tries)
+    while True:
+        for command, option, word in tries:
+            work = folder / "work"
+            yield _tried([*command, option, word], work)
+        tries = [(command, option, rng.choice(WORDS) + rng.choice(WORDS)) for command, option, _ in tries]
+
+
+def _tried(arguments: list[str], work: Path) -> str:
+    patches = [
+        patch(f"carom.{name}.LocalPool", _in_process) for name in ("runs.pool", "runs.execute", "stress.campaign")
+    ]
+    work.mkdir()
+    try:
+        with chdir(work), patches[0], patches[1], patches[2], within():
+            result = CliRunner().invoke(app, arguments)
+    except HangError:
+        result = None
+    finally:
+        rmtree(work)
+    if result is None or isinstance(result.exception, HangError):
+        return _as_a_command(arguments, work)
+    shown = " ".join(arguments)[:300]
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        return f"{shown!r}: {type(result.exception).__name__}: {str(result.exception)[:200]!r}"
+    if result.exit_code == 2 and not result.output.strip():
+        return f"{shown!r}: refused without a sentence"
+    return "" if "\x1b[31m" not in result.output else f"{shown!r}: an escape sequence in the output"
+
+
+def _in_process(*_: object, **__: object) -> InProcess:
+    return InProcess()
+
+
+def _as_a_command(arguments: list[str], work: Path) -> str:
+    shown = " ".join(arguments)[:300]
+    work.mkdir()
+    limited = [*arguments, "--time-limit", "3"] if arguments[0] in {"run", "bench", "advise", "stress"} else arguments
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", "carom", *limited], cwd=work, capture_output=True, text=True, timeout=90, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"{shown!r}: no answer within 90 s, with a time limit of 3 s"
+    finally:
+        rmtree(work)
+    return f"{shown!r}: {done.stderr[-300:]}" if "Traceback" in done.stderr else ""

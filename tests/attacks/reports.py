@@ -1,0 +1,66 @@
+"""Reports, killed at any call that changes the disk: the next command finds the old files or the new ones, whole."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from carom.folders import MARKER, claim, write_files
+
+__all__ = ["attack"]
+
+NAMES = ("index.html", "report.md", "results.jsonl", "junit.xml", "a.svg", "a.png")
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Write a report over another in a process that ends at a call drawn by lot; look at what the next one finds."""
+    out, number = folder / "out", 0
+    while True:
+        old, new = ({name: rng.randbytes(rng.choice((0, 10, 10**5))) for name in _drawn(rng)} for _ in range(2))
+        for path in [*out.glob("*"), *out.glob(".carom*/*")] if out.exists() else ():
+            path.unlink() if path.is_file() else None
+        write_files(out, "bench", old)
+        number = (number + 1) % (4 * len(new) + 12)
+        child = os.fork()
+        if not child:
+            try:
+                _kill_at(number)
+                write_files(out, "bench", new)
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        claim(out, "bench")
+        found = {path.name: path.read_bytes() for path in out.iterdir() if path.name != MARKER}
+        expected = (old, {**old, **new})
+        yield (
+            ""
+            if found in expected
+            else f"killed at call {number}: {sorted(found)} is neither the old nor the new report"
+        )
+
+
+def _drawn(rng: Random) -> list[str]:
+    return rng.sample(NAMES, rng.randrange(1, len(NAMES) + 1))
+
+
+def _kill_at(number: int) -> None:
+    """End this process outright before the call of so high a number, of those that change the disk."""
+    left = [number]
+
+    def counted(real: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            left[0] -= 1
+            if left[0] < 0:
+                os._exit(9)
+            return real(*args, **kwargs)
+
+        return call
+
+    for owner, name in (
+        (os, "fsync"),
+        *((Path, name) for name in ("open", "mkdir", "rename", "replace", "rmdir", "unlink")),
+    ):
+        setattr(owner, name, counted(getattr(owner, name)))

@@ -1,0 +1,73 @@
+"""The short form of each attack: a few tries, nothing lost; and the campaign itself, which must see a loss."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+import time
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+from random import Random
+
+import pytest
+from tests.attacks import __main__ as campaign
+from tests.attacks.guard import HangError, shrunk, within
+
+#: Tries of those that take milliseconds each; of the others one or two.
+QUICK = {"scenes": 150, "known-failures": 100, "journal-cuts": 30, "journal-garbage": 30, "reports": 20}
+SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
+@pytest.mark.parametrize(
+    ("name", "tries"), [*QUICK.items(), *(pytest.param(*one, marks=pytest.mark.long) for one in SLOW.items())]
+)
+def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
+    """What the campaign does for hours holds for a few tries, from the same seeds each time."""
+    if name == "digests" and importlib.util.find_spec("distributed") is None:
+        pytest.skip("distributed, extra cluster, is missing")
+    assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries
+
+
+def test_every_attack_has_a_short_form() -> None:
+    """None is left out of these tests."""
+    assert {*QUICK, *SLOW} == {*campaign.ATTACKS}
+
+
+def test_counts_add_up_and_a_loss_fails(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Counts go on from call to call; a loss is printed, kept, told in the table and exit code 1 from then on."""
+
+    def tries(rng: Random, folder: Path) -> Iterator[str]:
+        del rng
+        yield "" if not (folder / "again").exists() else "lost: a line"
+        (folder / "again").touch()
+        while True:
+            yield ""
+
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{campaign.BEGIN}\nstale\n{campaign.END}\nafter\n")
+    monkeypatch.setattr(campaign, "ATTACKS", {"mine": campaign.Attack("tries", "all", 10, tries)})
+    monkeypatch.setattr(sys, "argv", ["x", "--minutes", "0.001", "--state", str(tmp_path), "--write", str(page)])
+    assert campaign.main() == 0
+    first = json.loads((tmp_path / "mine" / campaign.COUNT).read_text())["tried"]
+    assert campaign.main() == 1
+    count = json.loads((tmp_path / "mine" / campaign.COUNT).read_text())
+    assert count["tried"] > first
+    assert (count["lost"], count["findings"]) == (1, ["lost: a line"])
+    assert "mine: lost: a line" in capsys.readouterr().out
+    text = page.read_text()
+    assert f"| tries | {count['tried']:,} | 1 | all |" in text
+    assert text.startswith("before\n")
+    assert text.endswith("after\n")
+    assert "stale" not in text
+
+
+def test_what_hangs_and_what_fails_is_found() -> None:
+    """A hang is broken off, and of what fails the piece is kept that fails by itself."""
+    with pytest.raises(HangError), within(0.05):
+        time.sleep(60.0)
+    assert shrunk(b"a long text with a bad sign in it", lambda data: b"bad" in data) == b"bad"
