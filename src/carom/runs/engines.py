@@ -28,7 +28,7 @@ from carom.runs.observe import profile_settings
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.trace import Setting
 
-__all__ = ["Describe", "Methods", "SettingsAt", "engines", "methods_of"]
+__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of"]
 
 
 #: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
@@ -71,7 +71,8 @@ class Describe:
         )
 
 
-#: What was found of each entry point, once a process, as Python imports a module once.
+#: What was found of each entry point, once a process, as Python imports a module once. What could not be described then
+#: is asked for again.
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
@@ -91,7 +92,9 @@ def engines(
     for name in names or ():
         require_named(name)
     points = {name: point for name, point in adapter_points().items() if names is None or name in names}
-    todo = [name for name, point in points.items() if (name, point.value) not in _KNOWN]
+    todo = [
+        name for name, point in points.items() if (one := _KNOWN.get((name, point.value))) is None or not one.profiles
+    ]
     if todo:
         own: AbstractContextManager[Pool]
         own = LocalPool(time_limit_s=time_limit_s) if pool is None else nullcontext(pool)
@@ -101,6 +104,12 @@ def engines(
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
+
+
+def engine_of(name: str) -> EngineInfo:
+    """Return what is known of an adapter, asked only where nobody has asked it yet."""
+    known = _KNOWN.get((name, adapter_points()[name].value))
+    return known or engines([name])[0]
 
 
 def _describe(name: str, asker: Asker) -> Iterator[EngineInfo]:

@@ -18,7 +18,7 @@ from carom.comparator import Errors, compare
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.registry import adapter_points
-from carom.runs.engines import engines
+from carom.runs.engines import engine_of
 from carom.runs.job import Answer, Job, JobTask, Method, Progress, UnsupportedError
 from carom.runs.journal import Journal
 from carom.runs.observe import able_adapter, observe_run
@@ -161,7 +161,7 @@ def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
     ]
     if engine not in adapter_points():
         return ()
-    (info,) = engines([engine])
+    info = engine_of(engine)
     return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
 
 

@@ -94,11 +94,11 @@ def declared(install: Install) -> None:
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "exits-0")) for name in LOADING]
 )
 def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever loading an adapter does, it is unavailable with the reason, in bounded time, and PIT is there."""
-    monkeypatch.setattr(Describe, "least_limit_s", 6.0)
-    with LocalPool(2, 6.0) as pool:
-        pit, line = engines(["pit", name], pool=pool)
-    assert pit.available
+    """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
+    if "timed out" in LOADING[name][1]:
+        monkeypatch.setattr(Describe, "least_limit_s", 6.0)
+    with LocalPool(1, 6.0) as pool:
+        (line,) = engines([name], pool=pool)
     assert LOADING[name][1] in line.unavailable
     assert not line.profiles
 
