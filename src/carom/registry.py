@@ -23,6 +23,7 @@ __all__ = [
     "AdapterPoint",
     "EngineInfo",
     "adapter_points",
+    "asked_as",
     "distribution_of",
     "engine_named",
     "load_adapter",
@@ -147,6 +148,12 @@ def engine_named(word: str) -> str:
         adapter_points.cache_clear()
         adapter_points()
     return name
+
+
+def asked_as(name: str) -> str:
+    """Return the word by which anybody can ask for an engine: its manifest where it has one, else its name."""
+    point = adapter_points().get(name)
+    return name if point is None or point.module else point.value
 
 
 def distribution_of(name: str) -> str:

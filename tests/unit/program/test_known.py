@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.errors import AdapterError
-from carom.registry import MANIFESTS, adapter_points, engine_named
+from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named
 from carom.runs.engines import engines
 
 
@@ -33,7 +33,7 @@ def test_a_manifest_makes_its_engine_known(tmp_path: Path) -> None:
     assert engine_named(str(path)) == "toy"
     assert engine_named(f"{tmp_path}/") == "toy"
     assert os.environ[MANIFESTS] == str(path)
-    assert adapter_points()["toy"].value == str(path)
+    assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
 
 
 def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
