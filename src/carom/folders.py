@@ -85,8 +85,8 @@ def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
     try:
         yield
     finally:
-        if not marked and os.listdir(folder) == [MARKER]:
-            (folder / MARKER).unlink()
+        if not marked and set(os.listdir(folder)) <= {MARKER}:
+            (folder / MARKER).unlink(missing_ok=True)  # whoever claimed it again has removed it
             if new:
                 folder.rmdir()
 

@@ -130,15 +130,15 @@ def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dy
         engine.disconnect(client)
 
 
-def mujoco(thrown: Thrown, option: str = 'cone="elliptic"', pair: str = "", condim: int = 3) -> Left:
+def mujoco(thrown: Thrown, option: str = 'cone="elliptic"', pair: str = "", mass: float = 1.0) -> Left:
     """Return velocity and spin after the impact, answered in one step by damping; `pair` lists it as a pair, with that.
 
-    Where it is no pair, MuJoCo combines the two coefficients by its own rule.
+    Where it is no pair, MuJoCo combines the two coefficients by its own rule. Inertia goes with `mass`.
     """
     engine: Any = importlib.import_module("mujoco")
-    contact = f'solref="0 {-(1 + thrown.restitution) / DT_S!r}" solimp="0.9999 0.9999 0.001 0.5 2" condim="{condim}"'
+    contact = f'solref="0 {-(1 + thrown.restitution) / DT_S!r}" solimp="0.9999 0.9999 0.001 0.5 2" condim="3"'
     alone = 'contype="0" conaffinity="0"' if pair else ""
-    inertia = thrown.inertia or 0.1
+    inertia = mass * (thrown.inertia or 0.1)
     disc, floor = thrown.friction
     listed = f"<contact><pair geom1='disc' geom2='floor' {contact} {pair}/></contact>" if pair else ""
     joints = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
@@ -146,7 +146,7 @@ def mujoco(thrown: Thrown, option: str = 'cone="elliptic"', pair: str = "", cond
         f'<mujoco><option timestep="{DT_S!r}" gravity="0 0 0" tolerance="0" jacobian="dense" {option}>'
         f'<flag warmstart="disable"/></option><worldbody>'
         f'<body pos="0 {thrown.height_m!r} 0">{joints}<joint type="hinge" axis="0 0 1"/>'
-        f'<inertial pos="0 0 0" mass="1" diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
+        f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>'
         f'<geom name="disc" type="sphere" size="{RADIUS_M}" friction="{disc!r} 0 0" {alone} {contact}/></body>'
         f'<geom name="floor" type="plane" size="0 0 1" zaxis="0 1 0" friction="{floor!r} 0 0" {alone} {contact}/>'
         f"</worldbody>{listed}</mujoco>"

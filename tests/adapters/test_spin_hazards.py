@@ -261,9 +261,11 @@ def test_mujoco_raises_a_friction_below_its_least(named: Named) -> None:
 
 
 def test_mujoco_loses_small_frictions_of_heavy_bodies(named: Named) -> None:
-    """Where friction squared over mass comes to 1e-5 or less its cone gives none: 1e-3 of 1 kg; so 0.1 of 3 tons."""
+    """Where 3 friction^4 over the squared mass is below 1e-10 its cone gives none: 0.001 of 1 kg, 0.1 of 3 tons."""
     named("mujoco")
     assert bare.mujoco(Thrown(), IN_TURN, listed(1e-3)) == (2.0, 3.0, 0.0)
+    assert bare.mujoco(Thrown(), IN_TURN, listed(0.1), mass=3e3) == (2.0, 3.0, 0.0)
+    assert bare.mujoco(Thrown(), IN_TURN, listed(0.1), mass=1e3) == pytest.approx(law(Thrown(), 0.1), abs=CLOSE)
     assert bare.mujoco(Thrown(), IN_TURN, listed(1e-2)) == pytest.approx(law(Thrown(), 1e-2), abs=CLOSE)
 
 

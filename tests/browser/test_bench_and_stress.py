@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import pytest
 from tests.browser.conftest import Faults
-from tests.unit.report.examples import bench, campaign_results
+from tests.unit.report.examples import bench, campaign_results, growth
 
 from carom.report import wording
 from carom.report.bench_document import write_bench
+from carom.report.growth_document import write_growth
 from carom.report.stress_document import write_stress
 
 if TYPE_CHECKING:
@@ -27,17 +28,18 @@ SHOWN = 1e-3
 
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """The page of a bench of one scene, and that of a campaign, of eleven methods."""
+    """The page of a bench of one scene, that of a campaign, and that of a growth bench, of every method."""
     folder = tmp_path_factory.mktemp("pages")
     return {
         "bench": write_bench(bench(), folder / "bench"),
         "stress": write_stress(campaign_results(), folder / "stress"),
+        "growth": write_growth(growth(), folder / "growth"),
     }
 
 
-@pytest.fixture(params=["bench", "stress"])
+@pytest.fixture(params=["bench", "stress", "growth"])
 def path(request: pytest.FixtureRequest, pages: dict[str, Path]) -> Path:
-    """Each of the two pages."""
+    """Each of the pages."""
     return pages[request.param]
 
 
@@ -91,6 +93,20 @@ def test_a_point_says_its_numbers_where_it_is_pointed_at(opened: Page, pages: di
         agrees(said(opened), every[40])
         opened.keyboard.press("Escape")
         assert not opened.locator(".tip").is_visible()
+
+
+def test_a_run_of_the_growth_bench_says_its_numbers(opened: Page, pages: dict[str, Path]) -> None:
+    """In both diagrams a run shows the time and the memory that the file has, and its command."""
+    opened.goto(pages["growth"].as_uri())
+    curve = json.loads((pages["growth"].parent / "growth.json").read_text())["curves"][3]
+    point = curve["points"][2]
+    for diagram in range(2):
+        links(opened, diagram).nth(17).hover(force=True)
+        shown = said(opened)
+        assert float(shown["memory, MiB"]) == pytest.approx(point["memory_bytes"] / 2**20, rel=5e-3)
+        assert float(shown["peak, MiB"]) == pytest.approx(point["peak_bytes"] / 2**20, rel=5e-3)
+        method = f"-e {curve['engine']} -p {curve['profile']} --discs {point['discs']}"
+        assert shown["command"] == f"carom bench --grow {method}"
 
 
 def test_the_keyboard_goes_from_point_to_point(opened: Page, pages: dict[str, Path]) -> None:
@@ -176,7 +192,7 @@ def test_axe_finds_nothing_serious(browser: Browser, path: Path, scheme: Literal
     page = browser.new_page(color_scheme=scheme, bypass_csp=True)
     page.goto(path.as_uri())
     page.locator(".charts svg a, details a, details summary").first.focus()
-    page.evaluate("document.querySelector('details').open = true")
+    page.evaluate("document.querySelector('details')?.setAttribute('open', '')")
     found = Axe().run(page).response["violations"]
     serious = {
         f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in {"serious", "critical"}

@@ -82,6 +82,8 @@ def test_work_that_yields_nothing_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), claimed(tmp_path / "new", "bench"):
         raise KeyboardInterrupt
     assert list(tmp_path.iterdir()) == []
+    with claimed(tmp_path / "new", "bench"), claimed(tmp_path / "new", "bench"):
+        pass
     with claimed(tmp_path, "bench"):
         pass
     assert list(tmp_path.iterdir()) == []

@@ -73,7 +73,8 @@ class MujocoWorld:
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
-        self._leans = settings.get("shape", "sphere") == "cylinder" and settings["joints"] == "free"
+        # Normals of cylinders lean out of the plane also where slide joints keep these upright.
+        self._leans = settings.get("shape", "sphere") == "cylinder"
         self._unit = mass_unit(scene, settings)
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)

@@ -84,7 +84,7 @@ EngineNames = Annotated[
         "--engine",
         "-e",
         callback=_engines_named,
-        help="Engine, or the engine.toml of one that is a program; repeatable. All by default.",
+        help="Engine, or the engine.toml of one that is a program; repeatable. All by default. It runs with your rights.",
     ),
 ]
 

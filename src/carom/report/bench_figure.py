@@ -16,7 +16,7 @@ from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.bench_tables import is_floor, point_anchor, point_name
-from carom.report.svg import MUTED, SERIES, drawing, finish, framed, line_style, plain_number, png, render
+from carom.report.svg import MUTED, SERIES, aim, drawing, finish, framed, line_style, plain_number, png, render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 __all__ = ["diagram_png", "diagram_svg"]
 
 _WIDTH_IN, _HEIGHT_IN = 8.6, 5.2
-#: Diameter of the disc that is pointed at, points.
-_AIM = 11.0
 #: An error at rounding is drawn at the foot of the diagram, half a decade below the least of the others.
 _FOOT = 10.0**0.5
 
@@ -107,9 +105,7 @@ class _Drawing:
             self.axes.plot([x], [y], color=style["color"], linestyle="none", zorder=4, **as_drawn)
         for (x, y), point in kept:
             self.bars(x, y, point, style["color"])
-            # A disc that is not seen, large enough to be pointed at, leads to the point's numbers.
-            link, clear = f"#{point_anchor(self.bench.scene.name, point)}", (0.0, 0.0, 0.0, 0.0)
-            self.axes.plot([x], [y], "o", markersize=_AIM, color=clear, markeredgecolor=clear, zorder=5, url=link)
+            aim(self.axes, x, y, point_anchor(self.bench.scene.name, point))
 
     def bars(self, x: float, y: float, point: Point, colour: str) -> None:
         """Draw the quartiles of run time, and the errors from the luckiest start to the unluckiest."""

@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import quote
 
 from carom.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.folders import write_files
 from carom.report import wording
 from carom.report.bench_tables import METHOD
-from carom.report.document import IN_FULL, Cell, Column, Document, Figure, Figures, Lines, Section, Table
+from carom.report.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Lines, Section, Table
 from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
 from carom.report.render import html
-from carom.report.svg import alone, drawing, finish, framed, line_style, plain_number, png, render
+from carom.report.svg import aim, alone, drawing, finish, framed, line_style, plain_number, png, render
 
 if TYPE_CHECKING:
     from matplotlib import figure as drawn
 
 __all__ = ["growth_document", "write_growth"]
 
-_WIDTH_IN, _HEIGHT_IN = 7.6, 4.6
+_WIDTH_IN, _HEIGHT_IN = 8.6, 4.9
 _MIB = 2.0**20
 
 
@@ -64,12 +65,6 @@ def _fastest(growth: Growth) -> Iterator[str]:
 
 
 def _tables(growth: Growth) -> tuple[Table, ...]:
-    sizes = sorted({point.discs for curve in growth.curves for point in curve.points})
-
-    def at_each(say: Callable[[GrowthPoint], float], title: str, note: str) -> Table:
-        columns = (METHOD, *(Column(str(size), partial(_at, size, say), number=True) for size in sizes))
-        return Table(columns, growth.curves, title=title, note=note, only=IN_FULL)
-
     return (
         Table(
             (
@@ -86,32 +81,43 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             note="Least squares on logarithmic axes, with 95 % interval; where run time falls as discs are added, the "
             "method has changed, and what follows is fitted.",
         ),
-        at_each(
-            lambda point: 1e3 * point.advance_s / STEPS,
-            "Run time of a step, ms",
-            f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
-            "process of its own, one at a time. Preparation is not in it.",
-        ),
-        at_each(
-            lambda point: point.ratio,
-            "Run time over PIT's with as many discs",
-            "Both in one sitting. Only these may be held against another machine's.",
-        ),
-        at_each(
-            lambda point: point.memory_bytes / _MIB,
-            "Memory, MiB",
-            "What the process held at most, less what it held with the scene and the engine loaded and no world yet.",
+        Table(
+            (
+                Column("point", lambda at: Cell(_name(*at), anchor=_anchor(*at))),
+                Column("a step, ms", lambda at: wording.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
+                Column("over PIT's", lambda at: wording.ratio(at[1].ratio), number=True),
+                Column("prepare, s", lambda at: wording.number(at[1].prepare_s, 3), number=True),
+                Column("memory, MiB", lambda at: wording.number(at[1].memory_bytes / _MIB, 3), number=True),
+                Column("peak, MiB", lambda at: wording.number(at[1].peak_bytes / _MIB, 3), number=True),
+                Column("command", lambda at: _command(*at), only=PAGE),
+            ),
+            [(curve, point) for curve in growth.curves for point in _ran(curve)],
+            title="Every run",
+            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
+            "process of its own, one at a time. Preparation is not in a step. Over PIT's: with as many discs, both in "
+            "one sitting; only these may be held against another machine's. Memory: what the process held at most, "
+            "less what it held with the scene and the engine loaded and no world yet.",
+            only=IN_FULL,
         ),
     )
 
 
+def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
+    return f"{curve.engine} {curve.profile}, {wording.count(point.discs, 'disc')}"
+
+
+def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
+    """Return the name of a run's row within the page."""
+    return quote(f"{curve.engine}/{curve.profile}/{point.discs}")
+
+
+def _command(curve: GrowthCurve, point: GrowthPoint) -> str:
+    words = ("carom", "bench", "--grow", "-e", curve.engine, "-p", curve.profile, "--discs", str(point.discs))
+    return shlex.join(words)
+
+
 def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
     return [point for point in curve.points if not point.reason]
-
-
-def _at(size: int, say: Callable[[GrowthPoint], float], curve: GrowthCurve) -> str:
-    found = [say(point) for point in _ran(curve) if point.discs == size]
-    return wording.number(found[0]) if found else wording.ABSENT
 
 
 def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
@@ -130,8 +136,10 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
 
 def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
     """Return run time (or memory) against the number of discs, as SVG and as PNG with the lines at its foot."""
+    links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
     with drawing():
-        return render(_figure(growth, memory), "Memory" if memory else "Run time"), png(_figure(growth, memory, foot))
+        drawn = render(_figure(growth, memory), "Memory" if memory else "Run time", links)
+        return drawn, png(_figure(growth, memory, foot))
 
 
 def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
@@ -141,16 +149,19 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
     axes.set_yscale("log")
     for k, curve in enumerate(growth.curves):
         places = [
-            (point.discs, point.memory_bytes / _MIB if memory else 1e3 * point.advance_s / STEPS)
+            (point.discs, height, _anchor(curve, point))
             for point in _ran(curve)
+            if (height := point.memory_bytes / _MIB if memory else 1e3 * point.advance_s / STEPS) > 0
         ]
         exponent = curve.memory_exponent if memory else curve.time_exponent
         axes.plot(
-            [discs for discs, height in places if height > 0],
-            [height for _, height in places if height > 0],
+            [discs for discs, _, _ in places],
+            [height for _, height, _ in places],
             label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
             **line_style(k, pit=curve.engine == "pit", hollow=False),
         )
+        for place in places:
+            aim(axes, *place)
     axes.set_xlabel("discs")
     axes.set_ylabel("memory of the world, MiB" if memory else "a step, ms")
     axes.xaxis.set_major_formatter(plain_number)

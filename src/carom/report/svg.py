@@ -24,6 +24,7 @@ __all__ = [
     "SERIES",
     "SURFACE",
     "WALL",
+    "aim",
     "alone",
     "drawing",
     "finish",
@@ -45,6 +46,7 @@ WALL = "#8b94a1"
 #: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b4fa8", "#74777c")
 
+_AIM_PT = 11.0
 _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Room for the numbers and the label of the upright axis, and height of a line at the foot.
@@ -128,6 +130,12 @@ def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[st
     for k, line in enumerate(reversed(foot)):
         figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)
     return figure, axes
+
+
+def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
+    """Draw a disc that is not seen, large enough to be pointed at, which leads to a place of the page."""
+    clear = (0.0, 0.0, 0.0, 0.0)
+    axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
 
 
 def finish(axes: Axes) -> None:

@@ -113,6 +113,8 @@ def growth() -> Growth:
     """Return how cost grows: as the number of discs."""
     curves = []
     for method in METHODS[1:]:
-        own = tuple(GrowthPoint(n, 1e-3, 1e-5 * n, 1.0, 1e3 * n, 1e7) for n in (2, 10, 100, 1000, 10_000))
+        rank = METHODS.index(method)
+        costs = ((n, 1e-5 * n * rank, 1e4 * n * rank) for n in (2, 10, 100, 1000, 10_000))
+        own = tuple(GrowthPoint(n, 1e-3, run_s, grown, 6e7 + grown, 1.0) for n, run_s, grown in costs)
         curves.append(GrowthCurve(method.engine, method.profile, own, (1.0, 0.9, 1.1), (1.0, 0.9, 1.1)))
     return Growth(tuple(curves), (), HERE, 300.0, "carom bench --grow", 100.0)

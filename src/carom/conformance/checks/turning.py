@@ -12,6 +12,7 @@ from carom.conformance.checks.common import end_with_velocities, numbers, requir
 from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.suite_scenes import DT_S, alone, rubbing, rubbing_crowd
 from carom.conformance.violation import NotApplicable, Setup, require
+from carom.limits import LARGEST
 from carom.scene import Disc, Scene, Wall
 
 __all__ = ["FRICTIONS", "INERTIAS", "friction_as_declared", "inertia_as_declared", "rubs_as_told", "spins_as_declared"]
@@ -101,7 +102,8 @@ def _rubbing_capabilities(subject: Subject, profile: str = "tuned") -> Capabilit
 
 def _friction(can: Capabilities, share: str) -> float:
     low, high = can.friction
-    return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": high}[share]
+    # No scene has more than `LARGEST`.
+    return {"least": low, "sliding": min(max(low, 0.1), high), "greatest": min(high, LARGEST)}[share]
 
 
 def _spins(now: Observation, setup: Setup) -> list[float]:
