@@ -139,7 +139,13 @@ def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
 
 
 def finish(axes: Axes) -> None:
-    """Draw the grid, and the legend beside the axes."""
+    """Draw the grid, and the legend beside the axes; ticks between the labelled ones have no words."""
+    from matplotlib.ticker import NullFormatter
+
+    # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.
+    for each in (axes, *axes.child_axes):
+        each.xaxis.set_minor_formatter(NullFormatter())
+        each.yaxis.set_minor_formatter(NullFormatter())
     axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
