@@ -168,9 +168,10 @@ def _count(folder: Path) -> Count:
 
 
 def _table(counts: dict[str, Count]) -> str:
-    rows = ["| attack | tried | lost | what has to hold |", "| --- | ---: | ---: | --- |"]
+    rows = ["| attack | tried | wanted | lost | what has to hold |", "| --- | ---: | ---: | ---: | --- |"]
     rows += [
-        f"| {one.what} | {counts[name].tried:,} | {counts[name].lost:,} | {one.held} |" for name, one in ATTACKS.items()
+        f"| {one.what} | {counts[name].tried:,} | {one.goal:,} | {counts[name].lost:,} | {one.held} |"
+        for name, one in ATTACKS.items()
     ]
     return "\n".join(rows) + "\n"
 

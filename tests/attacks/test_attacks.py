@@ -60,7 +60,7 @@ def test_counts_add_up_and_a_loss_fails(
     assert (count["lost"], count["findings"]) == (1, ["lost: a line"])
     assert "mine: lost: a line" in capsys.readouterr().out
     text = page.read_text()
-    assert f"| tries | {count['tried']:,} | 1 | all |" in text
+    assert f"| tries | {count['tried']:,} | 10 | 1 | all |" in text
     assert text.startswith("before\n")
     assert text.endswith("after\n")
     assert "stale" not in text
