@@ -12,7 +12,7 @@ from carom.conformance.cases import Case, cases
 from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
 from carom.conformance.subject import Subject
 from carom.errors import InputError, UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of
+from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
 from carom.runs.engines import engines
 from carom.runs.plan import DEFAULT_PROFILES
 
@@ -101,12 +101,14 @@ def selected_engines(wanted: Sequence[str]) -> list[EngineInfo]:
     """Return the adapters that the words mean, each once.
 
     Args:
-        wanted: Names of adapters, of distributions, of the packages that entry points lead to, or ``all``.
+        wanted: Names of adapters, of distributions, of the packages that entry points lead to, manifests, or ``all``.
 
     Raises:
         UnknownNameError: A word means none of these.
         InputError: An adapter asked for by its own name is unavailable.
+        AdapterError: A manifest can't be read.
     """
+    wanted = [engine_named(word) for word in wanted]
     points = adapter_points()
     chosen: dict[str, None] = {}
     for word in wanted:

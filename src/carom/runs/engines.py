@@ -19,8 +19,8 @@ from carom.registry import (
     distribution_of,
     load_adapter,
     require_named,
-    unavailable_reason,
     version_of,
+    why_unavailable,
 )
 from carom.runs.door import plain_text, sound_adapter
 from carom.runs.job import Answer, Job, Method, Status
@@ -51,16 +51,17 @@ class Describe:
         adapter, distribution = load_adapter(self.engine), distribution_of(self.engine)
         try:
             declared = sound_adapter(adapter)
+            reason = plain_text(why_unavailable(adapter), "unavailable()")
+            version = plain_text(version_of(adapter, distribution), "version()")
         except AdapterError:
             raise
         except Exception as error:
             message = f"the adapter {self.engine!r} can't describe itself: {type(error).__name__}: {error}"
             raise AdapterError(message) from error
-        reason = unavailable_reason(declared.engine)
         return EngineInfo(
             name=self.engine,
             engine=declared.engine.name,
-            version="" if reason else version_of(declared.engine, distribution),
+            version="" if reason else version,
             unavailable=reason,
             capabilities=declared.capabilities,
             profiles={name: plain_text(one.description, "a description") for name, one in declared.profiles.items()},

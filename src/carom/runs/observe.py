@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
-from carom.registry import load_adapter, unavailable_reason
+from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.door import Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
@@ -50,7 +50,7 @@ def able_adapter(job: Job) -> Adapter:
         adapter = load_adapter(job.engine)
     except AdapterError as error:
         raise UnavailableError(str(error)) from error
-    if reason := unavailable_reason(adapter.engine):
+    if reason := why_unavailable(adapter):
         raise UnavailableError(reason)
     if reason := unsupported_reason(job.scene, capabilities_of(adapter, job.profile), job.dt_s):
         raise UnsupportedError(reason)
