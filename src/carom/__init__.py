@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from carom.physics.impact_law import resolve_impact as resolve_impact
     from carom.physics.time_of_impact import time_of_impact as time_of_impact
     from carom.registry import EngineInfo as EngineInfo
-    from carom.registry import engines as engines
     from carom.report.playback import replay as replay
+    from carom.runs.engines import engines as engines
     from carom.runs.execute import cross_check as cross_check
     from carom.runs.execute import run as run
     from carom.runs.results import Results as Results
@@ -45,8 +45,9 @@ _HOMES = {
     "carom.errors": ("CaromError", "SceneError"),
     "carom.physics.impact_law": ("resolve_impact",),
     "carom.physics.time_of_impact": ("time_of_impact",),
-    "carom.registry": ("EngineInfo", "engines"),
+    "carom.registry": ("EngineInfo",),
     "carom.report.playback": ("replay",),
+    "carom.runs.engines": ("engines",),
     "carom.runs.execute": ("cross_check", "run"),
     "carom.runs.results": ("Results",),
     "carom.scene": ("Disc", "Scene", "Wall", "load_scene", "save_scene"),

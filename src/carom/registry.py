@@ -1,20 +1,41 @@
-"""Finds adapters by entry point. Listing them imports no engine."""
+"""Finds adapters by entry point, and reads metadata alone. What they declare `carom.runs.engines` asks in a worker."""
 
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
+from pathlib import Path
+from typing import Any
 
 from carom.adapter import Adapter, Capabilities, Engine
 from carom.errors import AdapterError, UnknownNameError
+from carom.program.adapter import program_adapter
+from carom.program.manifest import MANIFEST, load_manifest
 
-__all__ = ["ENTRY_POINT_GROUP", "EngineInfo", "chosen_engines", "engines", "load_adapter", "unavailable_reason"]
+__all__ = [
+    "ENTRY_POINT_GROUP",
+    "MANIFESTS",
+    "AdapterPoint",
+    "EngineInfo",
+    "adapter_points",
+    "asked_as",
+    "distribution_of",
+    "engine_named",
+    "load_adapter",
+    "require_named",
+    "unavailable_reason",
+    "version_of",
+    "why_unavailable",
+]
 
 ENTRY_POINT_GROUP = "carom.adapters"
+#: Environment variable of the manifests that are known beside entry points: files, or folders with one, as in a PATH.
+MANIFESTS = "CAROM_ENGINES"
 
 
 @dataclass(frozen=True)
@@ -29,6 +50,8 @@ class EngineInfo:
         capabilities: What it declares; None where its adapter can't be loaded.
         profiles: Its profiles with their descriptions.
         distribution: The distribution that brought the adapter.
+        located: Names of the profiles whose steps are cut.
+        own: What the engine can do with a profile that does not go by `capabilities`, by its name.
     """
 
     name: str
@@ -38,6 +61,8 @@ class EngineInfo:
     capabilities: Capabilities | None
     profiles: Mapping[str, str]
     distribution: str
+    located: frozenset[str] = frozenset()
+    own: Mapping[str, Capabilities] = field(default_factory=dict)
 
     @property
     def available(self) -> bool:
@@ -45,40 +70,133 @@ class EngineInfo:
         return not self.unavailable
 
 
+@dataclass(frozen=True)
+class AdapterPoint:
+    """Where an adapter is found: an entry point, or the manifest of an engine that is a program.
+
+    Attributes:
+        name: Name of the adapter.
+        value: The object, as the entry point names it, or the manifest's file.
+        distribution: The distribution that brought it; empty where there is none.
+        module: The module of an entry point; empty for a manifest.
+    """
+
+    name: str
+    value: str
+    distribution: str = ""
+    module: str = ""
+
+    def load(self) -> object:
+        """Return the adapter; this imports its module, or reads its manifest."""
+        if self.module:
+            return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
+        return program_adapter(self.value)
+
+
+def _manifest_name(path: Path) -> str:
+    """Return the name that a manifest gives its engine, or, of one that can't be read, its folder's or its own."""
+    try:
+        return load_manifest(path).name
+    except AdapterError:
+        return path.resolve().parent.name if path.name == MANIFEST else path.stem
+
+
 @cache
-def _entry_points() -> dict[str, metadata.EntryPoint]:
-    found: dict[str, metadata.EntryPoint] = {}
+def adapter_points() -> Mapping[str, AdapterPoint]:
+    """Return where each adapter is found, by its name; nothing is imported or started.
+
+    Raises:
+        AdapterError: A manifest has the name of another adapter, or is not named by its whole path.
+    """
+    found: dict[str, AdapterPoint] = {}
     for point in metadata.entry_points(group=ENTRY_POINT_GROUP):
-        found.setdefault(point.name, point)
+        brought_by = point.dist.name if point.dist else ""
+        found.setdefault(point.name, AdapterPoint(point.name, point.value, brought_by, point.module))
+    for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
+        path = _manifest_in(Path(word))
+        if not path.is_absolute():  # a worker process has a working folder of its own
+            raise AdapterError(f"{MANIFESTS} must hold absolute paths, got {word!r}")
+        name = _manifest_name(path)
+        if name in found:
+            raise AdapterError(f"{path} names its engine {name!r}, and so does {found[name].value}")
+        found[name] = AdapterPoint(name, str(path))
     return found
 
 
-def _require_named(name: str, names: Iterable[str]) -> None:
-    if name not in names:
-        raise UnknownNameError(f"no engine is named {name!r}; there are: {', '.join(names) or 'none'}")
+def _manifest_in(path: Path) -> Path:
+    return path / MANIFEST if path.is_dir() else path
+
+
+def engine_named(word: str) -> str:
+    """Return the name of an engine that is asked for by name or by its manifest, which is then known.
+
+    Worker processes of this machine know it, too, since they inherit the environment.
+
+    Args:
+        word: A name, a manifest, or a folder with one; a path has a slash or ends in ``.toml``.
+
+    Raises:
+        AdapterError: The manifest is not there, or is none, or has the name of another engine.
+    """
+    if not (word.endswith(".toml") or "/" in word or os.sep in word):
+        return word
+    path = _manifest_in(Path(word)).resolve()
+    name = load_manifest(path).name
+    known = os.environ.get(MANIFESTS, "")
+    if path not in [_manifest_in(Path(one)).resolve() for one in known.split(os.pathsep) if one]:
+        os.environ[MANIFESTS] = os.pathsep.join(filter(None, (known, str(path))))
+        adapter_points.cache_clear()
+        adapter_points()
+    return name
+
+
+def asked_as(name: str) -> str:
+    """Return the word by which anybody can ask for an engine: its manifest where it has one, else its name."""
+    point = adapter_points().get(name)
+    return name if point is None or point.module else point.value
+
+
+def distribution_of(name: str) -> str:
+    """Return the name of the distribution that brought an adapter; empty where there is none."""
+    return adapter_points()[name].distribution
+
+
+def require_named(name: str) -> None:
+    """Refuse a name that no adapter has.
+
+    Raises:
+        UnknownNameError: With the names that there are.
+    """
+    if name not in adapter_points():
+        raise UnknownNameError(
+            f"no engine is named {name!r}; there are: {', '.join(sorted(adapter_points())) or 'none'}"
+        )
 
 
 def load_adapter(name: str) -> Adapter:
-    """Return the adapter of this name.
+    """Return the adapter of this name: code of its author's is run by it, so that this is for worker processes.
 
     Raises:
         UnknownNameError: No adapter has the name.
         AdapterError: Its entry point can't be loaded, or what it holds is no adapter.
     """
-    points = _entry_points()
-    _require_named(name, sorted(points))
+    require_named(name)
+    point = adapter_points()[name]
     try:
-        adapter: Adapter = points[name].load()
+        adapter: Any = point.load()
         is_adapter = isinstance(adapter, Adapter)  # runs the adapter's properties, on some versions of Python
+    except AdapterError:  # a manifest's says where and what
+        raise
     except Exception as error:
-        message = f"the adapter {name!r} can't be loaded from {points[name].value}: {type(error).__name__}: {error}"
+        message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
     if not is_adapter:
         missing = [
             part for part in ("name", "engine", "capabilities", "profiles", "prepare") if not hasattr(adapter, part)
         ]
-        raise AdapterError(f"{points[name].value} is no adapter: it has no {', '.join(missing)}")
-    return adapter
+        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
+    found: Adapter = adapter
+    return found
 
 
 def unavailable_reason(engine: Engine) -> str:
@@ -97,53 +215,25 @@ def unavailable_reason(engine: Engine) -> str:
     return f"{reason}; {engine.install}" if engine.install else reason
 
 
-def _version(engine: Engine, adapter_distribution: str) -> str:
+def why_unavailable(adapter: Adapter) -> str:
+    """Return why an adapter's engine can't be used here, by its module or by the adapter itself; empty where it can.
+
+    An adapter may have a method ``unavailable()`` for what no module tells: a program that is missing, a licence.
+    """
+    own = getattr(adapter, "unavailable", None)
+    return unavailable_reason(adapter.engine) or (str(own()) if callable(own) else "")
+
+
+def version_of(adapter: Adapter, adapter_distribution: str) -> str:
+    """Return the version of an engine: in its adapter's own words, by its distribution, or by that of the adapter.
+
+    An adapter may have a method ``version()`` where the engine is not a distribution of Python's.
+    """
+    own = getattr(adapter, "version", None)
+    if callable(own) and (told := str(own())):
+        return told
+    engine = adapter.engine
     try:
         return metadata.version(engine.distribution or adapter_distribution)
     except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"
-
-
-def _describe(name: str, distribution: str) -> EngineInfo:
-    adapter = load_adapter(name)
-    try:
-        reason = unavailable_reason(adapter.engine)
-        if not adapter.profiles:
-            raise ValueError("it has no profiles")
-        return EngineInfo(
-            name=name,
-            engine=adapter.engine.name,
-            version="" if reason else _version(adapter.engine, distribution),
-            unavailable=reason,
-            capabilities=adapter.capabilities,
-            profiles={key: profile.description for key, profile in adapter.profiles.items()},
-            distribution=distribution,
-        )
-    except Exception as error:
-        message = f"the adapter {name!r} can't describe itself: {type(error).__name__}: {error}"
-        raise AdapterError(message) from error
-
-
-def engines() -> list[EngineInfo]:
-    """Return every adapter that is installed, Carom's own two first, with why an engine is unavailable where it is."""
-    infos = []
-    for name, point in _entry_points().items():
-        distribution = point.dist.name if point.dist else ""
-        try:
-            infos.append(_describe(name, distribution))
-        except AdapterError as error:
-            infos.append(EngineInfo(name, name, "", str(error), None, {}, distribution))
-    # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
-    return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
-
-
-def chosen_engines(names: Sequence[str] | None) -> list[EngineInfo]:
-    """Return what is known of the engines of these names, or of all.
-
-    Raises:
-        UnknownNameError: There is no such engine.
-    """
-    infos = engines()
-    for name in names or ():
-        _require_named(name, [info.name for info in infos])
-    return [info for info in infos if names is None or info.name in names]

@@ -20,6 +20,7 @@ from carom.report.grid import reasons_of
 from carom.runs.explain import explain
 from carom.runs.job import Status
 from carom.runs.plan import Options, capabilities_of, plan_of
+from carom.runs.pool import InProcess
 from carom.runs.results import Row
 from carom.trace import Outcome
 
@@ -328,7 +329,7 @@ def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(named: Nam
 def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
     """Above the clamp the plan skips PyBullet as shipped with that reason, and runs it tuned."""
     named("pybullet")
-    plan = plan_of([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]))
+    plan = plan_of([_struck(150.0)], Options(["pybullet"], [1 / 60], ["default", "tuned"]), InProcess())
     default, tuned = list(explain(plan))[-2:]
     assert "default: skipped: a disc moves at 150 m/s, and this method's limit is 100 m/s" in default
     assert "tuned: run at" in tuned

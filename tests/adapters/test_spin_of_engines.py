@@ -357,3 +357,16 @@ def _with_settings(adapter: Any, settings: Any) -> Adapter:
     changed: Any = SimpleNamespace(**kept, profiles={**adapter.profiles, "located": located})
     found: Adapter = changed
     return found
+
+
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_a_rubbing_pair_repeats_to_the_bit_after_others(engine: Adapter, drive: Drive, profile: str) -> None:
+    """A world after another of the same structure, and other starts, ends in the bits of the first: nothing is kept."""
+    scene = meeting(*PAIRS["unequal"], 0.1, 0.9)
+    spun = tuple(disc.model_copy(update={"spin_rad_s": 2 * disc.spin_rad_s}) for disc in scene.discs)
+    ends = []
+    for staged in (scene, scene.model_copy(update={"discs": spun}), scene):
+        end = drive(engine, staged, 1 / 240, profile)[-1]
+        assert end.spin_rad_s is not None
+        ends.append(end.velocity_m_s.tobytes() + end.spin_rad_s.tobytes())
+    assert ends[0] == ends[2] != ends[1]

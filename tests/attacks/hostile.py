@@ -68,4 +68,4 @@ def _install(folder: Path) -> None:
     if str(folder / "site") not in sys.path:
         sys.path.insert(0, str(folder / "site"))
     invalidate_caches()
-    registry._entry_points.cache_clear()  # noqa: SLF001 - it is asked anew
+    registry.adapter_points.cache_clear()  # it is asked anew

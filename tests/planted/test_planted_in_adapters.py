@@ -81,10 +81,10 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         patch.syspath_prepend(str(Path(carom_planted.__file__).parent))
-        for cache in (registry._entry_points, scoring.versions_of):  # noqa: SLF001 - a test may forget what was found
+        for cache in (registry.adapter_points, scoring.versions_of):
             cache.cache_clear()
         yield carom_planted.adapter.name
-    for cache in (registry._entry_points, scoring.versions_of):  # noqa: SLF001 - and must not leave what it found
+    for cache in (registry.adapter_points, scoring.versions_of):
         cache.cache_clear()
 
 

@@ -28,9 +28,9 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     (info / "entry_points.txt").write_text("[carom.adapters]\npenalty = carom_penalty:adapter\n")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.syspath_prepend(str(HERE))
-    registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
+    registry.adapter_points.cache_clear()
     yield
-    registry._entry_points.cache_clear()  # noqa: SLF001 - and must not leave what it found
+    registry.adapter_points.cache_clear()
     sys.modules.pop("carom_penalty", None)
 
 

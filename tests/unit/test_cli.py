@@ -103,9 +103,11 @@ def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An engine asked for by name but not installed is exit code 3, its reason in the output."""
-    from carom.runs import plan
+    from carom.runs import engines, pool
 
-    monkeypatch.setattr(plan, "unavailable_reason", lambda _engine: "it is on strike")
+    monkeypatch.setattr(engines, "why_unavailable", lambda _adapter: "it is on strike")
+    monkeypatch.setattr(engines, "_KNOWN", {})
+    monkeypatch.setattr(pool, "LocalPool", lambda *_: pool.InProcess())
     result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output

@@ -14,7 +14,8 @@ import pytest
 
 from carom.adapter import Adapter, Engine
 from carom.errors import UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, engines, load_adapter, unavailable_reason
+from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+from carom.runs.engines import engines
 
 GOOD_ADAPTER = """
 from carom.adapter import Capabilities, Engine, Profile
@@ -177,7 +178,7 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
         "b-failing": "RuntimeError: no display",
         "b-wrong": "is no adapter: it has no name, engine, capabilities, profiles, prepare",
         "b-raising": "OSError: no licence file",
-        "b-profiles": "has no attribute 'description'",
+        "b-profiles": "profiles['odd'] must be a Profile, got 'text' (str)",
     }.items():
         assert not found[name]["available"]
         assert reason in found[name]["unavailable"]

@@ -15,9 +15,8 @@ from enum import Enum
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
-from carom.registry import chosen_engines
+from carom.runs.engines import engines, methods_of
 from carom.runs.job import Job, Method, Progress
-from carom.runs.plan import distinct_methods
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
 from carom.runs.scoring import Measures, job_key, sweep
@@ -228,8 +227,10 @@ def advise(
     closed_form = hardest[0].limit.dt_s if len(scene.discs) == 2 and not scene.walls else None
     guess = min(hardest[0].limit.dt_s, scene.duration_s / 4)
     searches = {}
-    for info in chosen_engines(engine_names):
-        for method in distinct_methods(info, profiles, guess):
+    infos = engines(engine_names, pool=pool)
+    methods = methods_of(infos, profiles, [guess], pool)
+    for info in infos:
+        for method in methods.at[info.name, guess]:
             if method != Method("pic", "tuned") or engine_names is not None:
                 searches[method] = _Search(scene, method, closed_form, guess)
     tried = 0
@@ -243,7 +244,8 @@ def advise(
             for method, search in searches.items()
             if search.wanted is not None
         }
-        results = sweep([job for own in jobs.values() for job in own], pool)
+        todo = [job for own in jobs.values() for job in own]
+        results = sweep(todo, pool, refusal=lambda job: methods.dead(job.method, guess))
         for method, own in jobs.items():
             answers = [results[job_key(job)].answer for job in own]
             reason = next((answer.said for answer in answers if answer.said), "")

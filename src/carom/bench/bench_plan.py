@@ -11,8 +11,10 @@ from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.limits import require_seconds
 from carom.registry import EngineInfo
+from carom.runs.engines import Methods, methods_of
 from carom.runs.job import Job
-from carom.runs.plan import distinct_methods, profiles_to_plan, sorted_out
+from carom.runs.plan import profiles_to_plan, sorted_out
+from carom.runs.pool import Pool
 from carom.scene import Scene
 
 __all__ = ["STEPS", "BenchPlan", "default_steps", "geometric_steps", "jobs_of"]
@@ -94,8 +96,10 @@ def default_steps(scene: Scene) -> tuple[float, ...]:
     return geometric_steps(frame_s, frame_s * FINEST, STEPS)
 
 
-def jobs_of(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan) -> list[Job]:
-    """Return every job of the scoring pass.
+def jobs_of(
+    scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan, pool: Pool
+) -> tuple[list[Job], Methods]:
+    """Return every job of the scoring pass, and what is known of its methods.
 
     Raises:
         InputError: There is no scene, or two have one name.
@@ -103,11 +107,14 @@ def jobs_of(scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPla
     """
     plain, _ = sorted_out(scenes)
     profiles = profiles_to_plan(infos, plan.profiles)
-    return [
+    steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
+    methods = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
         for info in infos
-        for refinement, dt_s in enumerate(sorted(set(plan.dts or default_steps(scene)), reverse=True))
-        for method in distinct_methods(info, profiles, dt_s)
+        for refinement, dt_s in enumerate(steps[scene.name])
+        for method in methods.at[info.name, dt_s]
         for phase in even_phases(plan.phases)
     ]
+    return jobs, methods

@@ -13,11 +13,12 @@ from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.errors import InputError
 from carom.limits import require_seconds
-from carom.registry import EngineInfo, chosen_engines, load_adapter
+from carom.registry import EngineInfo, load_adapter
+from carom.runs.engines import engines
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Journal
-from carom.runs.plan import capabilities_of
+from carom.runs.observe import capabilities_of
 from carom.runs.pool import Lane
 from carom.runs.scoring import versions_of
 from carom.runs.timing import Timing, time_run
@@ -239,7 +240,7 @@ def growth(
             raise InputError(f"a number of discs must be 1 or more, got {size}")
     require_seconds("the budget", budget_s)
     require_seconds("the time limit", time_limit_s)
-    infos = chosen_engines(engine_names)
+    infos = engines(engine_names)
     here = environment(infos)
     wanted = [
         (size, info)

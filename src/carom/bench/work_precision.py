@@ -13,7 +13,7 @@ from carom.bench.bench_plan import BenchPlan, jobs_of
 from carom.bench.convergence import fit_order
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import At, SceneTiming, time_scene, timing_key
-from carom.registry import chosen_engines
+from carom.runs.engines import Methods, engines
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress
 from carom.runs.journal import Journal
@@ -50,10 +50,10 @@ def work_precision(
         UnknownNameError: There is no such engine or profile.
     """
     started = time.perf_counter()
-    infos = chosen_engines(plan.engines)
-    jobs = jobs_of(scenes, infos, plan)
     with pool:  # its processes are gone when the timing pass begins
-        results, over = _score(jobs, plan.budget_s * len(scenes) / 2, pool, journal, progress)
+        infos = engines(plan.engines, pool=pool)
+        jobs, methods = jobs_of(scenes, infos, plan, pool)
+        results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, journal, progress)
     benches = []
     for scene in scenes:
         points = _points([job for job in jobs if job.scene is scene], results, over, plan.error)
@@ -67,7 +67,12 @@ def work_precision(
 
 
 def _score(
-    jobs: Sequence[Job], budget_s: float, pool: Pool, journal: Journal[Scored] | None, progress: Progress | None
+    jobs: Sequence[Job],
+    methods: Methods,
+    budget_s: float,
+    pool: Pool,
+    journal: Journal[Scored] | None,
+    progress: Progress | None,
 ) -> tuple[dict[JobKey, Scored], str]:
     """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
     results: dict[JobKey, Scored] = {}
@@ -89,7 +94,7 @@ def _score(
             if progress is not None:
                 progress(done + now, len(jobs), f"scoring {what}")
 
-        results.update(sweep(own, pool, journal, shown))
+        results.update(sweep(own, pool, journal, shown, refusal=methods.refusal))
         done += len(own)
         if missing:
             last_s, last_steps = time.perf_counter() - before, steps

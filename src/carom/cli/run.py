@@ -13,6 +13,8 @@ from carom.errors import InputError
 from carom.limits import MOST_PHASES
 
 if TYPE_CHECKING:
+    from carom.runs.plan import Plan
+    from carom.runs.pool import Pool
     from carom.runs.results import Results
 
 __all__ = ["FailOn", "run"]
@@ -96,13 +98,9 @@ def run(
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
     """
-    from carom.folders import claimed
-    from carom.report import require_report_extra, write_report
-    from carom.report.cross_check import PURPOSE, cross_check_document
-    from carom.runs.execute import execute
     from carom.runs.explain import explain as explained
-    from carom.runs.observed import observed_journal
     from carom.runs.plan import Options, plan_of
+    from carom.runs.pool import LocalPool
 
     options = Options(
         engines=engine or None,
@@ -117,35 +115,49 @@ def run(
         time_limit_s=time_limit,
         memory_limit_mb=memory_limit,
     )
-    plan = plan_of(shared.scenes_named(scenes or []), options)
-    if explain:
-        for line in explained(plan):
-            shared.say(line)
-        return
-    if report is None:
-        if resume or retry:
-            raise InputError("--resume goes on with what lies in the folder of --report: name it")
-        with shared.progress_bar() as progress:
-            results = execute(plan, progress=progress, command=shared.command_line())
-        shared.print_document(cross_check_document(results), full=verbose)
-    else:
-        require_report_extra()
-        path = report / "journal.jsonl"
-        with (
-            claimed(report, PURPOSE, "--report"),
-            shared.resumable(path),
-            observed_journal(path, options, resume=resume or retry, retry=retry) as journal,
-            shared.progress_bar() as progress,
-        ):
-            results = execute(plan, journal=journal, progress=progress, command=shared.command_line())
-            document = cross_check_document(results)
-            page = write_report(results, report, document)
-            journal.discard()  # the report holds it all
-        shared.print_document(document, full=verbose)
-        shared.console().print(f"report: {page}", soft_wrap=True)
+    named = shared.scenes_named(scenes or [])
+    if report is None and (resume or retry):
+        raise InputError("--resume goes on with what lies in the folder of --report: name it")
+    with LocalPool(jobs, time_limit, memory_limit) as pool:
+        plan = plan_of(named, options, pool)
+        if explain:
+            for line in explained(plan):
+                shared.say(line)
+            return
+        results = _carried_out(plan, pool, report, resume=resume, retry=retry, verbose=verbose)
     code = _exit_code(results, set(engine or ()), fail_on)
     if code:
         raise typer.Exit(code)
+
+
+def _carried_out(plan: Plan, pool: Pool, report: Path | None, *, resume: bool, retry: bool, verbose: bool) -> Results:
+    """Carry out a plan, write its report where one is asked for, and print the table."""
+    from carom.folders import claimed
+    from carom.report import require_report_extra, write_report
+    from carom.report.cross_check import PURPOSE, cross_check_document
+    from carom.runs.execute import execute
+    from carom.runs.observed import observed_journal
+
+    if report is None:
+        with shared.progress_bar() as progress:
+            results = execute(plan, pool, progress=progress, command=shared.command_line())
+        shared.print_document(cross_check_document(results), full=verbose)
+        return results
+    require_report_extra()
+    path = report / "journal.jsonl"
+    with (
+        claimed(report, PURPOSE, "--report"),
+        shared.resumable(path),
+        observed_journal(path, plan.options, resume=resume or retry, retry=retry) as journal,
+        shared.progress_bar() as progress,
+    ):
+        results = execute(plan, pool, journal=journal, progress=progress, command=shared.command_line())
+        document = cross_check_document(results)
+        page = write_report(results, report, document)
+        journal.discard()  # the report holds it all
+    shared.print_document(document, full=verbose)
+    shared.console().print(f"report: {page}", soft_wrap=True)
+    return results
 
 
 def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
 
 import typer
 
-from carom.errors import CaromError, InputError
+from carom.errors import AdapterError, CaromError, InputError
 from carom.limits import LARGEST, MOST_JOBS, SMALLEST
 from carom.text import shortened, visible
 
@@ -67,9 +67,26 @@ Parameters = ParamSpec("Parameters")
 
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
 
+
+def _engines_named(words: list[str] | None) -> list[str] | None:
+    """Return names of engines; a manifest becomes known, and is its engine's name."""
+    from carom.registry import engine_named
+
+    try:
+        return words and [engine_named(word) for word in words]
+    except AdapterError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
 EngineNames = Annotated[
     list[str] | None,
-    typer.Option("--engine", "-e", help="Engine, repeatable. All by default. Its adapter runs with your rights."),
+    typer.Option(
+        "--engine",
+        "-e",
+        callback=_engines_named,
+        help="Engine, or the engine.toml of one that is a program; repeatable. All by default. "
+        "Its adapter runs with your rights.",
+    ),
 ]
 
 ProfileNames = Annotated[

@@ -18,8 +18,7 @@ from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.registry import load_adapter
 from carom.runs.job import Job, Method, Status, Task
-from carom.runs.observe import Observe, observe_run, profile_settings
-from carom.runs.plan import capabilities_of
+from carom.runs.observe import Observe, capabilities_of, observe_run, profile_settings
 from carom.runs.pool import Closing, Lane
 from carom.scene import Scene
 from carom.scenes import all_scenes

@@ -6,14 +6,14 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib import metadata
 from pathlib import Path
 
 from carom.conformance.cases import Case, cases
 from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
 from carom.conformance.subject import Subject
 from carom.errors import InputError, UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, EngineInfo, engines
+from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
+from carom.runs.engines import engines
 from carom.runs.plan import DEFAULT_PROFILES
 
 __all__ = ["EnginePlan", "Suite", "make_suite", "selected_engines"]
@@ -93,7 +93,7 @@ def make_suite(
     known = {} if known_file is None else load_known_failures(known_file)
     if known_file is not None:
         skipped = {name: skip for name, skip in everything.items() if skip}
-        check_names(known, everything, skipped, {info.name for info in engines()}, known_file)
+        check_names(known, everything, skipped, {*adapter_points()}, known_file)
     return Suite(tuple(planned), known, known_file)
 
 
@@ -101,35 +101,38 @@ def selected_engines(wanted: Sequence[str]) -> list[EngineInfo]:
     """Return the adapters that the words mean, each once.
 
     Args:
-        wanted: Names of adapters, of distributions, of the packages that entry points lead to, or ``all``.
+        wanted: Names of adapters, of distributions, of the packages that entry points lead to, manifests, or ``all``.
 
     Raises:
         UnknownNameError: A word means none of these.
         InputError: An adapter asked for by its own name is unavailable.
+        AdapterError: A manifest can't be read.
     """
-    infos = engines()
-    packages = {
-        point.name: point.module.partition(".")[0]
-        for point in reversed([*metadata.entry_points(group=ENTRY_POINT_GROUP)])  # the first of a name is the one
-    }
-    chosen: dict[str, EngineInfo] = {}
+    wanted = [engine_named(word) for word in wanted]
+    points = adapter_points()
+    chosen: dict[str, None] = {}
     for word in wanted:
-        named = [info for info in infos if info.name == word]
-        if named and named[0].unavailable:
-            raise InputError(f"{word}: {named[0].unavailable}")
-        found = named or [
-            info
-            for info in infos
-            if word == ALL or _normal(info.distribution) == _normal(word) or packages.get(info.name) == word
-        ]
+        found = (
+            [word]
+            if word in points
+            else [
+                name
+                for name, point in points.items()
+                if word in (ALL, point.module.partition(".")[0]) or _normal(distribution_of(name)) == _normal(word)
+            ]
+        )
         if not found:
-            known = ", ".join(f"{info.name} ({info.distribution})" for info in infos)
+            known = ", ".join(f"{name} ({distribution_of(name)})" for name in sorted(points))
             raise UnknownNameError(
                 f"no adapter, and no distribution or package with one, is named {word!r}; there are: {known}. "
                 f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
             )
-        chosen.update((info.name, info) for info in found)
-    return list(chosen.values())
+        chosen |= dict.fromkeys(found)
+    infos = {info.name: info for info in engines([*chosen])}
+    for name in chosen:
+        if infos[name].unavailable and name in wanted:
+            raise InputError(f"{name}: {infos[name].unavailable}")
+    return [infos[name] for name in chosen]
 
 
 def _normal(name: str) -> str:

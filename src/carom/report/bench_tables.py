@@ -17,6 +17,7 @@ from carom.bench.noise import Spread
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, run_s
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS
+from carom.registry import asked_as
 from carom.report import wording
 from carom.report.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Table
 
@@ -256,7 +257,7 @@ def point_anchor(scene: str, point: Point) -> str:
 
 def _command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that makes a point again: of the bench's own choices, those that are not the usual ones."""
-    words = ["carom", "bench", scene, "-e", point.engine, "-p", point.profile, "--dt", repr(point.dt_s)]
+    words = ["carom", "bench", scene, "-e", asked_as(point.engine), "-p", point.profile, "--dt", repr(point.dt_s)]
     usual = {field.name: field.default for field in fields(BenchPlan)}
     for name in ("phases", "error", "rounds", "seed"):
         if (chosen := getattr(plan, name)) != usual[name]:

@@ -252,7 +252,7 @@ def _cell(column: GridColumn, row: Row | None) -> GridCell:
 
 
 def _figure(row: Row | None) -> tuple[str, str]:
-    """Return the number that matters most: impacts missed or invented, else velocity, else time."""
+    """Return the number that matters most: impacts missed or invented, else velocity or spin, else time."""
     if row is None or row.score is None:
         return "", ""
     score = row.score
@@ -266,12 +266,14 @@ def _figure(row: Row | None) -> tuple[str, str]:
         return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
     time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
-    if score.total.velocity <= rounding and abs(time_s) > rounding * score.scales.time_s:
+    velocity, spin = score.total.velocity, score.total.spin
+    if velocity <= rounding and not spin > rounding and abs(time_s) > rounding * score.scales.time_s:
         away = wording.steps(abs(time_s), row.job.dt_s)
         return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
-    shown = wording.number(score.total.velocity)
+    symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # where nothing turns, spin is NaN
+    shown = wording.number(worse)
     paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"
-    return f"Δv {shown}{paid}", shown
+    return f"{symbol} {shown}{paid}", shown
 
 
 def _unrun(results: Results, columns: Mapping[Method, GridColumn], scene_count: int) -> tuple[Unrun, ...]:

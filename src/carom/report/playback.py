@@ -16,6 +16,7 @@ from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
+from carom.registry import asked_as
 from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.grid import mark_of, reasons_of
@@ -69,7 +70,8 @@ class Replay:
             Job(trace.scene, Method(trace.method, trace.profile), trace.dt_s), Status.RAN, trace=trace, score=self.score
         )
         mark = mark_of(row)
-        command = ("carom", "run", "scene.toml", "-e", trace.method, "-p", trace.profile, "--dt", repr(trace.dt_s))
+        engine = asked_as(trace.method)
+        command = ("carom", "run", "scene.toml", "-e", engine, "-p", trace.profile, "--dt", repr(trace.dt_s))
         said = {
             "engine": trace.method,
             "profile": trace.profile,

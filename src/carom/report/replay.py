@@ -20,6 +20,7 @@ import tomli_w
 
 from carom.comparator import ImpactError, Score
 from carom.comparator.thresholds import THRESHOLDS
+from carom.registry import asked_as
 from carom.report import wording
 from carom.report.grid import Grid, GridCell
 from carom.report.paths import extent_of
@@ -64,7 +65,7 @@ def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
         "css": cell.mark.css,
         "said": [wording.capitalised(reason) + "." for reason in cell.reasons],
         "command": shlex.join(
-            ("carom", "run", job.scene.name, "-e", job.engine, "-p", job.profile, "--dt", repr(job.dt_s))
+            ("carom", "run", job.scene.name, "-e", asked_as(job.engine), "-p", job.profile, "--dt", repr(job.dt_s))
         ),
     }
     return row.trace, row.score, said

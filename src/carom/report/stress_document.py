@@ -10,6 +10,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from carom.folders import write_files
+from carom.registry import asked_as
 from carom.report import wording
 from carom.report.document import (
     DETAIL,
@@ -202,7 +203,7 @@ def _number(value: float | None) -> str:
 def _command(method: Method, spot: Spot) -> str:
     if not spot.scenes or spot.ending is SpotEnding.NOT_RUN:
         return ""
-    return shlex.join(("carom", "run", *spot.scenes, "-e", method.engine, "-p", method.profile))
+    return shlex.join(("carom", "run", *spot.scenes, "-e", asked_as(method.engine), "-p", method.profile))
 
 
 def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
@@ -111,10 +112,11 @@ def _of_score(score: Score) -> list[str]:
     found = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
     undecided = f", {len(score.undecided)} undecided" if score.undecided else ""
     beyond = f", {score.beyond_horizon} beyond the horizon" if score.beyond_horizon else ""
+    spin = "" if math.isnan(total.spin) else f", spin {_n(total.spin)}"
     heading = (
         f"Score: {score.grade.value.partition(':')[0]}",
         f"  {found}{undecided}{beyond}",
-        f"  largest errors: velocity {_n(total.velocity)}, time {wording.seconds(total.time_s)}, final place"
+        f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final place"
         f" {_n(total.final_position)}, energy {_n(total.energy)}",
         f"  price of sampling paid: {_n(score.price_paid)}",
     )

@@ -52,12 +52,14 @@ MOST_IMPACTS = 40
 _TO_MEND = (Mark.UNAVAILABLE, Mark.CRASHED, Mark.TIMED_OUT, Mark.FAILED)
 
 FIGURE_NOTE = (
-    "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene. Where all "
-    "velocities are right to rounding, it is told how many steps late or early an impact was found; where impacts are "
-    "missed or invented, they are counted. PIC is held against itself here: what it is worth, the known answers say."
+    "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene; where discs turn, RΔω "
+    "is that of spin times radius, over the greatest speed of a disc or a rim, where that is more. Where all "
+    "velocities and spins are right to rounding, it is told how many steps late or early an impact was found; where "
+    "impacts are missed or invented, they are counted. PIC is held against itself here: what it is worth, the known "
+    "answers say."
 )
 SHORT_NOTE = (
-    "0.075: largest velocity error, over the scene's greatest speed\n"
+    "0.075: largest velocity error, over the scene's greatest speed; or spin error, where that is more\n"
     "-1 +2: impacts missed and invented\n"
     "0.4 dt: velocities right to rounding, found so many steps late or early"
 )

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 
 from carom.arguments import shown
 from carom.errors import CaromError, InputError, MissingExtraError
-from carom.registry import engines
+from carom.runs.engines import engines
 from carom.runs.job import Answer, Task
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Lane, Pool
 from carom.runs.scoring import versions_of

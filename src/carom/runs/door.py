@@ -9,19 +9,22 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from typing import Any
+from dataclasses import fields, replace
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
 
-from carom.adapter import Contact, Observation
+from carom.adapter import Adapter, Capabilities, Contact, Engine, Observation, Profile
 from carom.adapter.checks import MANTISSA_BITS
 from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Door", "plain_counts", "plain_settings", "plain_text"]
+__all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "sound_adapter"]
+
+Kind = TypeVar("Kind")
 
 #: A warning, a name or a setting is read by people.
 MOST_CHARACTERS = 2000
@@ -80,6 +83,73 @@ def plain_counts(counts: object) -> dict[str, int]:
     return {
         plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}") for name, count in counts.items()
     }
+
+
+class Declared(NamedTuple):
+    """What an adapter declares, held to the seam."""
+
+    engine: Engine
+    capabilities: Capabilities
+    profiles: Mapping[str, Profile]
+
+
+def sound_adapter(adapter: Adapter) -> Declared:
+    """Return what an adapter declares.
+
+    Raises:
+        AdapterError: A field is not what it must be.
+    """
+    plain_text(adapter.name, "the name of an adapter")
+    engine = _held(adapter.engine, Engine, "engine")
+    plain_text(engine.name, "engine.name")
+    profiles: object = adapter.profiles
+    if not isinstance(profiles, Mapping) or not profiles:
+        raise AdapterError(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}")
+    for name, profile in profiles.items():
+        where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
+        if not isinstance(profile, Profile):
+            raise AdapterError(f"{where} must be a Profile, got {_shown(profile)}")
+        plain_text(profile.description, f"{where}.description")
+        if not callable(profile.settings) or not isinstance(profile.located, bool):
+            raise AdapterError(f"{where} must have settings that can be called, and a located that is True or False")
+        if profile.capabilities is not None:
+            _able(profile.capabilities, f"{where}.capabilities")
+    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles)
+
+
+def _able(found: object, where: str) -> Capabilities:
+    able = _held(found, Capabilities, where)
+    for name in (field.name for field in fields(Capabilities)):
+        value = getattr(able, name)
+        numbers = value if isinstance(value, tuple) else (value,)
+        if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
+            isinstance(value, tuple) and not value[0] <= value[1]
+        ):
+            raise AdapterError(f"{where}.{name} must be a number, or a least and a greatest, got {_shown(value)}")
+    if able.float_bits not in MANTISSA_BITS:
+        raise AdapterError(f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}")
+    return able
+
+
+def _held(found: object, kind: type[Kind], where: str) -> Kind:
+    """Return a dataclass of the seam with each field of the type that it declares."""
+    if not isinstance(found, kind):
+        raise AdapterError(f"{where} must be {kind.__name__}(...), got {_shown(found)}")
+    hints, values = get_type_hints(kind), {}
+    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # the seam's are dataclasses
+        value = _python(getattr(found, name))
+        try:
+            values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
+        except ValidationError as error:
+            raise AdapterError(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}") from None
+    return kind(**values)
+
+
+def _python(value: object) -> object:
+    """Return numbers of NumPy's as Python's, and a pair that is a list as the tuple that it is meant to be."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    return tuple(value) if isinstance(value, list) else value
 
 
 class Door:

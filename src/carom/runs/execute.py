@@ -12,7 +12,7 @@ from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError
 from carom.limits import require_seconds
-from carom.registry import load_adapter
+from carom.registry import require_named
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Journal
@@ -56,7 +56,7 @@ def run(
     """
     require_positive(dt=dt)
     require_seconds("time_limit_s", time_limit_s)
-    load_adapter(engine)
+    require_named(engine)
     job = Job(scene, Method(engine, profile), dt)
     with LocalPool(1, time_limit_s) as pool:
         answer = trace_of(job, pool, samples=True)
@@ -88,12 +88,16 @@ def cross_check(
         InputError: No scenes, two scenes of one name, or a number that is out of range.
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
-    return execute(plan_of(scenes, Options(engine_names, **options)), pool, progress=progress, command=command)
+    asked = Options(engine_names, **options)
+    own: AbstractContextManager[Pool]
+    own = LocalPool(asked.jobs, asked.time_limit_s, asked.memory_limit_mb) if pool is None else nullcontext(pool)
+    with own as opened:
+        return execute(plan_of(scenes, asked, opened), opened, progress=progress, command=command)
 
 
 def execute(
     plan: Plan,
-    pool: Pool | None = None,
+    pool: Pool,
     *,
     journal: Journal[Observed] | None = None,
     progress: Progress | None = None,
@@ -103,7 +107,7 @@ def execute(
 
     Args:
         plan: What is to be run.
-        pool: Where; it stays open. By default processes of this machine, which are ended.
+        pool: Where; it stays open.
         journal: What was observed already, and where more of it goes.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
@@ -114,15 +118,12 @@ def execute(
     jobs = [job for job in plan.jobs if job.scene.name in held]
     shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
-    own: AbstractContextManager[Pool]
-    own = LocalPool(options.jobs, options.time_limit_s, options.memory_limit_mb) if pool is None else nullcontext(pool)
-    with own as asked:
-        observer = _Observer(asked, journal, progress, samples=options.samples)
-        observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
-        observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
-        rows = _scored(jobs, held, observer)
-        rows |= _spread(rows, shifted, held, observer)
-        rows |= _timed([rows[_key(job)] for job in timed], observer)
+    observer = _Observer(plan, pool, journal, progress)
+    observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
+    observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    rows = _scored(jobs, held, observer)
+    rows |= _spread(rows, shifted, held, observer)
+    rows |= _timed([rows[_key(job)] for job in timed], observer)
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
@@ -132,11 +133,10 @@ def execute(
 class _Observer:
     """Has jobs run, keeps what came of them in the journal, and tells how far a cross-check has come."""
 
-    def __init__(
-        self, pool: Pool, journal: Journal[Observed] | None, progress: Progress | None, *, samples: bool
-    ) -> None:
+    def __init__(self, plan: Plan, pool: Pool, journal: Journal[Observed] | None, progress: Progress | None) -> None:
         self.pool, self.total = pool, 0
-        self._journal, self._progress, self._samples, self._done = journal, progress, samples, 0
+        self._refusal, self._samples = plan.methods.refusal, plan.options.samples
+        self._journal, self._progress, self._done = journal, progress, 0
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
@@ -152,11 +152,12 @@ class _Observer:
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             known = self._journal.entries.get((job_key(job), drawn)) if self._journal else None
-            if known is None:
+            answer = self._refusal(job) if known is None else known.answer
+            if answer is None:
                 todo.append((job.engine, (job, drawn)))
             else:
                 self.count(f"{job.scene.name} on {job.engine}")
-                yield job, known.answer
+                yield job, answer
         for several in self.pool.each(todo, _observe):
             if self._journal is not None:
                 self._journal.add(Observed(job_key(job), drawn, answer) for job, drawn, answer in several)

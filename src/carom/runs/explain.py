@@ -12,7 +12,7 @@ from carom.registry import EngineInfo
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job, Method
 from carom.runs.phases import phase_values
-from carom.runs.plan import Plan, refusal
+from carom.runs.plan import Plan
 from carom.runs.reference import reference_trace
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -48,7 +48,7 @@ def explain(plan: Plan) -> Iterator[str]:
         for info in plan.engines:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if job.method == Method(info.name, profile)]
-                yield f"  {info.name} {profile}: {_fate(planned, info, profile, len(steps))}"
+                yield f"  {info.name} {profile}: {_fate(planned, plan, info, profile, len(steps))}"
 
 
 def _bodies(scene: Scene) -> str:
@@ -111,12 +111,12 @@ def _samples(scene: Scene, *, drawn: bool) -> str:
     return "kept at the coarsest step, the only one that is drawn"
 
 
-def _fate(planned: Sequence[Job], info: EngineInfo, profile: str, steps: int) -> str:
+def _fate(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
     """Return at which steps a profile is run, or why it is not."""
     if not planned:
         same = profile in info.profiles
         return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
-    refused = {job.dt_s: answer.reason for job in planned if (answer := refusal(job)) is not None}
+    refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
     left_out = [f"skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items()]

@@ -10,7 +10,18 @@ from typing import Generic, Protocol, TypeVar
 from carom.errors import CaromError
 from carom.scene import Scene
 
-__all__ = ["PIT_METHOD", "Answer", "Job", "JobTask", "Method", "Progress", "Status", "Task", "UnsupportedError"]
+__all__ = [
+    "PIT_METHOD",
+    "Answer",
+    "Job",
+    "JobTask",
+    "Method",
+    "Progress",
+    "Status",
+    "Task",
+    "UnavailableError",
+    "UnsupportedError",
+]
 
 #: Told (done, all, what) as work finishes.
 Progress = Callable[[int, int, str], None]
@@ -132,8 +143,12 @@ class Task(Protocol[T_co]):
         """Do it, in the worker process. The declared type of what it returns is what an answer is held to.
 
         Raises:
-            UnsupportedError: There is nothing that could be done; any other error is the adapter's.
+            UnavailableError, UnsupportedError: There is nothing that could be done; any other error is the adapter's.
         """
+
+
+class UnavailableError(CaromError):
+    """A task that can't be carried out since its engine is not there; the message says why, and what to do."""
 
 
 class UnsupportedError(CaromError):

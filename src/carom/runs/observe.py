@@ -8,19 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.adapter import Adapter, Observation, World
+from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
-from carom.registry import load_adapter
+from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.door import Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
-from carom.runs.job import JobTask
+from carom.runs.job import Job, JobTask, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 
-__all__ = ["Observe", "observe_run", "profile_settings"]
+__all__ = ["Observe", "able_adapter", "capabilities_of", "observe_run", "profile_settings"]
 
 
 #: Samples are for drawing, and no picture is more than so many pixels wide.
@@ -36,7 +36,31 @@ class Observe(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return what happened."""
         job = self.job
-        return observe_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s, samples=self.samples)
+        return observe_run(able_adapter(job), job.scene, job.profile, job.dt_s, samples=self.samples)
+
+
+def able_adapter(job: Job) -> Adapter:
+    """Return the adapter of a job that it can run.
+
+    Raises:
+        UnavailableError: The adapter can't be loaded, or its engine is not installed.
+        UnsupportedError: It does not declare to support the scene.
+    """
+    try:
+        adapter = load_adapter(job.engine)
+    except AdapterError as error:
+        raise UnavailableError(str(error)) from error
+    if reason := why_unavailable(adapter):
+        raise UnavailableError(reason)
+    if reason := unsupported_reason(job.scene, capabilities_of(adapter, job.profile), job.dt_s):
+        raise UnsupportedError(reason)
+    return adapter
+
+
+def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
+    """Return what an engine can do with a profile: the profile's own word, or else the adapter's."""
+    known = adapter.profiles.get(profile)
+    return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
 
 def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str, Setting]:

@@ -1,7 +1,7 @@
 """The plan of a cross-check: which scene runs on which engine, with which profile and at which step.
 
-Derived from the scenes and from what the adapters declare; no engine is started. What is run and what ``--explain``
-prints are read off the same plan.
+Derived from the scenes and from what the adapters declare, each in a process of its own; no engine is imported. What is
+run and what ``--explain`` prints are read off the same plan.
 """
 
 from __future__ import annotations
@@ -9,15 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from carom.adapter import Adapter, Capabilities, ContactTimes, unsupported_reason
-from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.adapter import Capabilities, ContactTimes
+from carom.errors import InputError, UnknownNameError
 from carom.limits import require_seconds
-from carom.registry import EngineInfo, chosen_engines, load_adapter, unavailable_reason
-from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.observe import Observe, profile_settings
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker
+from carom.registry import EngineInfo
+from carom.runs.engines import Methods, engines, methods_of
+from carom.runs.job import Answer, Job, Status
+from carom.runs.observe import Observe, capabilities_of
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Pool
 from carom.runs.reference import CERTIFY_SECONDS
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer
@@ -29,11 +29,9 @@ __all__ = [
     "Plan",
     "capabilities_of",
     "default_dts",
-    "distinct_methods",
     "missing_profile_reason",
     "plan_of",
     "profiles_to_plan",
-    "refusal",
     "require_positive",
     "sorted_out",
     "trace_of",
@@ -128,6 +126,7 @@ class Plan:
         profiles: Names of the profiles to run.
         jobs: In the order scene, engine, step, profile.
         options: What was asked for.
+        methods: What is known of the methods, and why some can't be run.
     """
 
     scenes: tuple[Scene, ...]
@@ -136,6 +135,7 @@ class Plan:
     profiles: tuple[str, ...]
     jobs: tuple[Job, ...]
     options: Options
+    methods: Methods
 
 
 def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> tuple[str, ...]:
@@ -173,72 +173,39 @@ def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, .
     return plain, answers
 
 
-def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options) -> Plan:
+def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Pool | None = None) -> Plan:
     """Return the plan of a cross-check.
+
+    Args:
+        scenes: Scenes, of one's own or of the catalogue; no two of one name.
+        options: What is asked for.
+        pool: Where adapters are asked what they declare; it stays open. By default processes of this machine.
 
     Raises:
         InputError: There is no scene, or two have one name.
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     plain, answers = sorted_out(scenes)
-    infos = chosen_engines(options.engines)
+    infos = engines(options.engines, pool=pool, time_limit_s=options.time_limit_s)
     profiles = profiles_to_plan(infos, options.profiles)
-    loaded = [(info.name, load_adapter(info.name)) for info in infos if info.profiles]
-    located = {Method(name, profile) for name, of in loaded for profile in of.profiles if of.profiles[profile].located}
+    methods = methods_of(infos, profiles, [dt_s for scene in plain for dt_s in options.steps_of(scene)], pool)
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(options.steps_of(scene))
-        for method in distinct_methods(info, profiles, dt_s)
-        if options.dts or refinement == 0 or method not in located
+        for method in methods.at[info.name, dt_s]
+        if options.dts or refinement == 0 or method.profile not in info.located
     ]
-    return Plan(plain, answers, tuple(infos), profiles, tuple(jobs), options)
-
-
-def distinct_methods(info: EngineInfo, profiles: Sequence[str], dt_s: float) -> list[Method]:
-    """Return the methods to run of an engine: of profiles with the same settings at a step only the last."""
-    if not info.profiles:  # the adapter can't be loaded: one row says why
-        return [Method(info.name, profiles[-1])]
-    adapter = load_adapter(info.name)
-    by_settings: dict[object, str] = {}
-    for profile in profiles:
-        if profile in adapter.profiles:
-            located = adapter.profiles[profile].located
-            try:
-                settings: object = (located, *sorted(profile_settings(adapter, profile, dt_s).items()))
-            except AdapterError:  # its row will say why
-                settings = profile
-            by_settings[settings] = profile
-    return [Method(info.name, profile) for profile in sorted(by_settings.values(), key=list(profiles).index)]
-
-
-def refusal(job: Job) -> Answer[Any] | None:
-    """Return why a job can't be run, decided without starting the engine; None where it can."""
-    try:
-        adapter = load_adapter(job.engine)
-    except AdapterError as error:
-        return Answer(Status.UNAVAILABLE, str(error))
-    missing = unavailable_reason(adapter.engine)
-    if missing:
-        return Answer(Status.UNAVAILABLE, missing)
-    try:
-        profile_settings(adapter, job.profile, job.dt_s)
-    except AdapterError as error:
-        return Answer(Status.FAILED, str(error))
-    unsupported = unsupported_reason(job.scene, capabilities_of(adapter, job.profile), job.dt_s)
-    return Answer(Status.UNSUPPORTED, unsupported) if unsupported else None
+    return Plan(plain, answers, tuple(infos), profiles, tuple(jobs), options, methods)
 
 
 def trace_of(job: Job, asker: Asker, *, samples: bool = False) -> Answer[Trace]:
     """Return what happens in a job, or why it can't be run or was not."""
-    return refusal(job) or asker.ask(Observe(job, samples))
-
-
-def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
-    """Return what an engine can do with a profile: the profile's own word, or else the adapter's."""
-    known = adapter.profiles.get(profile)
-    return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
+    answer = asker.ask(Observe(job, samples))
+    if answer.value is not None and answer.value.scene != job.scene:
+        return Answer(Status.FAILED, "answered nonsense: a trace of another scene")
+    return answer
 
 
 def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:

@@ -10,7 +10,7 @@ import queue
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
 from carom.cores import available_cores, available_memory
@@ -102,6 +102,11 @@ class Lane(Asker):
         self._closed = False
         self._lock = threading.Lock()
 
+    @property
+    def engines(self) -> Collection[str]:
+        """Names of the engines that it has a worker for."""
+        return self._workers.keys()
+
     def of(self, engine: str) -> Worker:
         """Return the worker of an engine; its process is started when it is first asked."""
         with self._lock:
@@ -113,7 +118,10 @@ class Lane(Asker):
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out in its worker, by one message."""
-        return self.of(tasks[0].engine).ask_each(tasks, self._time_limit_s) if tasks else iter(())
+        if not tasks:
+            return iter(())
+        limit_s = max(self._time_limit_s, getattr(tasks[0], "least_limit_s", 0.0))
+        return self.of(tasks[0].engine).ask_each(tasks, limit_s)
 
     def stop(self) -> None:
         """Let whoever waits for an answer wait no longer, and nobody ask again."""
@@ -213,6 +221,6 @@ class _Todo(Generic[Item]):
                 left = [name for name, items in self._of.items() if items]
                 if not left:
                     return None
-                engine = max(left, key=lambda name: (name not in served, len(self._of[name])))
+                engine = max(left, key=lambda name: (name not in served, name in lane.engines, len(self._of[name])))
                 self._engines[lane] = engine
             return (self._of[engine].popleft(),)

@@ -7,20 +7,21 @@ from __future__ import annotations
 
 import hashlib
 import platform
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.registry import engines, load_adapter
+from carom.registry import adapter_points
+from carom.runs.engines import engine_of
 from carom.runs.job import Answer, Job, JobTask, Method, Progress, UnsupportedError
 from carom.runs.journal import Journal
-from carom.runs.observe import observe_run
-from carom.runs.plan import refusal
+from carom.runs.observe import able_adapter, observe_run
 from carom.runs.pool import Asker, Pool
 from carom.runs.reference import reference_trace
 from carom.scene import Scene
@@ -118,6 +119,7 @@ class ScoreJob(JobTask):
             UnsupportedError: There is no reference, or no such start.
         """
         job = self.job
+        adapter = able_adapter(job)
         try:
             scene = begun_earlier(job.scene, job.phase * job.dt_s)
         except InputError as error:
@@ -125,7 +127,7 @@ class ScoreJob(JobTask):
         reference = _reference(scene)
         if not isinstance(reference, Trace):
             raise UnsupportedError(reference)
-        observed = observe_run(load_adapter(job.engine), scene, job.profile, job.dt_s)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s)
         score = compare(reference, observed)
         return Measures(
             score.total,
@@ -157,10 +159,10 @@ def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
         ("numpy", metadata.version("numpy")),
         (platform.python_implementation(), platform.python_version()),
     ]
-    for info in engines():
-        if info.name == engine:
-            return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
-    return ()
+    if engine not in adapter_points():
+        return ()
+    info = engine_of(engine)
+    return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
 
 
 def job_key(job: Job) -> JobKey:
@@ -175,7 +177,12 @@ def score_journal(path: Path, *, resume: bool = False, retry: bool = False) -> J
 
 
 def sweep(
-    jobs: Sequence[Job], pool: Pool, journal: Journal[Scored] | None = None, progress: Progress | None = None
+    jobs: Sequence[Job],
+    pool: Pool,
+    journal: Journal[Scored] | None = None,
+    progress: Progress | None = None,
+    *,
+    refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
 ) -> Mapping[JobKey, Scored]:
     """Run the jobs that the journal does not hold, write each to it, and return what came of all.
 
@@ -184,11 +191,17 @@ def sweep(
         pool: Where; it stays open.
         journal: What is finished already, and where results go; None to keep them in memory alone.
         progress: Called with (done, all, what) as jobs finish, first with what was finished before.
+        refusal: Why a job can't be run, as far as that is known; such a job is not sent.
     """
     wanted = {job_key(job): job for job in jobs}
     found = {key: result for key, result in journal.entries.items() if key in wanted} if journal else {}
     if progress is not None:
         progress(len(found), len(wanted), "")
+    refused = {key: (job, why) for key, job in wanted.items() if key not in found and (why := refusal(job)) is not None}
+    told = [Scored(key, job.scene.name, why) for key, (job, why) in refused.items()]
+    if told and journal is not None:
+        journal.add(told)
+    found.update((result.key, result) for result in told)
     missing = batches([job for key, job in wanted.items() if key not in found])
     for results in pool.each(((batch[0].engine, batch) for batch in missing), _score_batch):
         if journal is not None:
@@ -216,8 +229,6 @@ def batches(jobs: Sequence[Job]) -> list[list[Job]]:
 
 
 def _score_batch(batch: Sequence[Job], asker: Asker) -> Iterator[Scored]:
-    """Run the jobs of one message; what needs no engine to be refused is refused here."""
-    refused = [refusal(job) for job in batch]
-    asked = asker.ask_each([ScoreJob(job) for job, why in zip(batch, refused, strict=True) if why is None])
-    for job, why in zip(batch, refused, strict=True):
-        yield Scored(job_key(job), job.scene.name, why or next(asked))
+    """Run the jobs of one message."""
+    for job, answer in zip(batch, asker.ask_each([ScoreJob(job) for job in batch]), strict=True):
+        yield Scored(job_key(job), job.scene.name, answer)

@@ -20,7 +20,7 @@ from functools import cache
 from typing import Any, BinaryIO, TypeVar, get_type_hints
 
 from carom.errors import CaromError
-from carom.runs.job import Answer, Status, Task, UnsupportedError
+from carom.runs.job import Answer, Status, Task, UnavailableError, UnsupportedError
 from carom.runs.wire import Codec
 
 __all__ = ["answer", "codec_of", "main"]
@@ -38,6 +38,8 @@ def answer(task: Task[T]) -> Answer[T]:
     """Carry out a task; whatever the engine raises is the answer, too."""
     try:
         return Answer(Status.RAN, value=task.carry_out())
+    except UnavailableError as error:
+        return Answer(Status.UNAVAILABLE, _told(error))
     except UnsupportedError as error:
         return Answer(Status.UNSUPPORTED, _told(error))
     except CaromError as error:

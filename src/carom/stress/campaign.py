@@ -11,11 +11,11 @@ from typing import Any
 
 from carom.errors import UnknownNameError
 from carom.folders import claimed
-from carom.registry import EngineInfo, chosen_engines
+from carom.runs.engines import Methods, engines, methods_of
 from carom.runs.environment import environment
 from carom.runs.job import Method, Progress, Status
 from carom.runs.journal import Journal
-from carom.runs.plan import distinct_methods, profiles_to_plan
+from carom.runs.plan import profiles_to_plan
 from carom.runs.pool import Asker, LocalPool
 from carom.scenes import Complaint, all_scenes
 from carom.stress.attack import Attack
@@ -37,6 +37,9 @@ SCENES = "scenes"
 
 #: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
 TIME_LIMIT_S, QUICK_TIME_LIMIT_S = 60.0, 10.0
+
+#: The step of all that is run.
+DT_S = 1.0 / RATE_HZ
 
 #: A line of the table, and what finds its spot for a method.
 StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
@@ -112,10 +115,10 @@ def stress(
     asked = StressOptions(**options)
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
-    engines = {info.name: info for info in chosen_engines(engine_names or None)}
-    wanted = profiles_to_plan([*engines.values()], asked.profiles)
-    columns = [method for info in engines.values() for method in distinct_methods(info, wanted, 1.0 / RATE_HZ)]
-    here = environment(engines.values())
+    infos = engines(engine_names or None, time_limit_s=asked.limit_s)
+    methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S])
+    columns = [method for info in infos for method in methods.at[info.name, DT_S]]
+    here = environment(infos)
     stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
     every = [(task, method) for task in tasks for method in columns]
     with (
@@ -127,7 +130,7 @@ def stress(
         done = len(every) - len(todo)
 
         def work(cell: tuple[StressTask, Method], asker: Asker) -> Iterator[Spot]:
-            yield _spot(*cell, engines[cell[1].engine], asker)
+            yield _spot(*cell, methods, asker)
 
         for several in pool.each(((cell[1].engine, cell) for cell in todo), work):
             journal.add(several)
@@ -138,7 +141,7 @@ def stress(
         spots = {(task[0].name, method.name): journal.entries[_cell_key(task, method)] for task, method in every}
     lines = tuple(line for line, _ in tasks)
     elapsed_s = time.perf_counter() - started
-    return StressResults(lines, tuple(columns), engines, spots, here, command, asked.quick, elapsed_s)
+    return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)
 
 
 def stress_journal(path: Path, stamp: Mapping[str, Any], *, resume: bool, retry: bool = False) -> Journal[Spot]:
@@ -156,10 +159,10 @@ def _cell_key(task: StressTask, method: Method) -> tuple[str, str, str]:
     return (task[0].kind, task[0].name, method.name)
 
 
-def _spot(task: StressTask, method: Method, info: EngineInfo, asker: Asker) -> Spot:
+def _spot(task: StressTask, method: Method, methods: Methods, asker: Asker) -> Spot:
     line, carry_out = task
-    if info.unavailable:
-        return Spot(line.kind, line.name, method.name, SpotEnding.NOT_RUN, reason=f"unavailable: {info.unavailable}")
+    if (refused := methods.dead(method, DT_S)) is not None:
+        return Spot(line.kind, line.name, method.name, SpotEnding.NOT_RUN, reason=refused.said)
     return carry_out(method, asker)
 
 

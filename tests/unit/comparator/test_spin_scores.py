@@ -67,6 +67,7 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
     assert not found(result) & {Verdict.WRONG_VELOCITY, Verdict.SLID, Verdict.STUCK}
     assert f"as if at {arm} times its radius" in reason(result, Verdict.ANGULAR)
     assert result.price_paid == math.inf  # on a wall sampling costs PIT nothing
+    assert f", spin {error / 5:.3g}" in str(result)
 
 
 def test_a_disc_that_slides_where_friction_holds_it_is_named() -> None:

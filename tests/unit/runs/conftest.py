@@ -104,7 +104,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
         forget()
 
     def forget() -> None:
-        registry._entry_points.cache_clear()  # noqa: SLF001 - a test may forget what was found before
+        registry.adapter_points.cache_clear()
         scoring.versions_of.cache_clear()
 
     yield install

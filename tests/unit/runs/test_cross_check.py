@@ -321,7 +321,7 @@ def contents(trace: Trace) -> dict[str, object]:
 def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
     options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
-    plan, path = plan_of([scene], options), tmp_path / "journal.jsonl"
+    plan, path = plan_of([scene], options, InProcess()), tmp_path / "journal.jsonl"
     whole = execute.execute(plan, InProcess())
 
     def end(done: int, _total: int, _what: str) -> None:
@@ -356,7 +356,7 @@ def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
     path = tmp_path / "journal.jsonl"
     options = Options(["pit"], [0.1], jobs=1, timing=False)
     with observed_journal(path, options) as journal:
-        execute.execute(plan_of([catalogue()["paper/late"]], options), InProcess(), journal=journal)
+        execute.execute(plan_of([catalogue()["paper/late"]], options, InProcess()), InProcess(), journal=journal)
     observed_journal(path, replace(options, jobs=2), resume=True).close()
     with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
         observed_journal(path, replace(options, dts=[0.2]), resume=True)

@@ -10,8 +10,6 @@ from typing import Any
 import pytest
 
 from carom.errors import UnknownNameError
-from carom.registry import chosen_engines
-from carom.runs import plan as plans
 from carom.runs import reference
 from carom.runs.execute import cross_check, execute
 from carom.runs.explain import explain
@@ -23,7 +21,7 @@ from carom.scenes import catalogue
 
 
 def plan(name: str, **options: Any) -> str:
-    return "\n".join(explain(plan_of([catalogue()[name]], Options(**options))))
+    return "\n".join(explain(plan_of([catalogue()[name]], Options(**options), InProcess())))
 
 
 def test_two_discs_need_no_queue() -> None:
@@ -99,11 +97,9 @@ def test_what_is_explained_is_what_is_run(
     """
     monkeypatch.setattr(reference, "MOST_IMPACTS", most_impacts)
     engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
-    infos = chosen_engines(engines)
-    monkeypatch.setattr(plans, "chosen_engines", lambda _names: infos)  # asked for every scene, and always the same
     chosen = Options(engines, timing=False, samples=False, certified=False, **options)
     for entry in catalogue().values():
-        planned, pool = plan_of([entry], chosen), Noting()
+        planned, pool = plan_of([entry], chosen, InProcess()), Noting()
         rows = execute(planned, pool).rows
         lines = dict(line.strip().split(": ", maxsplit=1) for line in explain(planned))
         if "nothing is run" in lines:
@@ -136,7 +132,9 @@ def test_what_is_explained_is_what_is_run(
 
 def test_a_plan_of_no_jobs_says_so() -> None:
     """Where no engine has any of the usual profiles nothing is run, and each profile says that it is not there."""
-    without = replace(plan_of([catalogue()["paper/late"]], Options(["pymunk"])), jobs=(), profiles=("absent",))
+    without = replace(
+        plan_of([catalogue()["paper/late"]], Options(["pymunk"]), InProcess()), jobs=(), profiles=("absent",)
+    )
     lines = list(explain(without))
     assert lines[-1] == "  pymunk absent: skipped: it has no such profile"
     assert not any(line.startswith("  PIT at") for line in lines)

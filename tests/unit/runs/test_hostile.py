@@ -138,9 +138,9 @@ def run(installed: None) -> Callable[..., dict[str, Row]]:  # noqa: ARG001 - its
     """Run a scene on adapters that do these acts, and on PIT."""
 
     def run(*names: str, limit_s: float = LIMIT_S) -> dict[str, Row]:
-        plan = plan_of([scene()], Options(("pit", *names), [0.1], ["tuned"], timing=False, samples=False))
+        asked = Options(("pit", *names), [0.1], ["tuned"], timing=False, samples=False)
         with LocalPool(2, limit_s, memory_limit_mb=1500) as pool:
-            rows = {row.job.engine: row for row in execute(plan, pool).rows}
+            rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
         assert rows["pit"].status is Status.RAN
         return rows
 

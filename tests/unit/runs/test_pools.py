@@ -60,7 +60,7 @@ def came_of(results: Results) -> CameOf:
 
 @pytest.fixture
 def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
-    return came_of(execute(plan_of([scene()], options(SOUND)), InProcess()))
+    return came_of(execute(plan_of([scene()], options(SOUND), InProcess()), InProcess()))
 
 
 def scene() -> Scene:
@@ -83,7 +83,7 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf) -> None:
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     with POOLS[where]() as pool:
-        found = came_of(execute(plan_of([scene()], options((*SOUND, *DEADLY))), pool))
+        found = came_of(execute(plan_of([scene()], options((*SOUND, *DEADLY)), pool), pool))
     for engine, status, words in (
         ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
         ("exits", Status.CRASHED, "exit code 7"),

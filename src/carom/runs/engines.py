@@ -1,0 +1,234 @@
+"""What adapters declare, asked in worker processes: an adapter is somebody else's code from its import on.
+
+Only those that a command needs are asked, all at once. One that hangs, ends its process or describes itself wrongly is
+unavailable with that reason, and costs no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from carom.adapter import unsupported_reason
+from carom.errors import AdapterError
+from carom.registry import (
+    EngineInfo,
+    adapter_points,
+    distribution_of,
+    load_adapter,
+    require_named,
+    version_of,
+    why_unavailable,
+)
+from carom.runs.door import plain_text, sound_adapter
+from carom.runs.job import Answer, Job, Method, Status
+from carom.runs.observe import profile_settings
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.trace import Setting
+
+__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of"]
+
+
+#: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
+LEAST_LIMIT_S = 20.0
+
+
+@dataclass(frozen=True)
+class Describe:
+    """Ask an adapter what it declares; its engine is looked for, and not imported."""
+
+    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
+    engine: str
+
+    def carry_out(self) -> EngineInfo:
+        """Return what is known of it.
+
+        Raises:
+            AdapterError: It can't be loaded, or what it declares is not what the seam asks.
+        """
+        adapter, distribution = load_adapter(self.engine), distribution_of(self.engine)
+        try:
+            declared = sound_adapter(adapter)
+            reason = plain_text(why_unavailable(adapter), "unavailable()")
+            version = plain_text(version_of(adapter, distribution), "version()")
+        except AdapterError:
+            raise
+        except Exception as error:
+            message = f"the adapter {self.engine!r} can't describe itself: {type(error).__name__}: {error}"
+            raise AdapterError(message) from error
+        return EngineInfo(
+            name=self.engine,
+            engine=declared.engine.name,
+            version="" if reason else version,
+            unavailable=reason,
+            capabilities=declared.capabilities,
+            profiles={name: plain_text(one.description, "a description") for name, one in declared.profiles.items()},
+            distribution=distribution,
+            located=frozenset(name for name, one in declared.profiles.items() if one.located),
+            own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
+        )
+
+
+#: What was found of each entry point, once a process, as Python imports a module once. What could not be described then
+#: is asked for again.
+_KNOWN: dict[tuple[str, str], EngineInfo] = {}
+
+
+def engines(
+    names: Sequence[str] | None = None, *, pool: Pool | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S
+) -> list[EngineInfo]:
+    """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
+
+    Args:
+        names: Names of adapters; every one that is installed by default.
+        pool: Where they are asked; it stays open. By default processes of this machine, which are ended.
+        time_limit_s: Without a pool, one that gives no answer for so long is unavailable.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    for name in names or ():
+        require_named(name)
+    points = {name: point for name, point in adapter_points().items() if names is None or name in names}
+    todo = [
+        name for name, point in points.items() if (one := _KNOWN.get((name, point.value))) is None or not one.profiles
+    ]
+    if todo:
+        own: AbstractContextManager[Pool]
+        own = LocalPool(time_limit_s=time_limit_s) if pool is None else nullcontext(pool)
+        with own as asked:
+            for found in asked.each(((name, name) for name in todo), _describe):
+                _KNOWN.update(((info.name, points[info.name].value), info) for info in found)
+    infos = [_KNOWN[name, point.value] for name, point in points.items()]
+    # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
+    return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
+
+
+def engine_of(name: str) -> EngineInfo:
+    """Return what is known of an adapter, asked only where nobody has asked it yet."""
+    known = _KNOWN.get((name, adapter_points()[name].value))
+    return known or engines([name])[0]
+
+
+def _describe(name: str, asker: Asker) -> Iterator[EngineInfo]:
+    answer = asker.ask(Describe(name))
+    if answer.value is not None and answer.value.name == name:
+        yield answer.value
+        return
+    reason = answer.reason
+    if answer.status is not Status.FAILED:
+        reason = f"its adapter was asked what it declares, and {answer.status.value}: {answer.reason}"
+    yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
+
+
+#: At each step the settings, or why there are none.
+_Settings = tuple[Mapping[str, Setting] | str, ...]
+
+
+@dataclass(frozen=True)
+class SettingsAt:
+    """Ask an adapter for the settings of a profile at several steps."""
+
+    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
+    engine: str
+    profile: str
+    dts: tuple[float, ...]
+
+    def carry_out(self) -> _Settings:
+        """Return them in the order of the steps."""
+        adapter = load_adapter(self.engine)
+        found: list[Mapping[str, Setting] | str] = []
+        for dt_s in self.dts:
+            try:
+                found.append(profile_settings(adapter, self.profile, dt_s))
+            except AdapterError as error:
+                found.append(str(error))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Methods:
+    """The methods that there are to run, and what can't be run by them.
+
+    Attributes:
+        at: Of profiles of an engine with the same settings at a step only the last; by engine and step.
+        refused: Why a method of an engine that is there can't be run at a step, whatever the scene.
+        infos: What is known of the engines, by name.
+    """
+
+    at: Mapping[tuple[str, float], tuple[Method, ...]]
+    refused: Mapping[tuple[Method, float], Answer[Any]]
+    infos: Mapping[str, EngineInfo]
+
+    def dead(self, method: Method, dt_s: float) -> Answer[Any] | None:
+        """Return why a method can't be run at a step, whatever the scene; None where that is not known."""
+        info = self.infos.get(method.engine)
+        if info is not None and info.unavailable:
+            return Answer(Status.UNAVAILABLE, info.unavailable)
+        return self.refused.get((method, dt_s))
+
+    def refusal(self, job: Job) -> Answer[Any] | None:
+        """Return why a job can't be run, as far as that is known without asking its adapter; None where it is not."""
+        info = self.infos.get(job.engine)
+        if (known := self.dead(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
+            return known
+        reason = unsupported_reason(job.scene, info.own.get(job.profile, info.capabilities), job.dt_s)
+        return Answer(Status.UNSUPPORTED, reason) if reason else None
+
+
+def methods_of(
+    infos: Sequence[EngineInfo], profiles: Sequence[str], dts: Sequence[float], pool: Pool | None = None
+) -> Methods:
+    """Return the methods to run of engines at each of some steps.
+
+    Args:
+        infos: What is known of the engines.
+        profiles: Names of the profiles to run.
+        dts: Steps, seconds.
+        pool: As of `engines`.
+    """
+    steps = tuple(dict.fromkeys(dts))
+    tasks = {
+        info.name: [SettingsAt(info.name, profile, steps) for profile in profiles if profile in info.profiles]
+        for info in infos
+    }
+    found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
+    own: AbstractContextManager[Pool] = LocalPool() if pool is None else nullcontext(pool)
+    with own as asked:
+        for several in asked.each(((name, of) for name, of in tasks.items() if of), _ask_all):
+            for task, answer in several:
+                found[task.engine][task.profile] = answer
+    at: dict[tuple[str, float], tuple[Method, ...]] = {}
+    refused: dict[tuple[Method, float], Answer[Any]] = {}
+    for info in infos:
+        for k, dt_s in enumerate(steps):
+            last_of: dict[object, str] = {}
+            # Of an adapter that declares nothing one row says why.
+            for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
+                settings = _settings(info, found[info.name].get(profile), k)
+                if isinstance(settings, Answer):
+                    refused[Method(info.name, profile), dt_s] = settings
+                    last_of[profile] = profile
+                else:
+                    last_of[profile in info.located, *sorted(settings.items())] = profile
+            names = sorted(last_of.values(), key=list(profiles).index)
+            at[info.name, dt_s] = tuple(Method(info.name, profile) for profile in names)
+    return Methods(at, refused, {info.name: info for info in infos})
+
+
+def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
+    """Return the settings of a profile at a step, or why a method with it can't be run."""
+    if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
+        # Those of an engine that is missing still tell which profiles are one method.
+        return settings
+    if info.unavailable or answer is None:
+        return Answer(Status.UNAVAILABLE, info.unavailable)
+    if answer.value is None:
+        return Answer(answer.status, f"asked for its settings: {answer.reason}")
+    return Answer(Status.FAILED, str(answer.value[step]))
+
+
+def _ask_all(tasks: Sequence[SettingsAt], asker: Asker) -> Iterator[tuple[SettingsAt, Answer[_Settings]]]:
+    yield from zip(tasks, asker.ask_each(tasks), strict=True)

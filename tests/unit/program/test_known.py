@@ -1,0 +1,73 @@
+"""An engine that is a program is asked for by its manifest, or known by the environment, and listed like any other."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.unit.program.programs import manifest_of
+from typer.testing import CliRunner
+
+from carom.cli import app
+from carom.errors import AdapterError
+from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named
+from carom.runs.engines import engines
+
+
+@pytest.fixture(autouse=True)
+def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv(MANIFESTS, "")
+    adapter_points.cache_clear()
+    yield
+    monkeypatch.undo()
+    adapter_points.cache_clear()
+
+
+def test_a_manifest_makes_its_engine_known(tmp_path: Path) -> None:
+    """A manifest, or its folder, is its engine's name from then on, for worker processes too; a name stays as it is."""
+    path = manifest_of(tmp_path)
+    assert engine_named("pit") == "pit"
+    assert engine_named(str(path)) == "toy"
+    assert engine_named(f"{tmp_path}/") == "toy"
+    assert os.environ[MANIFESTS] == str(path)
+    assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
+
+
+def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The version and the profiles are the manifest's; a program that is missing is a reason, with what installs it."""
+    for name, command in (("there", [sys.executable, "-c", "raise SystemExit(1)"]), ("gone", ["./gone"])):
+        (tmp_path / name).mkdir()
+        manifest_of(tmp_path / name, name=name, command=command, version="3.2", install="make it")
+    (tmp_path / "broken.toml").write_text("name = 5")
+    known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
+    monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
+    infos = {info.name: info for info in engines(["there", "gone", "broken"])}
+    assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
+    assert sorted(infos["there"].profiles) == ["default", "tuned"]
+    assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"
+    assert f"{tmp_path / 'broken.toml'}: name" in infos["broken"].unavailable
+
+
+def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A manifest that is not there, one with the name of another engine, and a relative path are each a sentence."""
+    with pytest.raises(AdapterError, match=r"none\.toml"):
+        engine_named(str(tmp_path / "none.toml"))
+    with pytest.raises(AdapterError, match="'pit', and so does"):
+        engine_named(str(manifest_of(tmp_path, name="pit")))
+    monkeypatch.setenv(MANIFESTS, "here/engine.toml")
+    adapter_points.cache_clear()
+    with pytest.raises(AdapterError, match="absolute"):
+        adapter_points()
+
+
+def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
+    """`carom run -e engine.toml` runs the program: here one that misses every impact, since nothing in it moves."""
+    path = manifest_of(tmp_path)
+    arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
+    result = CliRunner().invoke(app, ["run", "paper/missed", "-e", str(path), *arguments])
+    assert "toy" in result.output
+    refused = CliRunner().invoke(app, ["run", "-e", str(tmp_path / "no.toml")])
+    assert refused.exit_code == 2

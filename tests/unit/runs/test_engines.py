@@ -1,0 +1,156 @@
+"""An installed adapter that is broken is a line with its reason, and touches nothing that did not ask for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from carom import Disc, Scene, cross_check
+from carom.errors import UnknownNameError
+from carom.runs import engines as asking
+from carom.runs.engines import Describe, SettingsAt, engines, methods_of
+from carom.runs.job import Method, Status
+from carom.runs.pool import InProcess, LocalPool
+
+Install = Callable[[str, dict[str, str]], None]
+
+ADAPTER = """
+import ctypes, os, signal, sys, threading, time
+from types import SimpleNamespace
+from carom.adapter import Capabilities, Engine, Profile
+
+def made(**fields):
+    there = dict(name="x", engine=Engine("X"), capabilities=Capabilities(), prepare=print)
+    there["profiles"] = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+    return SimpleNamespace(**(there | fields))
+
+def setting(act):
+    return made(profiles={"tuned": Profile("acts", lambda dt: exec(act, globals())), "sound": made().profiles["tuned"]})
+"""
+
+#: What happens when an entry point is loaded, and what the line says of it.
+LOADING = {
+    "exits-0": ("sys.exit(0)", "crashed: exit code 0"),
+    "ends": ("os._exit(0)", "crashed: exit code 0"),
+    "aborts": ("os.abort()", "ended by SIGABRT"),
+    "segfaults": ("os.kill(os.getpid(), signal.SIGSEGV)", "ended by SIGSEGV"),
+    "base-exception": ("raise BaseException('no')", "BaseException: no"),
+    "interrupts": ("raise KeyboardInterrupt", "crashed: "),
+    "raises": ("raise OSError('no licence')", "OSError: no licence"),
+    "thread-stays": ("threading.Thread(target=time.sleep, args=(3600,)).start(); sys.exit(1)", "crashed: "),
+    "closes-all": ("os.closerange(0, 256)", "crashed: "),
+    "loops": ("while True: pass", "timed out: no answer within"),
+    "sleeps": ("time.sleep(3600)", "timed out: no answer within"),
+    "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),
+}
+
+#: What an adapter declares, and what the line says of it.
+DECLARED = {
+    "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
+    "float-bits": (
+        "capabilities=Capabilities(float_bits=17)",
+        "capabilities.float_bits must be one of [16, 32, 64], got 17",
+    ),
+    "words": (
+        "capabilities=Capabilities(max_speed_m_s='fast')",
+        "capabilities.max_speed_m_s: Input should be a valid number, got 'fast'",
+    ),
+    "nan": ("capabilities=Capabilities(max_speed_m_s=float('nan'))", "capabilities.max_speed_m_s must be a number"),
+    "order": (
+        "capabilities=Capabilities(restitution=(1.0, 0.0))",
+        "capabilities.restitution must be a number, or a least",
+    ),
+    "no-engine": ("engine=None", "engine must be Engine(...), got None"),
+    "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),
+    "no-name": ("name=None", "the name of an adapter must be a text, got None"),
+    "no-profiles": ("profiles={}", "profiles must be a mapping with a profile at least"),
+    "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with a profile at least"),
+    "own-capabilities": (
+        "profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))}",
+        "profiles['tuned'].capabilities.float_bits must be one of",
+    ),
+}
+
+
+@pytest.fixture
+def loading(install: Install) -> None:
+    """Adapters that do something at their import: as attributes that are made when they are asked for."""
+    acts = {name.replace("-", "_"): act for name, (act, _) in LOADING.items()}
+    source = f"{ADAPTER}\nACTS = {acts!r}\ndef __getattr__(name):\n    return exec(ACTS[name], globals())\n"
+    install(source, {name: name.replace("-", "_") for name in LOADING})
+
+
+@pytest.fixture
+def declared(install: Install) -> None:
+    """Adapters that declare what can't be."""
+    made = "".join(f"{name.replace('-', '_')} = made({fields})\n" for name, (fields, _) in DECLARED.items())
+    install(ADAPTER + made + "sound = made()\n", {name: name.replace("-", "_") for name in (*DECLARED, "sound")})
+
+
+@pytest.mark.usefixtures("loading")
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "exits-0")) for name in LOADING]
+)
+def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
+    if "timed out" in LOADING[name][1]:
+        monkeypatch.setattr(Describe, "least_limit_s", 6.0)
+    with LocalPool(1, 6.0) as pool:
+        (line,) = engines([name], pool=pool)
+    assert LOADING[name][1] in line.unavailable
+    assert not line.profiles
+
+
+@pytest.mark.usefixtures("declared")
+def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
+    """A wrong field is named with its value; a sound adapter of the same distribution is available."""
+    with InProcess() as pool:
+        found = {info.name: info for info in engines([*DECLARED, "sound"], pool=pool)}
+    assert found["sound"].available
+    for name, (_, words) in DECLARED.items():
+        assert words in found[name].unavailable
+
+
+def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_path: Path) -> None:
+    """A command on PIT alone runs no line of another adapter's code, and one that is unknown is refused before any."""
+    install(f"open({str(tmp_path / 'imported')!r}, 'w')\nimport os; os._exit(0)\n", {"deadly": "adapter"})
+    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
+    results = cross_check([scene], ["pit"], timing=False, pool=InProcess())
+    assert {row.status for row in results.rows} == {Status.RAN}
+    with pytest.raises(UnknownNameError, match="deadly"):
+        engines(["nonesuch"], pool=InProcess())
+    assert not (tmp_path / "imported").exists()
+
+
+def test_settings_that_end_the_process_cost_their_profile_alone(install: Install) -> None:
+    """A profile whose settings can't be had is a reason for its own rows; the other profiles of the adapter run."""
+    install(ADAPTER + "ends = setting('os._exit(0)')\n", {"ends": "ends"})
+    with LocalPool(1) as pool:
+        methods = methods_of(engines(["ends"], pool=pool), ["tuned", "sound"], [0.1], pool)
+    tuned, sound = Method("ends", "tuned"), Method("ends", "sound")
+    assert set(methods.at["ends", 0.1]) == {tuned, sound}
+    refused = methods.dead(tuned, 0.1)
+    assert refused is not None
+    assert refused.said == "crashed: asked for its settings: exit code 0"
+    assert methods.dead(sound, 0.1) is None
+
+
+@pytest.mark.long
+def test_settings_that_hang_are_ended(install: Install, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Settings that are never told are a reason after the time limit, and not a command that never ends."""
+    monkeypatch.setattr(SettingsAt, "least_limit_s", 6.0)
+    install(ADAPTER + "hangs = setting('time.sleep(3600)')\n", {"hangs": "hangs"})
+    with LocalPool(1, 6.0) as pool:
+        methods = methods_of(engines(["hangs"], pool=pool), ["tuned"], [0.1], pool)
+    refused = methods.dead(Method("hangs", "tuned"), 0.1)
+    assert refused is not None
+    assert refused.status is Status.TIMED_OUT
+
+
+def test_an_adapter_is_asked_once_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is known of an adapter is not asked for again."""
+    first = engines(["pit"], pool=InProcess())
+    monkeypatch.setattr(asking, "LocalPool", None)
+    assert engines(["pit"]) == first
