@@ -15,13 +15,13 @@ from carom.program.messages import (
     Close,
     Cut,
     Done,
-    Observe,
-    Observed,
+    Look,
     Prepare,
     Prepared,
     Restore,
     Save,
     Saved,
+    Seen,
     Step,
     Stepped,
     Touched,
@@ -54,7 +54,7 @@ class ProgramWorld:
 
     def observe(self) -> Observation:
         """Return the present state and the contacts of the last step."""
-        told = self._program.ask(Observe(world=self._number), Observed)
+        told = self._program.ask(Look(world=self._number), Seen)
         contacts = tuple(
             Contact(
                 contact.first,

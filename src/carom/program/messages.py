@@ -16,20 +16,20 @@ from carom.trace import Setting
 
 __all__ = [
     "PROTOCOL",
-    "Answer",
     "Close",
     "Cut",
     "Done",
     "Failure",
     "Hello",
-    "Observe",
-    "Observed",
+    "Look",
     "Prepare",
     "Prepared",
+    "Reply",
     "Request",
     "Restore",
     "Save",
     "Saved",
+    "Seen",
     "Step",
     "Stepped",
     "ToldContact",
@@ -78,7 +78,7 @@ class Step(_Message):
     steps: int = Field(ge=0)
 
 
-class Observe(_Message):
+class Look(_Message):
     """Tell the present state, and the contacts of the last step."""
 
     do: Literal["observe"] = "observe"
@@ -129,28 +129,28 @@ class Failure(_Message):
     message: str
 
 
-class Answer(_Message):
+class Reply(_Message):
     """What every answer may hold: an error, in place of all else."""
 
     error: Failure | None = None
 
 
 class Welcome(_Message):
-    """Answer to `Hello`: the version of the protocol that is spoken from here on, and the engine's own version."""
+    """Reply to `Hello`: the version of the protocol that is spoken from here on, and the engine's own version."""
 
     protocol: int
     version: str = ""
 
 
 class Prepared(_Message):
-    """Answer to `Prepare`: the number of the world, and the settings that are really used."""
+    """Reply to `Prepare`: the number of the world, and the settings that are really used."""
 
     world: int
     settings: dict[str, Setting]
 
 
 class Stepped(_Message):
-    """Answer to `Step`: the seconds that the steps took on the program's own monotonic clock."""
+    """Reply to `Step`: the seconds that the steps took on the program's own monotonic clock."""
 
     seconds: float = Field(ge=0)
 
@@ -166,8 +166,8 @@ class ToldContact(_Message):
     tangential_impulse_n_s: float | None = None
 
 
-class Observed(_Message):
-    """Answer to `Observe`; the fields are those of `carom.adapter.Observation`."""
+class Seen(_Message):
+    """Reply to `Look`; the fields are those of `carom.adapter.Observation`."""
 
     position_m: list[_Vector]
     velocity_m_s: list[_Vector]
@@ -177,26 +177,26 @@ class Observed(_Message):
 
 
 class Touched(_Message):
-    """Answer to `Touching`: pairs of bodies, numbered as in a contact."""
+    """Reply to `Touching`: pairs of bodies, numbered as in a contact."""
 
     pairs: list[tuple[int, int]]
 
 
 class Saved(_Message):
-    """Answer to `Save`: any JSON; it comes back as it is."""
+    """Reply to `Save`: any JSON; it comes back as it is."""
 
     state: Any
 
 
 class Done(_Message):
-    """Answer to `Cut`, `Restore` and `Close`: nothing but that it is done."""
+    """Reply to `Cut`, `Restore` and `Close`: nothing but that it is done."""
 
 
-Request = Hello | Prepare | Step | Observe | Cut | Touching | Save | Restore | Close
+Request = Hello | Prepare | Step | Look | Cut | Touching | Save | Restore | Close
 
 
 def protocol_schema() -> dict[str, Any]:
     """Return every message of the protocol as JSON Schema: a line is one of them."""
-    told = Welcome | Prepared | Stepped | Observed | Touched | Saved | Done | Answer
+    told = Welcome | Prepared | Stepped | Seen | Touched | Saved | Done | Reply
     lines: TypeAdapter[Any] = TypeAdapter(Request | told)
     return {"title": f"Carom's engine protocol, version {PROTOCOL}", **lines.json_schema()}

@@ -12,7 +12,7 @@ from typing import IO, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from carom.errors import AdapterError
-from carom.program.messages import PROTOCOL, Answer, Hello, Request, Welcome
+from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
 
 __all__ = ["Program"]
 
@@ -85,7 +85,7 @@ class Program:
         if not line.endswith(b"\n"):
             raise AdapterError(f"{self.name}: {self._obituary(line)} when asked to {request.do!r}")
         try:
-            if (error := Answer.model_validate_json(line).error) is not None:
+            if (error := Reply.model_validate_json(line).error) is not None:
                 raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}")
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
