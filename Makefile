@@ -17,6 +17,9 @@ JOBS ?= 1
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
+# Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: help report test test-long test-browser docs pictures campaign campaign-pic bench check coverage-compiled clean
 
 help:

@@ -358,6 +358,7 @@ def _row_of(discs: int) -> Scene:
     )
 
 
+@pytest.mark.long
 def test_mujoco_takes_more_than_three_thousand_discs(named: Named) -> None:
     """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
     mujoco = named("mujoco")

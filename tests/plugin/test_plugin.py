@@ -58,6 +58,7 @@ def test_the_documentation_tells_every_check() -> None:
     assert checks <= told, checks - told
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("installed")
 def test_a_third_party_adapter_is_found() -> None:
     """An adapter of another distribution is listed with its own name, version and distribution."""

@@ -122,6 +122,7 @@ def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
     assert "more steps than an engine can count" in result.output
 
 
+@pytest.mark.long
 def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
     """A name or a folder with brackets is printed as it is, and the report lies where it says."""
     path = tmp_path / "odd.toml"
@@ -134,6 +135,7 @@ def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
     assert "r[red]q[/x]" in result.output.replace("\n", "")
 
 
+@pytest.mark.long
 def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
     """An engine that gives no answer in time is exit code 4."""
     result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "1e-7", "--no-timing", "--time-limit", "0.5")
@@ -191,6 +193,7 @@ def test_help_imports_nothing_heavy() -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="asks /proc which processes are left")
 @pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:

@@ -15,6 +15,7 @@ from carom.cli import app
 LIST = (sys.executable, "-m", "carom", "scenes")
 
 
+@pytest.mark.long
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     """Into `head -1` the command ends with exit code 0 and says nothing of the pipe."""
     read, write = os.pipe()
@@ -24,6 +25,7 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
     assert (done.returncode, done.stderr) == (0, b"")
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full here")
 @pytest.mark.parametrize("arguments", [("scenes",), ("--help",), ("scenes", "paper")])
 def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -> None:
@@ -36,6 +38,7 @@ def test_a_full_disk_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...]) -
     assert done.stderr.decode().splitlines() == ["carom: output: No space left on device"]
 
 
+@pytest.mark.long
 def test_an_output_of_ascii_alone_gets_ascii() -> None:
     """With no encoding but ASCII nothing raises, in results or messages; each sign has one that stands for it."""
     plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "PYTHONIOENCODING": "ascii"}

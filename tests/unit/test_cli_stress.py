@@ -48,6 +48,7 @@ def test_bad_input_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], wor
     assert words in result.output
 
 
+@pytest.mark.long
 def test_the_journal_of_another_form_is_refused(tmp_path: Path) -> None:
     """Quick cells are not mixed into a full campaign; the message says what to do."""
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
@@ -60,6 +61,7 @@ def _interrupted(*_arguments: object) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.long
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted, the command ends with 130, names the journal, and says how to take it up."""
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0

@@ -121,6 +121,7 @@ def test_a_dotted_module_in_a_missing_package_is_a_reason_and_no_error() -> None
     assert "is not installed" in unavailable_reason(Engine("Nonesuch", module="no_such_package.part"))
 
 
+@pytest.mark.long
 def test_listing_imports_no_engine() -> None:
     """`carom.engines()` leaves every engine out of `sys.modules`."""
     program = (
@@ -131,6 +132,7 @@ def test_listing_imports_no_engine() -> None:
     assert python(program).strip() == "[]"
 
 
+@pytest.mark.long
 def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution(tmp_path: Path) -> None:
     """An installed distribution's adapter is listed, and is not given Carom's version."""
     install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
@@ -144,6 +146,7 @@ def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution
     }
 
 
+@pytest.mark.long
 def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Path) -> None:
     """Whatever is wrong with an adapter, it is listed as unavailable with why, and every other one stays listed."""
     raising = GOOD_ADAPTER.replace(

@@ -227,6 +227,7 @@ def test_the_kernel_gives_the_bits_of_all_pairs_with_friction(first: int) -> Non
         assert everything(one) == everything(other), number
 
 
+@pytest.mark.long
 @needs_extension
 def test_a_gas_obeys_the_exact_law_impact_by_impact() -> None:
     """So it is in a box of 400 discs of three sizes, with cells, epochs, and a run that is taken up again."""

@@ -91,6 +91,7 @@ def test_the_front_is_what_nothing_beats() -> None:
     assert cheapest([a, b, c, d], 0.001) is None
 
 
+@pytest.mark.long
 def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     """PIT converges with order 1, PIC is exact, each point is timed and held against PIT; all of it can be resumed."""
     plan = BenchPlan(engines=("pit", "pic"), dts=(1 / 60, 1 / 240, 1 / 960), profiles=("tuned",), phases=2, rounds=3)
@@ -121,6 +122,7 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     assert {entry.timing and entry.timing.ratio for entry in found["pit"].points} == {Spread(1.0, 1.0, 1.0)}
 
 
+@pytest.mark.long
 def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
     """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
     coarse, fine = (Method("pit", "tuned"), 1 / 60), (Method("pit", "tuned"), 1e-5)

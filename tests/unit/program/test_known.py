@@ -63,6 +63,7 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
         adapter_points()
 
 
+@pytest.mark.long
 def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
     """`carom run -e engine.toml` runs the program: here one that misses every impact, since nothing in it moves."""
     path = manifest_of(tmp_path)

@@ -221,6 +221,7 @@ def test_the_published_schema_is_the_one_of_the_code() -> None:
     jsonschema.Draft202012Validator.check_schema(records_schema())
 
 
+@pytest.mark.long
 def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) -> None:
     """Each line of a cross-check keeps to the schema; one without a field, or of another format, does not."""
     check = jsonschema.Draft202012Validator(records_schema())

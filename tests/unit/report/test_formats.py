@@ -169,6 +169,7 @@ def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> Non
     assert {path.name for path in tmp_path.iterdir()} == names
 
 
+@pytest.mark.long
 def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_path: Path) -> None:
     """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
     name = "evil\x9b31m\u202egnp\u2028x"

@@ -62,6 +62,7 @@ def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
     assert next(row.grade for row in results.rows if row.job.engine == "pic") is Grade.EXACT
 
 
+@pytest.mark.long
 def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
     """An engine that gives no answer in time is ended, and its row says after how long."""
     results = carom.cross_check([scene], ["hangs"], dts=[0.1], profiles=["tuned"], timing=False, time_limit_s=1.5)
@@ -165,6 +166,7 @@ def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
         assert row.trace.final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
 
 
+@pytest.mark.long
 def test_what_comes_after_rest_is_not_scored() -> None:
     """Where PIC ends because a ball has come to rest, nobody is held to what would follow, and the score says so."""
     ball = Disc(position_m=(0, 2), radius_m=1)
@@ -178,6 +180,7 @@ def test_what_comes_after_rest_is_not_scored() -> None:
         assert (row.score.grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
+@pytest.mark.long
 def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
     """`carom.run` raises one error whose message holds engine, profile, step, scene and reason."""
     with pytest.raises(AdapterError, match=r"aborts \(tuned, dt = 0.1 s\) on 'meeting': crashed: .*SIGABRT"):
@@ -272,6 +275,7 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
     assert {total for _, total, _ in calls} == {4}
 
 
+@pytest.mark.long
 def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
     scene: Scene, monkeypatch: pytest.MonkeyPatch
 ) -> None:

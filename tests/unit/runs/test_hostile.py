@@ -209,6 +209,7 @@ def test_an_act_is_a_row(run: Callable[..., dict[str, Row]], name: str, tmp_path
     assert nothing_is_left(tmp_path)
 
 
+@pytest.mark.long
 @LINUX
 def test_some_acts_at_once(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
     """A child that has left its session, garbage and a flood among the answers each cost their own row alone."""

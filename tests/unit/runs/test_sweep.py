@@ -66,6 +66,7 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     assert all("exit code 7" in result.answer.reason for result in by_engine["exits"])
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("hostile")
 def test_a_cell_that_hangs_is_ended_and_so_is_the_next(scene: Scene) -> None:
     """A job without an answer is ended after the time limit, says after how long, and leaves the next its turn."""

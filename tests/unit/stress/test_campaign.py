@@ -56,6 +56,7 @@ def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder:
     assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
 
 
+@pytest.mark.long
 def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Path, monkeypatch: object) -> None:
     """Taken up again, a campaign that is finished yields the same cells and runs nothing."""
     assert isinstance(monkeypatch, pytest.MonkeyPatch)

@@ -27,6 +27,7 @@ SHARED_PEG = Scene(
 )
 
 
+@pytest.mark.long
 @given(scenes(), st.sampled_from([0.1, 1.0, 7.0, 1 / 0.3, 30.0]))
 @example(SHARED_PEG, 7.0)
 @settings(deadline=None)
