@@ -37,7 +37,9 @@ def pytest_configure() -> None:
 
 @pytest.fixture
 def heard_interrupts() -> Iterator[None]:
-    """Let a process that the test starts hear Ctrl-C: tests run in the background of a script inherit deafness."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    """Let a process that the test starts hear signals: tests run in the background of a script inherit deafness."""
+    numbers = (signal.SIGINT, signal.SIGHUP, signal.SIGQUIT)
+    before = {number: signal.signal(number, signal.default_int_handler) for number in numbers}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)

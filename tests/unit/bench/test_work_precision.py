@@ -320,7 +320,7 @@ def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Pa
     """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
     path, out = tmp_path / "my-scene.toml", tmp_path / "out"
     path.write_text(SCENE)
-    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "--dt", "1/60..1/100000:400"]
+    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "--dt", "1/60..1/100000:256"]
     with subprocess.Popen(
         [*command, "--out", str(out), "--budget", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:

@@ -255,7 +255,7 @@ def test_a_killed_parent_takes_all_with_it(
 
 
 @LINUX
-@pytest.mark.usefixtures("installed")
+@pytest.mark.usefixtures("installed", "heard_interrupts")
 @pytest.mark.parametrize(
     "number", [signal.SIGTERM, *(pytest.param(one, marks=pytest.mark.long) for one in (signal.SIGHUP, signal.SIGQUIT))]
 )
