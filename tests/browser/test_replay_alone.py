@@ -9,6 +9,7 @@ import pytest
 from tests.browser.conftest import Faults, hostile_scenes
 
 import carom
+from carom.text import visible
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -36,7 +37,7 @@ def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, numb
     inside.get_by_role("button", name="On to the next impact").click()
     shown = float(inside.locator(".timeline").get_attribute("data-time") or "nan")
     assert shown == pytest.approx(reference.impacts["time_s"][0], abs=1e-9)
-    assert inside.locator("h1").text_content() == scene.name
+    assert inside.locator("h1").text_content() == visible(scene.name)
     frame = page.frames[-1]
     assert frame.evaluate("window.reached") is None
     assert frame.evaluate("window.frameElement === null")  # a frame that shares nothing with its notebook can't see it

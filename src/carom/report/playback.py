@@ -28,6 +28,7 @@ from carom.report.svg import SERIES, WALL, drawing
 from carom.report.tracks import observed_tracks, reference_tracks
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Row
+from carom.text import visible
 from carom.trace import Trace
 
 if TYPE_CHECKING:
@@ -75,14 +76,14 @@ class Replay:
         said = {
             "engine": trace.method,
             "profile": trace.profile,
-            "key": trace.scene.name,
+            "key": visible(trace.scene.name),
             "word": mark.word,
             "symbol": mark.symbol,
             "css": mark.css,
             "said": [wording.capitalised(reason) + "." for reason in reasons_of(row)],
             "command": shlex.join(command) if trace.profile else "",  # a solver called directly has no profile
         }
-        return replay_page(trace.scene.name, packed(replay_data(self.reference, [(trace, self.score, said)])))
+        return replay_page(visible(trace.scene.name), packed(replay_data(self.reference, [(trace, self.score, said)])))
 
     def _repr_html_(self) -> str | None:
         try:

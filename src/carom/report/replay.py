@@ -25,8 +25,10 @@ from carom.report import wording
 from carom.report.grid import Grid, GridCell
 from carom.report.paths import extent_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
+from carom.runs.job import Job
 from carom.runs.results import Results
 from carom.scene import Scene
+from carom.text import visible
 from carom.trace import Trace, pair_name
 
 __all__ = ["impact_rows", "packed", "replay_data", "replay_link", "scene_replays"]
@@ -43,30 +45,34 @@ def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
         reference = results.references.get(row.scene.name)
         cells = [cell for cell in row.cells if cell.plays]
         if reference is not None and cells:
-            yield row.scene.name, packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+            yield visible(row.scene.name), packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
 
 
 def replay_link(cell: GridCell) -> str:
     """Return where a page plays a cell; empty where there is nothing to play."""
     row = cell.row
-    return f"#{quote(f'{row.job.scene.name}/{row.job.engine}/{row.job.profile}')}" if row and cell.plays else ""
+    return f"#{quote(_key(row.job))}" if row and cell.plays else ""
+
+
+def _key(job: Job) -> str:
+    """Return what a page calls a replay; of the scene's name what is shown of it, as all of a page is."""
+    return f"{visible(job.scene.name)}/{job.engine}/{job.profile}"
 
 
 def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
     row = cell.row
     assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
     job = row.job
+    asked = ("carom", "run", visible(job.scene.name), "-e", asked_as(job.engine))
     said = {
         "engine": cell.column.label,
         "profile": cell.column.profile,
-        "key": f"{job.scene.name}/{job.engine}/{job.profile}",
+        "key": _key(job),
         "word": cell.mark.word,
         "symbol": cell.mark.symbol,
         "css": cell.mark.css,
         "said": [wording.capitalised(reason) + "." for reason in cell.reasons],
-        "command": shlex.join(
-            ("carom", "run", job.scene.name, "-e", asked_as(job.engine), "-p", job.profile, "--dt", repr(job.dt_s))
-        ),
+        "command": shlex.join((*asked, "-p", job.profile, "--dt", repr(job.dt_s))),
     }
     return row.trace, row.score, said
 
@@ -111,7 +117,7 @@ def packed(data: Json) -> str:
 
 def _of_scene(scene: Scene) -> Json:
     return {
-        "name": scene.name,
+        "name": visible(scene.name),
         "description": scene.description,
         "duration": scene.duration_s,
         "frame": 1.0 / scene.frame_rate_hz,
