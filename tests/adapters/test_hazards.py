@@ -174,8 +174,9 @@ def resident_after(worlds):
     gc.collect()
     return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
-# PyBullet takes 12 MB once, between its 50th and its 300th world, and none for 1,250 worlds after that.
-warm = resident_after(300)
+# PyBullet takes 10 MB once, at the second call, and 16 kB for a thousand worlds after that.
+resident_after(50)
+warm = resident_after(50)
 resident_after(1000)
 # The allocator gives memory back when it likes: what a world keeps for ever is in the least of several readings, too.
 print(min(resident_after(20) for _ in range(5)) - warm)
