@@ -9,10 +9,12 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import invalidate_caches
 from pathlib import Path
 from random import Random
 from shutil import rmtree
+from unittest import mock
 
 from tests.attacks.guard import HangError, left_over, within
 from tests.unit.runs.test_hostile import ACTS, LIMIT_S, SAYS, SOURCE, scene
@@ -30,28 +32,33 @@ MARK = "CAROM_ATTACK=hostile"
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Run each act beside PIT."""
-    _install(folder)
     while True:
         for name in rng.sample([*ACTS], len(ACTS)):
-            plan = plan_of([scene()], Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False))
-            try:
-                with within(12.0 * LIMIT_S), LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool:
-                    rows = {row.job.engine: row for row in execute(plan, pool).rows}
-            except HangError:
-                yield f"{name}: no end after {12.0 * LIMIT_S:g} s"
-                continue
-            status, words = SAYS[name]
-            row = rows[name]
-            if row.status is not status or words not in row.reason:
-                yield f"{name}: {row.status.value}: {row.reason[:300]!r}"
-            elif rows["pit"].status is not Status.RAN:
-                yield f"{name}: the other row, too: {rows['pit'].reason[:300]!r}"
-            else:
-                left = left_over(MARK, folder / "temporary")
-                yield left and f"{name}: {left}"
+            with _installed(folder):
+                lost = _lost(name, folder)
+            yield lost  # what comes between two tries knows none of these adapters
 
 
-def _install(folder: Path) -> None:
+def _lost(name: str, folder: Path) -> str:
+    """Return what is wrong after an act, empty where nothing is."""
+    plan = plan_of([scene()], Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False))
+    try:
+        with within(12.0 * LIMIT_S), LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool:
+            rows = {row.job.engine: row for row in execute(plan, pool).rows}
+    except HangError:
+        return f"{name}: no end after {12.0 * LIMIT_S:g} s"
+    status, words = SAYS[name]
+    row = rows[name]
+    if row.status is not status or words not in row.reason:
+        return f"{name}: {row.status.value}: {row.reason[:300]!r}"
+    if rows["pit"].status is not Status.RAN:
+        return f"{name}: the other row, too: {rows['pit'].reason[:300]!r}"
+    left = left_over(MARK, folder / "temporary")
+    return left and f"{name}: {left}"
+
+
+@contextmanager
+def _installed(folder: Path) -> Iterator[None]:
     """Install the adapters for this process and its children: a distribution in a folder of its own."""
     rmtree(folder / "site", ignore_errors=True)
     for name in ("site", "here", "temporary"):
@@ -64,8 +71,14 @@ def _install(folder: Path) -> None:
     points = "".join(f"{name} = hostile_attack:{name.replace('-', '_')}\n" for name in ACTS)
     (info / "entry_points.txt").write_text(f"[carom.adapters]\n{points}")
     mark, _, value = MARK.partition("=")
-    os.environ |= {mark: value, "CAROM_TEST_FOLDER": str(folder / "here"), "TMPDIR": str(folder / "temporary")}
-    if str(folder / "site") not in sys.path:
-        sys.path.insert(0, str(folder / "site"))
+    environment = {mark: value, "CAROM_TEST_FOLDER": str(folder / "here"), "TMPDIR": str(folder / "temporary")}
+    with mock.patch.dict(os.environ, environment), mock.patch.object(sys, "path", [str(folder / "site"), *sys.path]):
+        _forget()
+        yield
+    _forget()
+
+
+def _forget() -> None:
+    """Let entry points be looked for anew."""
     invalidate_caches()
-    registry.adapter_points.cache_clear()  # it is asked anew
+    registry.adapter_points.cache_clear()

@@ -15,6 +15,8 @@ import pytest
 from tests.attacks import __main__ as campaign
 from tests.attacks.guard import HangError, shrunk, within
 
+from carom.registry import adapter_points
+
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {"scenes": 150, "known-failures": 100, "journal-cuts": 30, "journal-garbage": 30, "reports": 20}
 SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
@@ -28,7 +30,9 @@ def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""
     if name == "digests" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
+    known, path = set(adapter_points()), [*sys.path]
     assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries
+    assert (set(adapter_points()), sys.path) == (known, path), "an attack must leave no adapter to the tests after it"
 
 
 def test_every_attack_has_a_short_form() -> None:
