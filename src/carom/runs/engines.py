@@ -179,7 +179,7 @@ class Methods:
             return known
         # What a profile declares of its own settings holds for no others.
         able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
-        reason = unsupported_reason(job.scene, able, job.dt_s)
+        reason = unsupported_reason(job.scene, able, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 
 

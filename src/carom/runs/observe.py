@@ -54,7 +54,8 @@ def able_adapter(job: Job) -> Adapter:
         raise UnavailableError(str(error)) from error
     if reason := why_unavailable(adapter):
         raise UnavailableError(reason)
-    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s):
+    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
         raise UnsupportedError(reason)
     return adapter
 
