@@ -1,7 +1,7 @@
 """Scenes in an engine's own units, and what it shows of them in the scene's.
 
-Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is compiled
-in, it is met in other units. Powers of two alone are units here: they round nothing, so that the scaling can't be seen.
+Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is
+compiled in, it is met in other units. Powers of two alone are units here: they round nothing, so that no run shows it.
 """
 
 from __future__ import annotations
