@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from carom.errors import UnknownNameError
 from carom.scenes import (
+    engines,
     gravity,
     in_line,
     issues_falling,
@@ -33,9 +34,9 @@ __all__ = ["all_scenes", "catalogue", "find_scenes"]
 
 _TAG_PREFIX = "tag:"
 
-#: What runs by default, and the scenes from real complaints and of friction, in the order in which reports list them.
+#: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, engines)
 
 
 @cache

@@ -40,19 +40,22 @@ def _one_into_two() -> Staged:
     return answered(scene, impacts, source, convention)
 
 
-@listed("classics")
-def _gas() -> Staged:
-    """Sixteen discs in a box: energy stays, and reversed velocities lead back to the start."""
-    side, radius, pitch, speed = 4, 0.1, 0.5, 1.5
+def boxed_gas(side: int, *, radius_m: float, pitch_m: float, speed: float, duration_s: float) -> Staged:
+    """Stage a gas of `side` times `side` equal discs, a pitch apart in a box, of which the energy is known."""
     golden_angle = math.pi * (3 - math.sqrt(5))
     discs = []
     for k in range(side * side):
         row, column = divmod(k, side)
         # Directions a golden angle apart are spread evenly and line up nowhere; so are the shifts off the lattice.
         direction = cmath.exp(1j * golden_angle * k)
-        centre = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
-        discs.append(disc(centre, speed * direction, radius))
-    scene = scene_of(discs=discs, walls=box_walls(side * pitch, side * pitch), duration_s=1.0)
+        centre = complex(column + 0.5, row + 0.5) * pitch_m + 0.1 * radius_m * direction**2
+        discs.append(disc(centre, speed * direction, radius_m))
+    scene = scene_of(discs=discs, walls=box_walls(side * pitch_m, side * pitch_m), duration_s=duration_s)
     source = "Elastic impacts and elastic walls conserve the kinetic energy: each disc starts at the same speed"
-    energy = len(discs) * 0.5 * speed**2
-    return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=energy))
+    return Staged(scene, KnownAnswer(source, final_kinetic_energy_j=len(discs) * 0.5 * speed**2))
+
+
+@listed("classics")
+def _gas() -> Staged:
+    """Sixteen discs in a box: energy stays, and reversed velocities lead back to the start."""
+    return boxed_gas(4, radius_m=0.1, pitch_m=0.5, speed=1.5, duration_s=1.0)
