@@ -21,7 +21,7 @@ from carom.adapter import (
 )
 from carom_adapters.rapier.limits import CAPABILITIES, PARAMETERS, require_usable
 
-__all__ = ["RapierWorld"]
+__all__ = ["RapierCuttableWorld", "RapierWorld"]
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
@@ -38,16 +38,15 @@ class RapierWorld:
         self._rapier: Any = rapier3d
         self._scene, self._asked = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._first_part = float(settings.get("first_part", 0.0))
         self._build([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
 
     def _build(self, states: Any) -> None:
         """Make a world of these positions and velocities: one that was stepped keeps what it knows of contacts."""
-        self._world, self._handles, self._number = self._world_of(states, self._asked)
+        self._world, self._handles, self._number = self._world_of(states)
         self._bodies = [self._world.rigid_bodies[handle] for handle in self._handles]
 
-    def _world_of(self, states: Any, asked: Mapping[str, Setting]) -> tuple[Any, list[Any], dict[Any, int]]:
-        rapier, scene = self._rapier, self._scene
+    def _world_of(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
+        rapier, scene, asked = self._rapier, self._scene, self._asked
         world = rapier.PhysicsWorld(gravity=(*scene.gravity_m_s2, 0.0))
         parameters = world.integration_parameters
         parameters.dt = self._clock.dt_s
@@ -87,24 +86,23 @@ class RapierWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings; all but the adapter's own `first_part` are read back from Rapier."""
         parameters = self._world.integration_parameters
-        read: dict[str, Setting] = {"dt_s": parameters.dt}
+        read: dict[str, Setting] = {"dt_s": self._step_s()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
         read["contact_natural_frequency"] = parameters.contact_softness.natural_frequency
         body = self._bodies[0]
         # A body that can't sleep has a negative threshold of sleep.
-        read["can_sleep"] = body.activation.normalized_linear_threshold >= 0
+        read["can_sleep"] = body.activation.linear_threshold >= 0
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
         return {name: read.get(name, asked) for name, asked in self._asked.items()}
+
+    def _step_s(self) -> float:
+        return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
         """Take steps."""
         step = self._world.step
-        if self._first_part:
-            for _ in range(steps):
-                self._advance_in_parts()
-        else:
-            for _ in range(steps):
-                step()
+        for _ in range(steps):
+            step()
         self._clock.count(steps)
 
     def observe(self) -> Observation:
@@ -114,9 +112,9 @@ class RapierWorld:
         """
         position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
         velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
-        return Observation(position, velocity, self._contacts(), self._warning(velocity))
+        return Observation(position, velocity, tuple(self._contacts()), self._warning(velocity))
 
-    def _contacts(self) -> tuple[Contact, ...]:
+    def _contacts(self) -> list[Contact]:
         at_s = self._clock.step_began_s
         found = []
         for pair in self._world.narrow_phase.contact_pairs():
@@ -128,7 +126,7 @@ class RapierWorld:
                 length = math.hypot(nx, ny)  # a unit vector to 32 bits only
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
-        return tuple(found)
+        return found
 
     def _warning(self, velocity: Any) -> str:
         # Made so fast by an impact, it is too late to refuse.
@@ -143,3 +141,60 @@ class RapierWorld:
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""
         del self._bodies, self._handles, self._number, self._world
+
+
+class RapierCuttableWorld(RapierWorld):
+    """A world whose steps can be cut and taken back; each is taken in two parts, of which the first is short.
+
+    Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get their
+    bounce. So that they fly through it with their bounce, they get it in a step that is too short to move them.
+    """
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        super().__init__(scene, settings)
+        self._first_part = float(settings["first_part"])
+        self._solved: list[Contact] = []
+
+    def advance(self, steps: int) -> None:
+        """Take steps, each in two parts."""
+        parameters, step, dt_s = self._world.integration_parameters, self._world.step, self._clock.dt_s
+        for _ in range(steps):
+            self._clock.count(1)
+            self._solved = []
+            for part in (self._first_part, 1.0 - self._first_part):
+                parameters.dt = part * dt_s
+                step()
+                self._solved += super()._contacts()
+
+    def _step_s(self) -> float:
+        return self._clock.dt_s
+
+    def _contacts(self) -> list[Contact]:
+        return self._solved
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._clock.cut(dt_s)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that Rapier's narrow phase finds to overlap, in a world of its own."""
+        world, _, number = self._world_of(self._states())
+        world.detect_collisions()
+        found = set()
+        for pair in world.narrow_phase.contact_pairs():
+            if any(point.dist < 0.0 for manifold in pair.manifolds for point in manifold.points):
+                found.add(pair_of(number[pair.collider1], number[pair.collider2]))
+        return frozenset(found)
+
+    def _states(self) -> list[tuple[Any, Any]]:
+        return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._bodies]
+
+    def save(self) -> object:
+        """Return positions and velocities, which with these settings are all of a state."""
+        return (self._clock.now_s, self._states(), self._solved)
+
+    def restore(self, state: Any) -> None:
+        """Make a world of the positions and velocities: Rapier's own snapshots end some processes."""
+        time_s, states, self._solved = state
+        self._clock.restart(time_s)
+        self._build(states)
