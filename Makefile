@@ -14,19 +14,24 @@ IMPACTS ?= 1e6
 # For campaign: how long; counts add up in reports/attacks.
 MINUTES ?= 60
 JOBS ?= 1
+# For engines: those from wheels, which are extras; those from npm stand in the package.json of their folder.
+WHEELS ?= rapier,dart,drake
+NPM_ENGINES := adapters/carom_adapters/npm
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help report test test-long test-browser docs pictures campaign campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser engines test-engines docs pictures campaign campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install everything, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
 	@echo "make test-browser       run the tests of the page, in Chromium"
+	@echo "make engines            install the engines that are no part of all: from npm (needs node), and $(WHEELS)"
+	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
@@ -49,6 +54,17 @@ test-long: $(BUILT)
 
 test-browser: $(BUILT)
 	$(BIN)/python -m pytest -m browser tests/browser
+
+engines: $(BUILT)
+	npm install --no-package-lock --no-audit --no-fund --prefix $(NPM_ENGINES)
+	@if command -v uv >/dev/null 2>&1; then \
+		uv pip install --python $(BIN)/python --editable '.[$(WHEELS)]'; \
+	else \
+		$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(WHEELS)]'; \
+	fi
+
+test-engines: $(BUILT)
+	$(BIN)/python -m pytest -m engines tests/engines -n auto --dist loadfile
 
 # Not --quiet: then warnings count for nothing. The variable silences Material's advertisement for its successor.
 docs: $(BUILT)

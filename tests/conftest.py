@@ -9,12 +9,14 @@ from __future__ import annotations
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 from hypothesis import settings
 
-from carom import extension
+from carom import Scene, extension
+from carom.adapter import Adapter, Observation, Setting
+from carom.registry import load_adapter, why_unavailable
 
 # Shared machines make deadlines lie: no single example is timed.
 settings.register_profile("carom", deadline=None, derandomize=True, max_examples=50)
@@ -43,3 +45,51 @@ def heard_interrupts() -> Iterator[None]:
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
+
+
+@pytest.fixture
+def named() -> Callable[[str], Adapter]:
+    """One adapter by its name; the test is skipped where its engine is missing."""
+
+    def find(name: str) -> Adapter:
+        adapter = load_adapter(name)
+        if reason := why_unavailable(adapter):
+            pytest.skip(reason)
+        return adapter
+
+    return find
+
+
+@pytest.fixture
+def drive() -> Callable[..., list[Observation]]:
+    """Run a scene to its end, and give what was observed at the start and after every step."""
+
+    def run(
+        adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting
+    ) -> list[Observation]:
+        world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
+        try:
+            seen = [world.observe()]
+            for _ in range(scene.step_count(dt_s)):
+                world.advance(1)
+                seen.append(world.observe())
+        finally:
+            world.close()
+        return seen
+
+    return run
+
+
+@pytest.fixture
+def finish() -> Callable[..., Observation]:
+    """Run a scene to its end in one go, and give what is observed there."""
+
+    def run(adapter: Adapter, scene: Scene, dt_s: float, profile: str = "tuned", **changes: Setting) -> Observation:
+        world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
+        try:
+            world.advance(scene.step_count(dt_s))
+            return world.observe()
+        finally:
+            world.close()
+
+    return run

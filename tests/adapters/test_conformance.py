@@ -4,19 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib import metadata
 from pathlib import Path
 
 import pytest
 
-from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+from carom.adapter import Adapter
 from carom.runs.plan import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
-NAMES = sorted(
-    point.name for point in metadata.entry_points(group=ENTRY_POINT_GROUP) if point.value.startswith("carom_adapters.")
-)
-
 
 #: Profiles other than the usual ones. Left out are those in which one setting is put back (`no-ccd`), and the cylinders
 #: that are free to turn: that they tip over is what they are for.
@@ -30,11 +25,9 @@ PROFILES = {
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", NAMES)
-def test_adapter_conforms_but_for_its_known_failures(name: str, tmp_path: Path) -> None:
+def test_adapter_conforms_but_for_its_known_failures(adapter: Adapter, tmp_path: Path) -> None:
     """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
-    if reason := unavailable_reason(load_adapter(name).engine):
-        pytest.skip(reason)
+    name = adapter.name
     command = [sys.executable, "-m", "pytest", "--carom-engine", name, f"--carom-known-failures={KNOWN_FAILURES}"]
     command += [f"--carom-profile={profile}" for profile in PROFILES.get(name, [])]
     done = subprocess.run([*command, "-W", "error", "-q"], capture_output=True, text=True, cwd=tmp_path, check=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import tarfile
+import tomllib
 import zipfile
 from pathlib import Path
 
@@ -12,8 +13,8 @@ from tests.packaging.building import ROOT, install, report_of, run
 
 pytestmark = pytest.mark.long
 
-#: Carom's own methods and the engines, as pyproject.toml declares them.
-BUILT_IN = {"pic", "pit", "pymunk", "pybullet", "mujoco", "box2d"}
+#: Carom's own methods and the engines.
+BUILT_IN = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]["carom.adapters"].keys()
 
 
 @pytest.fixture(scope="module")
@@ -61,12 +62,13 @@ def test_one_wheel_serves_all_versions_of_python(built: Path) -> None:
 def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
     """The wheel carries every file of both packages: code, data, stubs, the extension and its sources; and no tests."""
     names = wheel_names(built)
+    made = {"__pycache__", "node_modules"}
     for folder, package in (("src", "carom"), ("adapters", "carom_adapters")):
         for path in (ROOT / folder / package).rglob("*"):
-            if path.is_file() and "__pycache__" not in path.parts and path.suffix not in {".so", ".pyd"}:
+            if path.is_file() and made.isdisjoint(path.parts) and path.suffix not in {".so", ".pyd"}:
                 assert path.relative_to(ROOT / folder).as_posix() in names
     assert not [name for name in names if not name.startswith(("carom/", "carom_adapters/", "carom-"))]
-    assert not [name for name in names if name.endswith((".c", ".pyc"))]
+    assert not [name for name in names if name.endswith((".c", ".pyc")) or "node_modules" in name]
 
 
 def test_the_wheel_holds_every_module_of_the_extension(built: Path) -> None:

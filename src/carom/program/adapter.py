@@ -110,7 +110,7 @@ class ProgramAdapter:
         self._manifest, self._folder = manifest, folder
         self._program: Program | None = None
         self.name = manifest.name
-        self.engine = Engine(manifest.engine or manifest.name, install=manifest.install)
+        self.engine = Engine(manifest.engine or manifest.name)
         self.capabilities: Capabilities = manifest.capabilities
 
     @cached_property
@@ -123,8 +123,8 @@ class ProgramAdapter:
         return self._manifest.missing(self._folder)
 
     def version(self) -> str:
-        """Return the engine's version as the manifest has it; may be empty."""
-        return self._manifest.version
+        """Return the engine's version as the manifest or the npm package has it; may be empty."""
+        return self._manifest.version_from(self._folder)
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> ProgramWorld:
         """Build the scene in the program, which is started where it does not run.

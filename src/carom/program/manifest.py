@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import tomllib
 from collections.abc import Mapping
@@ -9,7 +10,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from carom.adapter import Accuracy, Capabilities, ContactTimes, Stamp
 from carom.errors import AdapterError
@@ -58,7 +59,10 @@ class _Table(BaseModel):
 
 
 class ProgramProfile(_Table):
-    """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.adapter.Profile`."""
+    """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.adapter.Profile`.
+
+    Of `capabilities` a manifest has only those that are not the engine's.
+    """
 
     description: str
     settings: dict[str, Setting] = {}
@@ -75,9 +79,12 @@ class Manifest(_Table):
         name: The name given to ``--engine``.
         engine: What people call the engine; its name by default.
         version: The engine's version, where it can be told without asking.
+        package: The ``package.json`` of the npm package that the program needs, as a file beside the manifest: without
+            it the engine is unavailable, and its version is the engine's where `version` is empty.
         command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file beside the
             manifest: the program runs in an empty folder of its own.
-        install: The command that installs what the command needs, shown where its first word is not found.
+        install: The command that installs what the program needs, shown where that is missing; its words as in
+            `command`.
         capabilities: What the engine can do.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
     """
@@ -86,24 +93,55 @@ class Manifest(_Table):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
     engine: str = ""
     version: str = ""
+    package: str = ""
     command: tuple[str, ...] = Field(min_length=1)
     install: str = ""
     capabilities: _Capabilities = Capabilities()
     profiles: dict[str, ProgramProfile] = Field(min_length=1)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _with_the_engines_capabilities(cls, data: Any) -> Any:
+        """Complete the capabilities of profiles by the engine's."""
+        match data:
+            case {"capabilities": dict(shared), "profiles": dict(profiles)}:
+                whole = {
+                    name: {**profile, "capabilities": {**shared, **own}}
+                    for name, profile in profiles.items()
+                    if isinstance(profile, dict) and isinstance(own := profile.get("capabilities"), dict)
+                }
+                return {**data, "profiles": {**profiles, **whole}}
+        return data
+
     def command_from(self, folder: Path) -> tuple[str, ...]:
         """Return the command, with the files that lie beside the manifest by their full names."""
-        return tuple(
-            str((folder / word).resolve()) if word.startswith(("./", "../")) else word for word in self.command
-        )
+        return tuple(_from(folder, word) for word in self.command)
+
+    def version_from(self, folder: Path) -> str:
+        """Return the engine's version, as the manifest or the package has it; may be empty."""
+        if self.version or not self.package or not (file := folder / self.package).is_file():
+            return self.version
+        try:
+            return str(json.loads(file.read_bytes())["version"])
+        except (ValueError, KeyError, TypeError, RecursionError):
+            return ""
 
     def missing(self, folder: Path) -> str:
-        """Return why the command can't be started here, empty where it can; nothing is started for it."""
+        """Return why the program can't be started here, empty where it can; nothing is started for it."""
         program = self.command_from(folder)[0]
-        if shutil.which(program):
+        if not shutil.which(program):
+            reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
+        elif self.package and not (file := folder / self.package).is_file():
+            reason = f"{file.parent.name} is not installed"
+        else:
             return ""
-        reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
-        return f"{reason}; {self.install}" if self.install else reason
+        install = " ".join(_from(folder, word) for word in self.install.split(" "))
+        return f"{reason}; {install}" if install else reason
+
+
+def _from(folder: Path, word: str) -> str:
+    """Return a word of a command, a file beside the manifest by its full name."""
+    return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 
 
 def load_manifest(path: Path) -> Manifest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
@@ -55,6 +56,7 @@ def test_every_field_is_taken_over(tmp_path: Path) -> None:
     assert tuned.located
     assert tuned.capabilities is not None
     assert tuned.capabilities.walls
+    assert tuned.capabilities.max_speed_m_s == 400.0  # what it leaves out is the engine's
 
 
 def test_files_beside_the_manifest_are_found_from_anywhere(tmp_path: Path) -> None:
@@ -69,6 +71,24 @@ def test_a_program_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
     assert found.missing(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
     other = load_manifest(written(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
     assert other.missing(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
+
+
+def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_version(tmp_path: Path) -> None:
+    """Without its package an engine is unavailable, with the command that brings it; the package has the version."""
+    whole = WHOLE.replace('version = "1.2"', 'package = "../packages/toys/package.json"')
+    whole = whole.replace('"./toy"', f'"{Path(sys.executable).as_posix()}"').replace(
+        '"make toy"', '"npm --prefix ../p"'
+    )
+    found = load_manifest(written(tmp_path, whole))
+    assert found.missing(tmp_path) == f"toys is not installed; npm --prefix {tmp_path.parent / 'p'}"
+    assert found.version_from(tmp_path) == ""
+    package = tmp_path.parent / "packages/toys/package.json"
+    package.parent.mkdir(parents=True)
+    package.write_text('{"name": "toys", "version": "3.4.5"}')
+    assert found.missing(tmp_path) == ""
+    assert found.version_from(tmp_path) == "3.4.5"
+    package.write_text("{")
+    assert found.version_from(tmp_path) == ""
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,19 @@
+"""The engines that `make engines` installs: a test of one that is not there is skipped, with the command it lacks.
+
+Every test here is marked `engines`: the default suite passes, and takes as long, whether or not they are installed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what lies in this folder."""
+    for item in items:
+        if HERE in item.path.parents:
+            item.add_marker(pytest.mark.engines)
