@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from carom.adapter.protocol import Capabilities
@@ -11,13 +11,25 @@ from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene
 from carom.trace import Setting
 
-__all__ = ["require_sound", "require_supported", "unsupported_reason"]
+__all__ = ["COMBINE_RULES", "require_sound", "require_supported", "unsupported_reason"]
 
 #: The engines count steps in a C int.
 MAX_STEPS = 2**31 - 1
 
 #: Bits of a float after the leading one, by its width (IEEE 754).
 MANTISSA_BITS = {16: 10, 32: 23, 64: 52}
+
+#: How an engine makes one coefficient of those of two bodies, which are 0 to the greatest it takes: the least and the
+#: greatest coefficient that a wall can have beside that of two discs. "pair" makes none: any two can be asked for.
+COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
+    "pair": lambda _, most: (0.0, most),
+    "one": lambda pair, _: (pair, pair),
+    "product": lambda pair, most: (0.0, math.sqrt(pair) * most),
+    "root": lambda pair, most: (0.0, math.sqrt(pair * most)),  # of the product
+    "average": lambda pair, most: (pair / 2, (pair + most) / 2),
+    "minimum": lambda pair, _: (0.0, pair),
+    "maximum": lambda pair, most: (pair, most),
+}
 
 
 def require_sound(
@@ -93,6 +105,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    if reason := _combined(capabilities.restitution_combine, used, high):
+        return reason
     if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
         return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns none"
     low, high = capabilities.friction
@@ -101,6 +115,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     for name, value in rubbed:
         if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
+    if reason := _combined(capabilities.friction_combine, rubbed, high):
+        return reason
     fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
@@ -143,6 +159,18 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float) ->
     if scene.duration_s / dt_s > MAX_STEPS:
         return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
     return ""
+
+
+def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+    """Return why discs and walls can't have these two coefficients in one scene; empty where they can."""
+    if len(coefficients) < 2:
+        return ""
+    (name, pair), (wall_name, wall) = coefficients
+    least, greatest = COMBINE_RULES[rule](pair, most)
+    if least <= wall <= greatest:
+        return ""
+    beside = f"{wall_name} is {wall:g} beside a {name} of {pair:g}"
+    return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {least:g} to {greatest:g}"
 
 
 def _can_turn(disc: Disc) -> bool:

@@ -78,13 +78,13 @@ class Capabilities:
         immovable_discs: Discs of infinite mass.
         gravity: Uniform gravity.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
-        restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
+        restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of
+            `carom.adapter.checks.COMBINE_RULES`; "pair" for any.
         restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
         spin: Whether discs turn, as fast at the start and as hard to turn as the scene says.
         min_inertia_factor: Least inertia factor of a disc that can turn.
         friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for; 0 always is.
-        friction_combine: How the engine combines two bodies' coefficients: "product", "root" (of the product),
-            "maximum", "pair", "none".
+        friction_combine: The same of friction.
         tangential_restitution: Whether friction can give slip back as asked for.
         max_turn_rad: Greatest angle by which a disc turns in one step, whatever its spin.
         max_spin_rad_s: Greatest spin that is simulated as asked for.
@@ -125,7 +125,7 @@ class Capabilities:
     spin: bool = False
     min_inertia_factor: float = 0.0
     friction: tuple[float, float] = (0.0, 0.0)
-    friction_combine: str = "none"
+    friction_combine: str = "pair"
     tangential_restitution: bool = False
     max_turn_rad: float = math.inf
     max_spin_rad_s: float = math.inf
@@ -143,11 +143,14 @@ class Accuracy:
             speed.
         energy: Greatest part of the kinetic energy that elastic impacts gain or lose; what is below a millionth never
             counts.
+        margin_m: Greatest gap at which bodies are answered as if they touched, metres: that of speculative contacts.
+            What it allows is what bodies show that are thicker by it: `carom.conformance.margin`.
     """
 
     late_steps: float = 0.0
     velocity: float = 0.0
     energy: float = 0.0
+    margin_m: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
 from carom.adapter import Adapter, Capabilities, Contact, Engine, Observation, Profile
-from carom.adapter.checks import MANTISSA_BITS
+from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.trace import Setting
@@ -128,6 +128,10 @@ def _able(found: object, where: str) -> Capabilities:
             raise AdapterError(f"{where}.{name} must be a number, or a least and a greatest, got {_shown(value)}")
     if able.float_bits not in MANTISSA_BITS:
         raise AdapterError(f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}")
+    for name in ("restitution_combine", "friction_combine"):
+        if getattr(able, name) not in COMBINE_RULES:
+            rules = ", ".join(COMBINE_RULES)
+            raise AdapterError(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}")
     return able
 
 
