@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-__all__ = ["CAPABILITIES", "DETECTORS", "FASTEST_BOUNCE_M_S", "require_usable"]
+__all__ = ["CAPABILITIES", "DETECTORS", "FASTEST_BOUNCE_M_S", "MIXING", "require_usable"]
 
-#: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver, and ``sleep``
-#: the `mEnabled` of the world's deactivation options.
-SETTINGS = ("collision_detector", "split_impulse", "sleep")
+#: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
+SETTINGS = ("collision_detector", "split_impulse")
 
 #: Members of `CollisionDetectorType`.
 DETECTORS = ("FCL", "DART", "BULLET", "ODE")
@@ -21,10 +20,13 @@ FASTEST_BOUNCE_M_S = 100.0
 #: DART_BOUNCING_VELOCITY_THRESHOLD, compiled in: contacts that close at no more than this are made inelastic.
 THRESHOLD_M_S = 0.1
 
+#: DART_CFM, compiled in: the diagonal of the contact problem is made larger by this part, and an impulse smaller.
+MIXING = 1e-5
+
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    # A body's coefficient is at most 1, so that walls can't have what the discs' lack.
+    # Of a body whose coefficient is above 1 DART makes it 0, so that walls can't have what the discs' lack.
     restitution_combine="product",
     restitution_threshold_m_s=THRESHOLD_M_S,
     contact_times=ContactTimes.STEP,

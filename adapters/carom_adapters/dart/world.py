@@ -20,7 +20,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, require_usable
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, require_usable
 
 __all__ = ["DartWorld"]
 
@@ -43,9 +43,6 @@ class DartWorld:
             getattr(dartpy.simulation.CollisionDetectorType, str(settings["collision_detector"]))
         )
         self._world.getConstraintSolver().setSplitImpulseEnabled(bool(settings["split_impulse"]))
-        options = self._world.getDeactivationOptions()
-        options.mEnabled = bool(settings["sleep"])
-        self._world.setDeactivationOptions(options)
         self._discs: list[Any] = []
         # DART multiplies the coefficients of two bodies.
         of_disc, of_wall = factored_restitutions(scene)
@@ -93,7 +90,6 @@ class DartWorld:
             "dt_s": self._world.getTimeStep(),
             "collision_detector": next(name for name in DETECTORS if detector.startswith(name)),
             "split_impulse": self._world.getConstraintSolver().isSplitImpulseEnabled(),
-            "sleep": self._world.getDeactivationOptions().mEnabled,
         }
 
     def advance(self, steps: int) -> None:
@@ -130,13 +126,16 @@ class DartWorld:
 
     def _warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
         # Made so fast by an impact, it is too late to refuse.
+        scene = self._scene
         for contact in contacts:
             first, second = contact.first, contact.second
-            relative = (velocity[second] if second >= 0 else 0.0) - velocity[first]
-            apart = float(relative @ contact.normal)
-            # A bounce that was cut short is as fast as the fastest, to the rounding of a sum of two velocities.
-            if apart >= FASTEST_BOUNCE_M_S * (1 - 2.0**-16):
-                return f"DART lets bodies bounce at {FASTEST_BOUNCE_M_S:g} m/s at most, and these do so at {apart:.9g}"
+            of_wall = second < 0
+            relative = (0.0 if of_wall else velocity[second]) - velocity[first]
+            inverse_mass = 1 / scene.discs[first].mass_kg + (0.0 if of_wall else 1 / scene.discs[second].mass_kg)
+            closed = (contact.impulse_n_s or 0.0) * inverse_mass - float(relative @ contact.normal)
+            bounce = closed * (scene.wall_restitution if of_wall else scene.restitution)
+            if bounce > FASTEST_BOUNCE_M_S * (1 + 4 * MIXING):
+                return f"DART lets bodies part at {FASTEST_BOUNCE_M_S:g} m/s at most, and two should at {bounce:g} m/s"
         return ""
 
     def cut(self, dt_s: float) -> None:

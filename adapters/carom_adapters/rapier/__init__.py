@@ -15,9 +15,16 @@ if TYPE_CHECKING:
 
 __all__ = ["RapierAdapter", "adapter"]
 
+#: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
+SHIPPED_MARGIN_M = 0.02
+
+#: Rapier gives bodies their bounce when they have moved with the velocities of an inelastic impact: the path of an
+#: elastic pair turns in the middle of the step.
+TURNS_LATE = 0.5
+
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    # As shipped, a body below 5 cm/s is put to rest after half a second: that is damping.
+    # As shipped, a body at 8 cm/s is put to rest after half a second: that is damping.
     return {"dt_s": dt_s, "can_sleep": False}
 
 
@@ -34,7 +41,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 
 def _swept(dt_s: float) -> dict[str, Setting]:
-    return {**_tuned(dt_s), "soft_ccd_prediction": 0.5}
+    # Farther than anything moves in a step: Rapier looks no farther ahead than two bodies come near each other in one.
+    return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
 
 
 def _located(dt_s: float) -> dict[str, Setting]:
@@ -59,20 +67,21 @@ class RapierAdapter:
             "What a user of Rapier gets: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
             "m/s), but awake and with the scene's restitution.",
             _default,
+            # A contact that no step begins near is found in an overlap, as in `tuned`.
+            Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
         ),
         "tuned": Profile(
             "The most exact fixed-step settings known, from Carom's own measurements: contacts are solved when bodies "
             "overlap, and overlaps are never pushed apart.",
             _tuned,
-            # Rapier gives a body its bounce when it has moved with the velocity of an inelastic impact: the path turns
-            # in the middle of the step.
-            Accuracy(late_steps=0.5),
+            Accuracy(late_steps=TURNS_LATE),
         ),
         "swept": Profile(
             "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
             "step in which bodies would meet.",
             _swept,
+            capabilities=replace(CAPABILITIES, continuous_detection=True),
         ),
         "located": Profile(
             "The tuned settings, each step cut at the instant from which on Rapier's own narrow phase finds an overlap "

@@ -18,12 +18,12 @@ PARAMETERS = (
 )
 
 #: ``contact_natural_frequency`` (Hz) is that of both contact softnesses, at which overlaps are pushed apart.
-#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are of every disc, by Rapier's own names. ``first_part`` is the part
-#: of a step that is taken first, as a step of its own, where bodies touch at its start: see the profile `located`.
+#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are of every disc, by Rapier's own names. ``first_part`` is the
+#: part of a step that is taken first, as a step of its own: see the profile `located`.
 OTHER_SETTINGS = ("contact_natural_frequency", "can_sleep", "soft_ccd_prediction", "first_part")
 
 #: Below these Rapier divides by zero, or makes no sense of them.
-LEAST = {name: 0.0 for name in (*PARAMETERS, *OTHER_SETTINGS)} | {"num_solver_iterations": 1}
+LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {"num_solver_iterations": 1}
 
 #: `normalized_max_linear_velocity` as shipped: a faster body is slowed down to that, in silence.
 SHIPPED_SPEED_M_S = 400.0

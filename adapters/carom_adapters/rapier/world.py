@@ -41,7 +41,7 @@ class RapierWorld:
         self._build([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
 
     def _build(self, states: Any) -> None:
-        """Make a world of these positions and velocities: one that was stepped keeps what it knows of contacts."""
+        """Make a world of these positions and velocities."""
         self._world, self._handles, self._number = self._world_of(states)
         self._bodies = [self._world.rigid_bodies[handle] for handle in self._handles]
 
@@ -146,8 +146,8 @@ class RapierWorld:
 class RapierCuttableWorld(RapierWorld):
     """A world whose steps can be cut and taken back; each is taken in two parts, of which the first is short.
 
-    Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get their
-    bounce. So that they fly through it with their bounce, they get it in a step that is too short to move them.
+    Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get
+    their bounce. So that they fly through it with their bounce, they get it in a step that is too short to move them.
     """
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
@@ -194,7 +194,7 @@ class RapierCuttableWorld(RapierWorld):
         return (self._clock.now_s, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:
-        """Make a world of the positions and velocities: Rapier's own snapshots end some processes."""
+        """Make a world of the positions and velocities; one that was stepped keeps what it knows of contacts."""
         time_s, states, self._solved = state
         self._clock.restart(time_s)
         self._build(states)
