@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from carom.adapter import Adapter, Capabilities, Engine
+from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
 from carom.program.adapter import program_adapter
 from carom.program.manifest import MANIFEST, load_manifest
@@ -52,6 +52,7 @@ class EngineInfo:
         distribution: The distribution that brought the adapter.
         located: Names of the profiles whose steps are cut.
         own: What the engine can do with a profile that does not go by `capabilities`, by its name.
+        knobs: Settings that may be searched, and how far, by name.
     """
 
     name: str
@@ -63,6 +64,7 @@ class EngineInfo:
     distribution: str
     located: frozenset[str] = frozenset()
     own: Mapping[str, Capabilities] = field(default_factory=dict)
+    knobs: Mapping[str, Knob] = field(default_factory=dict)
 
     @property
     def available(self) -> bool:

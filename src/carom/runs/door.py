@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
-from carom.adapter import Adapter, Capabilities, Contact, Engine, Observation, Profile
+from carom.adapter import Adapter, Capabilities, Contact, Engine, Knob, Observation, Profile
 from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
 from carom.scene import Scene
@@ -91,6 +91,7 @@ class Declared(NamedTuple):
     engine: Engine
     capabilities: Capabilities
     profiles: Mapping[str, Profile]
+    knobs: Mapping[str, Knob]
 
 
 def sound_adapter(adapter: Adapter) -> Declared:
@@ -114,7 +115,17 @@ def sound_adapter(adapter: Adapter) -> Declared:
             raise AdapterError(f"{where} must have settings that can be called, and a located that is True or False")
         if profile.capabilities is not None:
             _able(profile.capabilities, f"{where}.capabilities")
-    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles)
+    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
+
+
+def _knobs(adapter: Adapter) -> Mapping[str, Knob]:
+    """Return the knobs that an adapter may declare."""
+    found: object = getattr(adapter, "knobs", {})
+    if not isinstance(found, Mapping):
+        raise AdapterError(f"knobs must be a mapping from names of settings to Knob(...), got {_shown(found)}")
+    return {
+        plain_text(name, "the name of a knob"): _held(knob, Knob, f"knobs[{name!r}]") for name, knob in found.items()
+    }
 
 
 def _able(found: object, where: str) -> Capabilities:

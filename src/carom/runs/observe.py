@@ -14,7 +14,7 @@ from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.door import Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
-from carom.runs.job import Job, JobTask, UnavailableError, UnsupportedError
+from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
@@ -36,7 +36,9 @@ class Observe(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return what happened."""
         job = self.job
-        return observe_run(able_adapter(job), job.scene, job.profile, job.dt_s, samples=self.samples)
+        return observe_run(
+            able_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+        )
 
 
 def able_adapter(job: Job) -> Adapter:
@@ -52,7 +54,7 @@ def able_adapter(job: Job) -> Adapter:
         raise UnavailableError(str(error)) from error
     if reason := why_unavailable(adapter):
         raise UnavailableError(reason)
-    if reason := unsupported_reason(job.scene, capabilities_of(adapter, job.profile), job.dt_s):
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s):
         raise UnsupportedError(reason)
     return adapter
 
@@ -63,8 +65,13 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
 
-def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step.
+def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
+    """Return what an engine can do with a method: what a profile declares of its own settings holds for no others."""
+    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
+
+
+def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
+    """Return the settings of a profile at a step, with those that are tried in place of its own.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -77,10 +84,12 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
     except Exception as error:
         message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
-    return plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    return {**plain_settings(settings, f"of profile {profile!r} of {adapter.name}"), **dict(tried)}
 
 
-def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
+def observe_run(
+    adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, tried: Tried = (), samples: bool = False
+) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
     The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
@@ -90,7 +99,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
-    settings = profile_settings(adapter, profile, dt_s)
+    settings = profile_settings(adapter, profile, dt_s, tried)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
@@ -110,6 +119,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     return replace(
         run.trace(plain_text(adapter.name, "the name of an adapter")),
         profile=profile,
+        tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
