@@ -23,7 +23,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help report test test-long test-browser engines test-engines docs pictures campaign campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser engines test-engines docs pictures atlas campaign campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -34,6 +34,7 @@ help:
 	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
+	@echo "make atlas              (an hour) all engines on all scenes, under every attack; write docs/atlas.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
@@ -75,6 +76,12 @@ campaign: $(BUILT)
 
 pictures: $(BUILT)
 	$(BIN)/python docs/figures/pictures.py
+
+# With the engines that are installed: `make engines` brings those that are not.
+atlas: $(BUILT)
+	$(BIN)/carom run paper classics gravity engines -p all --report reports/atlas --fail-on never --resume
+	$(BIN)/carom stress attacks --quick --out reports/atlas-stress --resume
+	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-stress
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

@@ -78,7 +78,6 @@ class PicAdapter:
         continuous_detection=True,
         spin=True,
         friction=(0.0, sys.float_info.max),
-        friction_combine="pair",
         tangential_restitution=True,
     )
     profiles: Mapping[str, Profile] = {

@@ -73,7 +73,6 @@ class PitAdapter:
         contact_times=ContactTimes.STEP,
         spin=True,
         friction=(0.0, sys.float_info.max),
-        friction_combine="pair",
         tangential_restitution=True,
     )
     profiles: Mapping[str, Profile] = {

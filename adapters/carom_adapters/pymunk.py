@@ -262,11 +262,9 @@ class PymunkAdapter:
     capabilities = Capabilities(
         gravity=True,
         restitution=(0.0, 1.0),
-        restitution_combine="product",
         spin=True,
         min_inertia_factor=LEAST_INERTIA_FACTOR,
         friction=(0.0, LARGEST),
-        friction_combine="product",
         contact_times=ContactTimes.STEP,
         stamp=Stamp.END,
         max_speed_m_s=LARGEST,

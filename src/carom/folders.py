@@ -23,6 +23,8 @@ from carom.text import visible
 __all__ = ["MARKER", "claim", "claimed", "file_name", "write_file", "write_files"]
 
 MARKER = ".carom"
+#: After its first line, a word that says what the folder is for.
+_SAYS = "Carom replaces the files that it wrote here.\n"
 #: Beside the files: those that are being written, and those that are on the disk and count.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
@@ -61,8 +63,9 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         there = os.listdir(folder)
-        if MARKER not in there and not there:
-            _put(folder / MARKER, f"{purpose}\nCarom replaces the files that it wrote here.\n".encode())
+        if not there or (there == [MARKER] and _is_torn(folder / MARKER)):
+            (folder / MARKER).unlink(missing_ok=True)
+            _put(folder / MARKER, f"{purpose}\n{_SAYS}")
             return
         if not os.access(folder, os.W_OK | os.X_OK):
             raise InputError(f"{folder}: no permission to write there; {another}")
@@ -136,6 +139,12 @@ def _put(path: Path, content: str | bytes) -> None:
         file.write(visible(content).encode() if isinstance(content, str) else content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _is_torn(marker: Path) -> bool:
+    """Whether a marker is the beginning of one: a full disk or a kill came between."""
+    purpose, _, rest = marker.read_text(encoding="utf-8", errors="replace").partition("\n")
+    return re.fullmatch("[a-z]*", purpose) is not None and _SAYS.startswith(rest) and rest != _SAYS
 
 
 def _finish(folder: Path) -> None:

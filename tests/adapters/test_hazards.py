@@ -19,9 +19,11 @@ from carom.adapter import Adapter, AdapterError, Contact, Setting, unsupported_r
 from carom.report.grid import reasons_of
 from carom.runs.explain import explain
 from carom.runs.job import Status
+from carom.runs.observe import observe_run
 from carom.runs.plan import Options, capabilities_of, plan_of
 from carom.runs.pool import InProcess
 from carom.runs.results import Row
+from carom.scenes import all_scenes
 from carom.trace import Outcome
 
 Named = Callable[[str], Adapter]
@@ -361,6 +363,15 @@ def _row_of(discs: int) -> Scene:
 
 
 @pytest.mark.long
+def test_a_crowd_of_free_spheres_leaves_mujocos_plane(named: Named) -> None:
+    """On free joints impacts make more of each rounding across the plane; once a disc has left it, the run ends."""
+    scene = all_scenes()["engines/gas-of-25"].scene
+    left = observe_run(named("mujoco"), scene, "default", 1 / 60)
+    assert left.outcome is Outcome.WARNED
+    assert "leave the plane" in left.notes[0]
+    assert observe_run(named("mujoco"), scene, "tuned", 1 / 60).outcome is Outcome.COMPLETED  # on slides
+
+
 def test_mujoco_takes_more_than_three_thousand_discs(named: Named) -> None:
     """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
     mujoco = named("mujoco")

@@ -88,12 +88,11 @@ def test_each_engine_has_the_law_with_the_right_settings(
     ],
 )
 @pytest.mark.parametrize("frictions", [(0.4, 0.1), (0.1, 0.4), (0.2, 0.3)])
-def test_frictions_are_combined_as_declared(
+def test_frictions_are_combined_as_the_pages_say(
     named: Named, name: str, combine: Callable[[float, float], float], frictions: tuple[float, float]
 ) -> None:
     """Of two coefficients the impact shows one, by each engine's rule: friction's impulse over the push, sliding."""
-    declared = named(name).capabilities.friction_combine
-    assert declared == {"pymunk": "product", "pybullet": "product", "box2d": "root", "mujoco": "maximum"}[name]
+    named(name)
     # Along the floor at 100 m/s, so that it slides at any of these.
     thrown = Thrown(velocity=(100.0, -3.0), friction=frictions, restitution=0.0)
     throw: Callable[[], Left] = {

@@ -44,6 +44,18 @@ def test_a_folder_of_another_command_is_refused(tmp_path: Path) -> None:
     assert content(tmp_path / "out") == as_bytes(OLD)
 
 
+@pytest.mark.parametrize("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
+def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) -> None:
+    """Where a full disk left the beginning of a marker and nothing else, the folder can be used; else it is refused."""
+    (tmp_path / MARKER).write_text(torn)
+    claim(tmp_path, "cross-check")
+    assert (tmp_path / MARKER).read_text().startswith("cross-check\n")
+    (tmp_path / MARKER).write_text(torn)
+    (tmp_path / "index.html").write_text("mine")
+    with pytest.raises(InputError, match="another command"):
+        claim(tmp_path, "cross-check")
+
+
 def test_files_of_ones_own_in_a_folder_of_caroms_stay(tmp_path: Path) -> None:
     """Carom replaces its own files; what somebody put beside them stays."""
     write_files(tmp_path / "out", "bench", OLD)

@@ -76,11 +76,9 @@ VELOCITY_SCALE = 2.0**20
 CAPABILITIES = Capabilities(
     gravity=True,
     restitution=(0.0, 1.0),
-    restitution_combine="maximum",
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
     friction=(0.0, LARGEST_FRICTION),
-    friction_combine="root",
     max_turn_rad=LARGEST_TURN_RAD,
     contact_times=ContactTimes.STEP,
     continuous_detection=True,
@@ -104,6 +102,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
     if settings.get("sweep", "shipped") not in SWEEPS:
         raise AdapterError(f"Box2D: sweep must be one of {', '.join(SWEEPS)}, got {settings['sweep']!r}")
+    if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
+        raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")
     dt_s = float(settings["dt_s"])
     if not 1e-12 <= dt_s <= 1e12:  # scaled, still inside 32-bit floats
         raise AdapterError(f"Box2D: dt_s must lie in 1e-12 to 1e12, got {dt_s}")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from carom.errors import InputError
 from carom.scene import Scene
 from carom.trace import Setting
 
@@ -23,6 +24,7 @@ __all__ = [
     "ContactTimes",
     "CuttableWorld",
     "Engine",
+    "Knob",
     "Observation",
     "Profile",
     "Stamp",
@@ -78,13 +80,13 @@ class Capabilities:
         immovable_discs: Discs of infinite mass.
         gravity: Uniform gravity.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
-        restitution_combine: How the engine combines two bodies' coefficients: "product", "maximum", "pair", "none".
+        restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of
+            `carom.adapter.checks.COMBINE_RULES`; "pair" for any.
         restitution_threshold_m_s: Contacts that close at no more than this are made inelastic.
         spin: Whether discs turn, as fast at the start and as hard to turn as the scene says.
         min_inertia_factor: Least inertia factor of a disc that can turn.
         friction: Least and greatest coefficient of Coulomb friction that is simulated as asked for; 0 always is.
-        friction_combine: How the engine combines two bodies' coefficients: "product", "root" (of the product),
-            "maximum", "pair", "none".
+        friction_combine: The same of friction.
         tangential_restitution: Whether friction can give slip back as asked for.
         max_turn_rad: Greatest angle by which a disc turns in one step, whatever its spin.
         max_spin_rad_s: Greatest spin that is simulated as asked for.
@@ -125,7 +127,7 @@ class Capabilities:
     spin: bool = False
     min_inertia_factor: float = 0.0
     friction: tuple[float, float] = (0.0, 0.0)
-    friction_combine: str = "none"
+    friction_combine: str = "pair"
     tangential_restitution: bool = False
     max_turn_rad: float = math.inf
     max_spin_rad_s: float = math.inf
@@ -143,11 +145,14 @@ class Accuracy:
             speed.
         energy: Greatest part of the kinetic energy that elastic impacts gain or lose; what is below a millionth never
             counts.
+        margin_m: Greatest gap at which bodies are answered as if they touched, metres: that of speculative contacts.
+            What it allows is what bodies show that are thicker by it: `carom.conformance.margin`.
     """
 
     late_steps: float = 0.0
     velocity: float = 0.0
     energy: float = 0.0
+    margin_m: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -168,6 +173,42 @@ class Profile:
     accuracy: Accuracy = Accuracy()
     located: bool = False
     capabilities: Capabilities | None = None
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A setting that ``carom tune`` may turn, and how far: between two values, or among some.
+
+    Attributes:
+        low: Its least value; of a setting that is a whole number, one.
+        high: Its greatest value, of the same kind.
+        log: Whether the values between are spread by their ratios; `low` must be above 0 then.
+        choices: The values that it may take, in place of a least and a greatest.
+
+    Raises:
+        InputError: There is neither a range nor a choice, or both, or the range is empty or not finite.
+    """
+
+    low: int | float | None = None
+    high: int | float | None = None
+    log: bool = False
+    choices: tuple[Setting, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.choices:
+            if self.low is not None or self.high is not None:
+                raise InputError(f"a knob has choices, or low and high, and this one has both: {self}")
+            return
+        low, high = self.low, self.high
+        if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
+            raise InputError(f"a knob needs choices, or low below high, both whole or both not, got {low} and {high}")
+        if self.log and not low > 0:
+            raise InputError(f"low of a knob that is spread by ratios must be above 0, got {low}")
+
+    @property
+    def example(self) -> Setting:
+        """A value that it may take, of the kind that the setting is."""
+        return self.choices[0] if self.low is None else self.low
 
 
 @dataclass(frozen=True, slots=True)

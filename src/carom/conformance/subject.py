@@ -13,6 +13,7 @@ import numpy as np
 from carom.adapter import Adapter, Capabilities, Observation, unsupported_reason
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator import Score, compare
+from carom.conformance.margin import thickened_trace
 from carom.conformance.probe import Make, Raised, Watch, Watched
 from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
@@ -71,7 +72,8 @@ class Subject(Closing):
 
     def unsupported(self, setup: Setup) -> str:
         """Return the declared capability that excludes a run; empty where none does."""
-        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s)
+        located = self.adapter.profiles[setup.profile].located
+        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
     def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
         """Return the settings of a profile."""
@@ -138,6 +140,14 @@ class Subject(Closing):
             self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
         return self._scores[profile, name]
 
+    def margin(self, profile: str, name: str) -> Score | None:
+        """Return the score of a catalogue scene with bodies thicker by the promised margin; None where there is none.
+
+        What it has of errors is what the margin allows.
+        """
+        margin_m = self.adapter.profiles[profile].accuracy.margin_m
+        return _margin(name, margin_m) if margin_m else None
+
     def printed(self) -> str:
         """Return what the worker process has printed so far."""
         return self._lane.of(self.name).printed()
@@ -167,6 +177,12 @@ def _sampling(name: str) -> tuple[Trace, Trace, Score]:
     reference = known_trace(setup.scene, all_scenes()[name].known)
     pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
     return reference, pit, compare(reference, pit, sampling=pit)
+
+
+@cache
+def _margin(name: str, margin_m: float) -> Score:
+    scene = all_scenes()[name].scene
+    return compare(known_trace(scene, all_scenes()[name].known), thickened_trace(scene, margin_m))
 
 
 def catalogue_setup(name: str, profile: str) -> Setup:

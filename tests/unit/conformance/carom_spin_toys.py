@@ -147,7 +147,7 @@ tells_none = Toy("tells-none", TellsNone)
 turns_rubs = Toy("turns-rubs", TurnsRubs)
 doubles_rubs = Toy("doubles-rubs", DoublesRubs)
 hides = Toy("hides", Hides)
-claims_nothing = Claims("claims-nothing", spin=False, friction=(0.0, 0.0), friction_combine="none")
+claims_nothing = Claims("claims-nothing", spin=False, friction=(0.0, 0.0))
 claims_limits = Claims(
     "claims-limits", max_spin_rad_s=10.0, friction=(0.01, 5.0), min_inertia_factor=0.1, tangential_restitution=False
 )

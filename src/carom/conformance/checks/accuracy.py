@@ -2,7 +2,8 @@
 
 What a method that looks once a step has to pay is measured, not guessed: PIT runs the same scene at the same step. An
 adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
-cut does not look once a step but where bodies begin to touch, so it is allowed rounding and its promise alone.
+cut does not look once a step but where bodies begin to touch, so it is allowed rounding and its promise alone. A
+promised margin allows each impact what `carom.conformance.margin` finds of it, in place of sampling and not on top.
 """
 
 from __future__ import annotations
@@ -23,13 +24,16 @@ __all__ = ["finds_impacts", "spins_are_right", "times_are_right", "velocities_ar
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """Every impact is found that PIT finds at this step, and none is invented."""
+    """Every impact is found that PIT finds at this step, and none is invented, but for what a promised margin makes."""
     setup, trace, score, pit = subject.score(profile, name)
+    margin = subject.margin(profile, name)
+    others = [pit] if margin is None else [pit, margin]
     known = all_scenes()[name].known.impacts
     found = "; ".join((trace.outcome.value, *trace.notes))
     ended = trace.outcome is Outcome.COMPLETED
     require(ended, "the run ends before the scene does", "the scene's end", found, setup)
-    missed = [index for index in score.missed if index not in {*pit.missed, *pit.undecided}]
+    excused = {index for other in others for index in (*other.missed, *other.undecided)}
+    missed = [index for index in score.missed if index not in excused]
     if missed:
         impact = known[missed[0]]
         raise Violation(
@@ -38,13 +42,16 @@ def finds_impacts(subject: Subject, profile: str, name: str) -> None:
             found=f"{len(trace.impacts)} impacts: {_listed(trace)}",
             setup=setup,
         )
-    if len(score.spurious) > len(pit.spurious):
+    if len(score.spurious) > max(len(other.spurious) for other in others):
         what, one = f"{len(score.spurious)} impacts invented", _row_at(trace.impacts[score.spurious[0]])
         raise Violation(what, expected=f"{len(known)} impacts", found=f"one of {one}", setup=setup)
 
 
 def times_are_right(subject: Subject, profile: str, name: str) -> None:
-    """The path turns no earlier than PIT's, and no later than a step, or PIT's, or what is promised for each impact."""
+    """The path turns no earlier than PIT's, and no later than a step, or PIT's, or what is promised for each impact.
+
+    A promised margin makes an impact as early, or as late after others, as thicker bodies would.
+    """
     setup, _, score, pit = subject.score(profile, name)
     promise_s = subject.adapter.profiles[profile].accuracy.late_steps * setup.dt_s
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
@@ -54,14 +61,17 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
     if subject.adapter.profiles[profile].located:
         sampled_s = early_s = 0.0
     rounding_s = subject.rounding * setup.scene.duration_s
+    margin = {error.reference: error.time_s for error in _finite(subject.margin(profile, name), "time_s")}
     for error in sorted(_compared(score, pit), key=lambda error: -abs(error.time_s)):
         # Each impact of a chain begins with what those before left.
-        late_s = sampled_s + promise_s * (error.reference + 1)
+        shifted_s = margin.get(error.reference, 0.0)
+        late_s = max(sampled_s, shifted_s) + promise_s * (error.reference + 1)
         impact = all_scenes()[name].known.impacts[error.reference]
         require(
-            -early_s - rounding_s <= error.time_s <= late_s + rounding_s,
+            min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {_bodies(impact.first, impact.second)} comes at the wrong time",
-            f"{impact.time_s:.9g} s, and up to {late_s:.3g} s later ({late_s / setup.dt_s:.3g} dt)",
+            f"{impact.time_s:.9g} s, and up to {late_s:.3g} s later ({late_s / setup.dt_s:.3g} dt)"
+            + (f" or {-shifted_s:.3g} s earlier" if shifted_s < 0 else ""),
             f"{impact.time_s + error.time_s:.9g} s ({error.time_s / setup.dt_s:+.3g} dt)",
             setup,
         )
@@ -74,13 +84,15 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     located = subject.adapter.profiles[profile].located
     paid = [error.velocity for error in pit.errors if math.isfinite(error.velocity)]
     sampled = 0.0 if located else max(paid, default=0.0)
-    promise = subject.adapter.profiles[profile].accuracy.velocity
-    allowed = sampled + promise + subject.rounding
+    promise, of_margin = subject.adapter.profiles[profile].accuracy.velocity, subject.margin(profile, name)
+    margin = {error.reference: error.velocity for error in _finite(of_margin, "velocity")}
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
+        turned = margin.get(error.reference, 0.0)
+        allowed = max(sampled, turned) + promise + subject.rounding
         impact, row = known.impacts[error.reference], trace.impacts[error.observed]
         told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
-        why = f"PIT {sampled:.3g}, promised {promise:.3g} of {speed:g}"
+        why = f"PIT {sampled:.3g}, promised {promise:.3g}, margin {turned:.3g} of {speed:g}"
         require(
             error.velocity <= allowed,
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
@@ -90,7 +102,8 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # who missed an impact is on another path
-    allowed = (0.0 if located else pit.total.final_velocity) + promise + subject.rounding
+    ends = [0.0 if located else pit.total.final_velocity, of_margin.total.final_velocity if of_margin else 0.0]
+    allowed = max(ends) + promise + subject.rounding
     off = score.total.final_velocity
     require(
         off <= allowed,
@@ -108,9 +121,10 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     located = subject.adapter.profiles[profile].located
     paid = [error.spin for error in pit.errors if math.isfinite(error.spin)]
     sampled = 0.0 if located else max(paid, default=0.0)
-    promise = subject.adapter.profiles[profile].accuracy.velocity
-    allowed = sampled + promise + subject.rounding
+    promise, of_margin = subject.adapter.profiles[profile].accuracy.velocity, subject.margin(profile, name)
+    margin = {error.reference: error.spin for error in _finite(of_margin, "spin")}
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
+        allowed = max(sampled, margin.get(error.reference, 0.0)) + promise + subject.rounding
         impact = known.impacts[error.reference]
         told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
@@ -123,7 +137,8 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return
-    allowed = (0.0 if located else pit.total.final_spin) + promise + subject.rounding
+    ends = [0.0 if located else pit.total.final_spin, of_margin.total.final_spin if of_margin else 0.0]
+    allowed = max(ends) + promise + subject.rounding
     off = score.total.final_spin
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
     wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {allowed * speed:.3g} m/s"
@@ -134,6 +149,11 @@ def _compared(score: Score, pit: Score) -> list[ImpactError]:
     """Impacts that PIT has an error of, too; without PIT's, what sampling costs is not known."""
     common = {error.reference for error in pit.errors}
     return [error for error in score.errors if error.reference in common]
+
+
+def _finite(score: Score | None, field: str) -> list[ImpactError]:
+    """Impacts whose error in a field is known; of no score, none."""
+    return [error for error in score.errors if math.isfinite(getattr(error, field))] if score else []
 
 
 def _bodies(first: int, second: int) -> str:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 
 from carom.adapter import Capabilities
-from carom.adapter.checks import MANTISSA_BITS
+from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
 from carom.conformance.probe import Raised
 from carom.conformance.subject import Subject
@@ -56,7 +56,7 @@ PHASES = 8
 
 
 def restitution_as_declared(subject: Subject, share: float, wall_share: float) -> None:
-    """Within the declared range discs and walls each get their own coefficient, in any combination of the two."""
+    """Within the declared range discs and walls each get their own coefficient, in every combination declared."""
     can = subject.capabilities()
     low, high = can.restitution
     e, wall_e = low + share * (high - low), low + wall_share * (high - low)
@@ -65,6 +65,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
     setup = Setup(bounce_and_pair(e, wall_e, wall=can.walls))
+    require_supported(subject, setup)
     # Momentum 1 * 1 - 2 * 2 = -3 is kept by 3 kg, and the closing speed of 3 m/s becomes e times itself.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
@@ -203,6 +204,14 @@ def _bouncing(restitution: float) -> Scene:
     return bounce_and_pair(restitution, restitution, wall=False)
 
 
+def _uncombined(can: Capabilities) -> Scene | None:
+    """Return a wall with a coefficient that the rule declared excludes beside that of the discs."""
+    low, high = can.restitution
+    least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
+    beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)
+    return None if beyond is None or not can.walls else bounce_and_pair(pair, beyond, wall=True)
+
+
 #: What may be missing from the declaration: the field, and the scene that needs more (None where nothing is more).
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
@@ -216,6 +225,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
         "restitution",
         lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
     ),
+    "restitution of walls": ("restitution_combine", _uncombined),
     "spin": ("spin", lambda can: None if can.spin else _spinning(1.0)),
     "fast spin": ("max_spin_rad_s", lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / DT_S)),
     "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / DT_S, can.max_spin_rad_s)),
@@ -256,7 +266,7 @@ def refuses(subject: Subject, what: str) -> None:
     """A scene that needs what is not declared is refused by `prepare` with an AdapterError, never silently wrong."""
     field, needing_more = REFUSALS[what]
     value, scene = getattr(subject.capabilities(), field), needing_more(subject.capabilities())
-    declared = f"{field} = {value if isinstance(value, bool | tuple) else format(value, 'g')}"
+    declared = f"{field} = {value if isinstance(value, bool | tuple | str) else format(value, 'g')}"
     if scene is None:
         raise NotApplicable(f"{declared} is declared: there is nothing to refuse")
     setup, beyond = Setup(scene), f"a scene beyond what is declared ({what})"

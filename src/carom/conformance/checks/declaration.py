@@ -7,14 +7,13 @@ import subprocess
 import sys
 
 from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
+from carom.adapter.checks import COMBINE_RULES
 from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import DT_S
 from carom.conformance.violation import require
 
 __all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]
 
-COMBINE_RULES = ("product", "maximum", "pair", "none")
-FRICTION_COMBINE_RULES = ("root", *COMBINE_RULES)
 PROFILES = ("default", "tuned")
 
 
@@ -29,11 +28,10 @@ def declares_capabilities(subject: Subject) -> None:
     require(isinstance(can, Capabilities), what, "Capabilities", can)
     low, high = can.restitution
     require(0 <= low <= high <= 1, what, "0 <= least <= greatest restitution <= 1", can.restitution)
-    require(can.restitution_combine in COMBINE_RULES, what, f"one of {COMBINE_RULES}", can.restitution_combine)
+    for rule in (can.restitution_combine, can.friction_combine):
+        require(rule in COMBINE_RULES, what, f"one of {', '.join(COMBINE_RULES)}", rule)
     low, high = can.friction
     require(0 <= low <= high < math.inf, what, "0 <= least <= greatest friction, and finite", can.friction)
-    combined = can.friction_combine
-    require(combined in FRICTION_COMBINE_RULES, what, f"one of {FRICTION_COMBINE_RULES}", combined)
     least = can.min_inertia_factor
     require(0 <= least <= 1, what, "min_inertia_factor of 0 to 1", least)
     require(can.max_turn_rad > 0, what, "max_turn_rad above 0", can.max_turn_rad)
@@ -67,7 +65,7 @@ def declares_profiles(subject: Subject) -> None:
         require(sound, f"profile {name!r} declares what can't be read", "Capabilities, or None", own)
         promise = profile.accuracy
         require(isinstance(promise, Accuracy), f"profile {name!r} promises what can't be held", "Accuracy", promise)
-        for part in (promise.late_steps, promise.velocity, promise.energy):
+        for part in (promise.late_steps, promise.velocity, promise.energy, promise.margin_m):
             sound = part >= 0 and math.isfinite(part)
             require(sound, f"profile {name!r} promises what can't be held", "finite numbers, 0 or more", promise)
 

@@ -2,26 +2,44 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from carom.adapter.checks import MANTISSA_BITS
 from carom.conformance.probe import Raised
 from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, Violation, require
+from carom.trace import Setting
 
 __all__ = ["refuses_unknown_setting", "settings_are_read_back", "starts_as_written"]
 
 UNKNOWN = "carom_no_such_setting"
 
+#: Roundings on the way of a number into the engine's own unit and back: into it and out of it for a length, and both
+#: for a length and for a time of a velocity.
+ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
+
+_FLOATS = {16: np.float16, 32: np.float32, 64: np.float64}
+
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
-    """A world reports every setting of its profile, with the value that was asked for."""
+    """A world reports every setting of its profile with the value asked for, to the declared width of numbers."""
     setup = Setup(crowd(), profile)
     used = subject.seen(setup).settings
+    bits = subject.capabilities(profile).float_bits
     for name, value in subject.settings(profile, setup.dt_s).items():
         there = name in used
         found = f"{name} = {used[name]!r}" if there else f"no {name}, but {', '.join(used)}"
         what = "a setting is not the one asked for"
-        require(there and used[name] == value, what, f"{name} = {value!r}", found, setup)
+        require(there and _same(value, used[name], bits), what, f"{name} = {value!r}", found, setup)
+
+
+def _same(asked: Setting, found: Setting, bits: int) -> bool:
+    """Whether two settings are one value to an engine whose floats have so many bits."""
+    if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
+        return asked == found
+    with np.errstate(over="ignore"):  # beyond the greatest float of this width both are infinite
+        return bool(_FLOATS[bits](asked) == _FLOATS[bits](found))
 
 
 def refuses_unknown_setting(subject: Subject) -> None:
@@ -36,15 +54,18 @@ def refuses_unknown_setting(subject: Subject) -> None:
 
 
 def starts_as_written(subject: Subject, profile: str) -> None:
-    """Before its first step a world is in the scene's start state, to the declared width of numbers, untouched."""
+    """Before its first step a world is in the scene's start state, to the declared width of numbers, untouched.
+
+    An engine may have units of its own, so each number may be rounded on its way into them and back.
+    """
     setup = Setup(crowd(), profile)
     start = subject.seen(setup).seen[0]
-    # The nearest number of the declared width is all that can be asked for, and no less can.
-    relative = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
+    # Half a unit in the last place, relative: what one rounding at the declared width costs at most.
+    rounding = 2.0 ** -(MANTISSA_BITS[subject.capabilities().float_bits] + 1)
     for i, disc in enumerate(setup.scene.discs):
-        for field in ("position_m", "velocity_m_s"):
+        for field, times in ROUNDINGS.items():
             asked, found = getattr(disc, field), tuple(getattr(start, field)[i].tolist())
-            same = all(abs(f - a) <= relative * abs(a) for a, f in zip(asked, found, strict=True))
+            same = all(abs(f - a) <= times * rounding * abs(a) for a, f in zip(asked, found, strict=True))
             require(same, f"disc {i} does not start as the scene has it", f"{field} = {asked}", found, setup)
     untouched = not (start.contacts or start.warning)
     require(untouched, "a world begins with contacts or a warning", "none", start.warning or start.contacts, setup)

@@ -31,7 +31,7 @@ Motion = tuple[tuple[float, float], float]
 
 
 def friction_as_declared(subject: Subject, share: str, wall_share: str) -> None:
-    """Within the declared range discs and walls each get their own coefficient, in any combination of the two."""
+    """Within the declared range discs and walls each get their own coefficient, in every combination declared."""
     can = _rubbing_capabilities(subject)
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")

@@ -1,0 +1,363 @@
+"""The atlas of engines: `make atlas` measures, and then has this script write `docs/atlas.md`.
+
+It reads `results.jsonl` of a cross-check of all scenes with all engines, and `stress.json` of a stress campaign. Every
+number on the page is reduced from them here; what is not finite is left out by name, never averaged.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from carom.report.document import Code, Column, Document, Section, Table, Text
+from carom.report.records import read_records
+from carom.report.render import markdown
+from carom.report.wording import count, listed, number, percent
+from carom.scenes import all_scenes
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "atlas.md"
+
+#: The best grade first.
+GRADES = ("exact", "close", "sampled", "inaccurate", "wrong")
+#: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
+ATTACKS = {
+    "tunnelling": "tunnels: speed x dt / radius",
+    "slow": "loses slow impacts below, m/s",
+    "mass-ratio": "mass ratio",
+    "grazing": "grazes: 1 - b/R",
+    "duration": "impacts before it drifts",
+}
+RIGHT_ANGLE = math.degrees(1.0)
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Method:
+    """An engine with a profile, and its rows.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        rows: All its rows.
+    """
+
+    engine: str
+    profile: str
+    rows: tuple[Row, ...]
+
+    @property
+    def name(self) -> str:
+        """The name shown."""
+        return f"{self.engine} {self.profile}"
+
+    @property
+    def coarse(self) -> list[Row]:
+        """Rows at each scene's own frame rate."""
+        return [row for row in self.rows if row["refinement"] == 0]
+
+
+@dataclass(frozen=True)
+class Need:
+    """Something that a user needs.
+
+    Attributes:
+        what: The need, in the user's words.
+        scenes: Patterns of the names of the scenes that show it.
+        met: Whether a row meets it.
+    """
+
+    what: str
+    scenes: Callable[[str], bool]
+    met: Callable[[Row], bool]
+
+
+def _of(*names: str) -> Callable[[str], bool]:
+    return lambda scene: scene.startswith(names)
+
+
+def _fast(scene: str) -> bool:
+    return "fast" in all_scenes()[scene].tags and "no-impact" not in all_scenes()[scene].tags
+
+
+def _whole(row: Row) -> bool:
+    return not row["missed"] and not row["spurious"]
+
+
+def _within(kind: str, limit: float) -> Callable[[Row], bool]:
+    return lambda row: _whole(row) and row["total"][kind] is not None and abs(row["total"][kind]) <= limit
+
+
+NEEDS = (
+    Need("every instant and velocity to rounding", _of("paper", "classics"), lambda row: row["grade"] == "exact"),
+    Need("every direction to one degree", _of("paper", "classics"), _within("direction_rad", math.radians(1.0))),
+    Need("nothing passes through at speed", _fast, _whole),
+    Need(
+        "slow impacts bounce, to a per cent of the speed",
+        _of("engines/slow", "engines/crawl"),
+        _within("velocity", 0.01),
+    ),
+    Need("nothing is struck that is not met", _of("classics/miss", "engines/near-miss"), _whole),
+    Need("energy of a gas to one in a million", _of("classics/gas", "engines/gas-of-25"), lambda row: _kept(row, 1e-6)),
+    Need("balls that fall and bounce", _of("gravity"), lambda row: row["grade"] in {"exact", "close", "sampled"}),
+)
+
+
+def _kept(row: Row, limit: float) -> bool:
+    return row["total"] is not None and row["total"]["energy"] is not None and abs(row["total"]["energy"]) <= limit
+
+
+def methods_of(rows: Sequence[Row]) -> list[Method]:
+    """Return the methods in the order of the rows, Carom's own among them."""
+    names = dict.fromkeys((row["engine"], row["profile"]) for row in rows)
+    return [Method(*name, tuple(row for row in rows if (row["engine"], row["profile"]) == name)) for name in names]
+
+
+def _numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
+    """Return what rows that found every impact say; a number that is not finite is null there, and left out."""
+    said = (value(row) for row in rows if row["total"] is not None)
+    return [one for one in said if one is not None]
+
+
+def _spread(values: Sequence[float], say: Callable[[float], str] = number) -> str:
+    """Return median and largest."""
+    return f"{say(statistics.median(values))}, at most {say(max(values))}" if values else "-"
+
+
+def grades(method: Method) -> str:
+    """Return how many scenes got which grade at their own frame rate."""
+    tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
+    known = [f"{tally.pop(grade)} {grade}" for grade in GRADES if tally[grade]]
+    return ", ".join(known + [f"{n} {word.replace('_', ' ')}" for word, n in tally.items() if n])
+
+
+def _total(kind: str, over: Callable[[Row], float] = lambda _: 1.0) -> Callable[[Row], float | None]:
+    def value(row: Row) -> float | None:
+        said = row["total"][kind]
+        return None if said is None else abs(said) / over(row)
+
+    return value
+
+
+def _conserves(row: Row) -> bool:
+    scene = all_scenes()[row["scene"]].scene
+    return not any(scene.gravity_m_s2) and scene.restitution == 1.0 == scene.wall_restitution
+
+
+def energy(method: Method) -> str:
+    """Return the largest loss and gain in a scene that keeps its energy, as parts of that at the start."""
+    change = _numbers([row for row in method.coarse if _conserves(row)], lambda row: row["total"]["energy"])
+    lost, gained = -min(change, default=0.0), max(change, default=0.0)
+    return f"{percent(max(lost, 0.0))} lost, {percent(max(gained, 0.0))} made" if change else "-"
+
+
+def impacts(method: Method) -> str:
+    """Return how many impacts were missed, and how many invented."""
+    scored = [row for row in method.coarse if row["missed"] is not None]
+    return f"{sum(len(row['missed']) for row in scored)} / {sum(len(row['spurious']) for row in scored)}"
+
+
+def speed(method: Method) -> str:
+    """Return the median of the run time over PIT's."""
+    ratios = [row["time_ratio"] for row in method.coarse if row["time_ratio"] is not None]
+    return f"{number(statistics.median(ratios))} x" if ratios else "-"
+
+
+def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
+    """Return where a method gives way to an attack of the campaign."""
+    lines = {line["name"]: line for line in stress["lines"]}
+    columns = [(one["engine"], one["profile"]) for one in stress["methods"]]
+    if attack not in lines or (method.engine, method.profile) not in columns:
+        return "-"
+    cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
+    value = "" if cell["value"] is None else number(cell["value"])
+    return {
+        "gives_way": value,
+        "stands": f"stands to {value}",
+        "never_stood": f"from {value}",
+    }.get(cell["ending"], cell["reason"].partition(":")[0] or cell["ending"])
+
+
+def choices(need: Need, methods: Sequence[Method]) -> list[str]:
+    """Return in words, the best first, of each engine the method and step that meet a need in the most scenes.
+
+    Among equals the coarsest step comes first, then the least run time over PIT's.
+    """
+    found: dict[str, tuple[tuple[float, ...], str]] = {}
+    for method in methods:
+        for refinement in sorted({row["refinement"] for row in method.rows}):
+            rows = [row for row in method.rows if row["refinement"] == refinement and need.scenes(row["scene"])]
+            if not rows:
+                continue
+            met = sum(row["status"] == "ran" and row["total"] is not None and need.met(row) for row in rows)
+            ratios = [row["time_ratio"] for row in method.coarse if row["time_ratio"] is not None]
+            cost = statistics.median(ratios) if ratios else math.inf
+            rank = (-met, refinement, cost)
+            part = f"1/{4**refinement} frame" if refinement else "1 frame"
+            said = f"{method.name}, {part}: {met} of {len(rows)}, {speed(method)}"
+            if met and (method.engine not in found or rank < found[method.engine][0]):
+                found[method.engine] = (rank, said)
+    return [said for _, said in sorted(found.values())]
+
+
+def best(methods: Sequence[Method]) -> Method:
+    """Return the profile of an engine with the fewest scenes wrong, then the most exact, close and sampled ones."""
+
+    def rank(method: Method) -> tuple[int, ...]:
+        tally = Counter(row["grade"] for row in method.coarse)
+        return (tally["wrong"], *(-tally[grade] for grade in GRADES[:3]))
+
+    return min(methods, key=rank)
+
+
+def settings(method: Method) -> str:
+    """Return the settings that a profile used everywhere, and those that depend on the scene, as a table of TOML."""
+    used = [row["settings"] for row in method.coarse if row["settings"]]
+    names = dict.fromkeys(name for one in used for name in one if name != "dt_s")
+    values = {name: {json.dumps(one[name]) for one in used if name in one} for name in names}
+    return "\n".join(
+        f"{name} = {next(iter(said))}" if len(said) == 1 else f"# {name} goes by the scene and the step"
+        for name, said in values.items()
+    )
+
+
+def atlas(head: dict[str, Any], rows: Sequence[Row], stress: dict[str, Any], commands: Sequence[str]) -> Document:
+    """Return the page."""
+    methods = methods_of(rows)
+    engines: dict[str, list[Method]] = {}
+    for method in methods:
+        if method.engine != "pic":
+            engines.setdefault(method.engine, []).append(method)
+    here = head["environment"]
+    versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
+    lead = (
+        f"What {count(len(engines), 'method')} do to discs that collide, in {count(len(head['scenes']), 'scene')}, "
+        "held against PIC: which to use at which step, and what each does to time, direction, energy and speed.",
+        f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, on {here['processor']} "
+        f"({here['cores']} cores, {here['system']}): {versions}.",
+        "Errors are totals, at each scene's own frame rate; 'make atlas' measures all of it anew.",
+    )
+    return Document(
+        "Atlas of engines",
+        lead,
+        (
+            Section("Which engine and step for which need", tuple(_needs(methods))),
+            Section("What no manual says", (_findings(rows), Code("carom run engines"))),
+            Section("Where each gives way", (_limits(stress, methods), Code(commands[1]))),
+            *(section for engine, own in engines.items() for section in _engine(engine, own)),
+            Section("Made by", (Code("\n".join(commands)),)),
+        ),
+    )
+
+
+def _needs(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
+    ranked = {need.what: choices(need, [one for one in methods if one.engine != "pic"]) for need in NEEDS}
+
+    def say(place: int, need: Need) -> str:
+        return ranked[need.what][place] if place < len(ranked[need.what]) else "-"
+
+    heads = ("first choice", "second", "third")
+    yield Table(
+        [
+            Column("need", lambda need: need.what),
+            *(Column(head, partial(say, place)) for place, head in enumerate(heads)),
+        ],
+        NEEDS,
+        note="Of each engine the profile and the step, in frames of the scene, that meet the need in the most scenes: "
+        "in how many of how many, and the run time at one frame over PIT's. Among equals the coarsest step comes "
+        "first, then the least run time. A located profile costs what it costs: some 48 steps an impact.",
+    )
+    yield Code("carom run paper classics gravity engines -p all --report reports/atlas")
+
+
+def _findings(rows: Sequence[Row]) -> Table:
+    scenes = list(dict.fromkeys(row["scene"] for row in rows if row["scene"].startswith("engines/")))
+    names = list(dict.fromkeys(row["engine"] for row in rows if row["engine"] not in {"pic", "pit"}))
+
+    def say(engine: str, scene: str) -> str:
+        found = [row for row in rows if (row["scene"], row["engine"], row["refinement"]) == (scene, engine, 0)]
+        shown = {row["profile"]: row for row in found}
+        default = shown.get("default") or next(iter(shown.values()), None)
+        return "-" if default is None else _said(default)
+
+    return Table(
+        [Column("scene", lambda scene: f"{scene.partition('/')[2]}: {all_scenes()[scene].shows}")]
+        + [Column(name, partial(say, name)) for name in names],
+        scenes,
+        note="As shipped (profile default), at 60 frames a second: the grade, and the worst verdict where it is wrong.",
+    )
+
+
+def _said(row: Row) -> str:
+    if row["status"] != "ran":
+        return f"{row['status']}: {row['reason'].partition(';')[0]}"
+    if row["grade"] in {"exact", "close", "sampled"} or not row["verdicts"]:
+        return str(row["grade"])
+    worst = row["verdicts"][0]
+    return f"{row['grade']}: {worst['verdict'].replace('_', ' ')} {worst['reason']}"
+
+
+def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
+    def say(attack: str, method: Method) -> str:
+        return breaking(stress, attack, method)
+
+    shown = {(one["engine"], one["profile"]) for one in stress["methods"]}
+    return Table(
+        [Column("method", lambda method: method.name)]
+        + [Column(head, partial(say, attack), number=True) for attack, head in ATTACKS.items()],
+        [method for method in methods if (method.engine, method.profile) in shown],
+        note="The size at which a method first gives way, from the harmless end on (docs/stress.md says what counts).",
+    )
+
+
+def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
+    columns = [
+        Column("profile", lambda method: method.profile),
+        Column("scenes", grades),
+        Column("missed / invented", impacts, number=True),
+        Column(
+            "time, steps",
+            lambda method: _spread(_numbers(method.coarse, _total("time_s", lambda row: row["dt_s"]))),
+        ),
+        Column(
+            "direction, degrees",
+            lambda method: _spread(_numbers(method.coarse, _total("direction_rad", lambda _: 1 / RIGHT_ANGLE))),
+        ),
+        Column("energy", energy),
+        Column("run time over PIT's", speed, number=True),
+    ]
+    chosen = best(own)
+    known = settings(chosen)
+    text = f"Best settings known: profile {chosen.profile} ({chosen.engine}, {grades(chosen)})."
+    yield Section(
+        engine,
+        (
+            Table(
+                columns, own, note="Median and largest over the scenes; energy: the most lost and made in any scene."
+            ),
+            Code(f"carom run paper classics gravity engines -e {engine} -p all -v"),
+            Text(text),
+            *((Code(known),) if known else ()),
+        ),
+    )
+
+
+def main() -> None:
+    """Write the page from the two folders named."""
+    report, campaign = map(Path, sys.argv[1:3])
+    head, rows = read_records(report / "results.jsonl")
+    stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
+    PAGE.write_text(markdown(atlas(head, rows, stress, (head["command"], stress["command"]))), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,117 @@
+"""An engine of a page that looks once a step, with a margin, units and a combination rule of its own."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from carom.adapter import (
+    Accuracy,
+    Capabilities,
+    Contact,
+    Engine,
+    Observation,
+    Profile,
+    Scene,
+    Setting,
+    require_supported,
+    wall_body,
+)
+
+
+class BouncerWorld:
+    """Bodies that approach at a gap of less than the margin bounce at the step's start, by the law of impacts."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting], bouncer: Bouncer) -> None:
+        self.settings = {name: bouncer.read(value) for name, value in settings.items()}
+        self._scene, self._dt_s, self._margin, self._unit = (
+            scene,
+            float(settings["dt_s"]),
+            bouncer.margin_m,
+            bouncer.unit,
+        )
+        self._wall_e = scene.restitution if bouncer.one_coefficient else scene.wall_restitution
+        self._x = np.array([disc.position_m for disc in scene.discs]) * (1 + bouncer.nudge) * self._unit
+        self._v = np.array([disc.velocity_m_s for disc in scene.discs]) * self._unit
+        self._steps, self._contacts = 0, list[Contact]()
+
+    def advance(self, steps: int) -> None:
+        for _ in range(steps):
+            self._contacts = []
+            discs, masses = self._scene.discs, [disc.mass_kg for disc in self._scene.discs]
+            for k, wall in enumerate(self._scene.walls):
+                normal = -np.array(wall.normal)
+                for i, disc in enumerate(discs):
+                    gap = -(self._x[i] / self._unit - wall.point_m) @ normal - disc.radius_m
+                    self._meet(i, wall_body(k), gap, normal, 1 / masses[i], self._wall_e)
+            for i, j in itertools.combinations(range(len(discs)), 2):
+                line = (self._x[j] - self._x[i]) / self._unit
+                gap = math.hypot(*line) - discs[i].radius_m - discs[j].radius_m
+                inverse = 1 / masses[i] + 1 / masses[j]
+                self._meet(i, j, gap, line / math.hypot(*line), inverse, self._scene.restitution)
+            self._x += self._v * self._dt_s
+            self._steps += 1
+
+    def _meet(self, i: int, j: int, gap: float, normal: Any, inverse: float, restitution: float) -> None:
+        closing = (self._v[i] - (self._v[j] if j >= 0 else 0.0)) @ normal / self._unit
+        if gap < self._margin and closing > 0 and inverse > 0:
+            impulse = (1 + restitution) * closing / inverse
+            for body, sign in ((i, -1), (j, 1)):
+                if body >= 0:
+                    self._v[body] += sign * impulse / self._scene.discs[body].mass_kg * normal * self._unit
+            self._contacts.append(Contact(i, j, self._steps * self._dt_s, tuple(normal), impulse))
+
+    def observe(self) -> Observation:
+        return Observation(self._x / self._unit, self._v / self._unit, tuple(self._contacts))
+
+    def close(self) -> None:
+        pass
+
+
+ENGINE, NO_ERROR = Engine("Bouncer"), Accuracy()
+
+
+def as_it_is(value: Setting) -> Setting:
+    """Return a setting as it was asked for."""
+    return value
+
+
+@dataclass
+class Bouncer:
+    """The adapter, honest but for what is told otherwise.
+
+    Attributes:
+        margin_m: What gap it answers.
+        unit: How many of its lengths a metre has.
+        nudge: By how much of itself each coordinate is off at the start.
+        one_coefficient: Whether walls have the restitution of discs.
+        read: What it makes of a setting.
+        accuracy: Its promise.
+        refuses: Whether it refuses what it does not declare.
+    """
+
+    margin_m: float = 0.0
+    unit: float = 1.0
+    nudge: float = 0.0
+    one_coefficient: bool = False
+    read: Callable[[Setting], Setting] = as_it_is
+    accuracy: Accuracy = NO_ERROR
+    refuses: bool = True
+    capabilities: Capabilities = field(default_factory=lambda: Capabilities(restitution=(0.0, 1.0)))
+    name: str = "bouncer"
+    engine: Engine = ENGINE
+
+    @property
+    def profiles(self) -> Mapping[str, Profile]:
+        profile = Profile("As it is.", lambda dt_s: {"dt_s": dt_s, "slop": 0.2, "iterations": 3}, self.accuracy)
+        return {"default": profile, "tuned": profile}
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> BouncerWorld:
+        if self.refuses:
+            require_supported("Bouncer", scene, self.capabilities, float(settings["dt_s"]))
+        return BouncerWorld(scene, settings, self)

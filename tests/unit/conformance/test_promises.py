@@ -1,0 +1,184 @@
+"""What an adapter declares of units, widths, coefficients and margins is what the checks hold it to, and no less."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import TypeVar
+
+import numpy as np
+import pytest
+from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
+
+from carom.adapter import Accuracy, Adapter, Capabilities, Setting
+from carom.conformance import probe, subject
+from carom.conformance.cases import cases
+from carom.conformance.margin import thickened, thickened_trace
+from carom.conformance.subject import Subject
+from carom.conformance.suite_scenes import CATALOGUE_SCENES
+from carom.conformance.violation import NotApplicable, Setup, Violation
+from carom.registry import load_adapter
+from carom.runs import observe
+from carom.runs.job import Task
+from carom.scene import Disc, Scene, Wall
+from carom.solvers.pic import solve_pic
+
+T = TypeVar("T")
+
+#: Returns why an adapter fails a case, "" where it passes, and "skipped: " with the reason where it does not apply.
+Held = Callable[[Adapter, str], str]
+
+MARGIN = 0.02
+
+
+class Here(Subject):
+    """An adapter that is run in this process."""
+
+    def __init__(self, adapter: Adapter) -> None:
+        super().__init__("pit", 1.0)
+        self.name, self.adapter = adapter.name, adapter
+
+    def _ask(self, task: Task[T], setup: Setup) -> T:  # noqa: ARG002 - the method's own signature
+        return task.carry_out()
+
+
+@pytest.fixture
+def held(monkeypatch: pytest.MonkeyPatch) -> Held:
+    """The cases of an adapter that no entry point leads to."""
+    subjects = dict[int, Here]()
+
+    def found(adapter: Adapter, name: str) -> str:
+        def load(asked: str) -> Adapter:
+            return adapter if asked == adapter.name else load_adapter(asked)
+
+        for module in (probe, observe, subject):
+            monkeypatch.setattr(module, "load_adapter", load)
+        here = subjects.setdefault(id(adapter), Here(adapter))
+        case = next(case for case in cases(here) if case.name == name)
+        if case.skip:
+            return f"skipped: {case.skip}"
+        try:
+            case.run(here)
+        except NotApplicable as reason:
+            return f"skipped: {reason}"
+        except Violation as violation:
+            return str(violation)
+        return ""
+
+    return found
+
+
+def narrowed(value: Setting) -> Setting:
+    """Return a setting as an engine of 32-bit floats has it."""
+    return float(np.float32(value)) if isinstance(value, float) else value
+
+
+def off(units: float) -> Callable[[Setting], Setting]:
+    """Return what an engine does that is so many units in the last place of 32 bits off."""
+    return lambda value: value * (1 + units * 2.0**-23) if isinstance(value, float) else value
+
+
+@pytest.mark.parametrize(
+    ("read", "bits", "passes"),
+    [(narrowed, 32, True), (narrowed, 64, False), (off(3), 32, False), (off(2.0**-29), 64, False)],
+)
+def test_settings_are_read_back_to_the_declared_width(
+    read: Callable[[Setting], Setting], bits: int, passes: bool, held: Held
+) -> None:
+    """0.2 as a 32-bit float is 0.2 to an engine that declares 32 bits, and another number to one of 64 bits."""
+    said = held(Bouncer(read=read, capabilities=Capabilities(float_bits=bits)), "settings[tuned]")
+    assert (said == "") is passes
+    assert passes or "is not the one asked for" in said
+
+
+@pytest.mark.parametrize("unit", [1.0, 100.0, 1 / 3])
+def test_a_start_may_be_rounded_into_units_and_back(unit: float, held: Held) -> None:
+    """An engine in pixels is a unit in the last place off at the start, and starts as written for all that."""
+    assert held(Bouncer(unit=unit), "start[tuned]") == ""
+
+
+def test_a_start_further_off_is_found(held: Held) -> None:
+    """Three roundings are more than it takes to go into a unit and back, and are found."""
+    assert "does not start as the scene has it" in held(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
+
+
+ONE = Capabilities(restitution=(0.0, 1.0), restitution_combine="one")
+
+
+def test_one_coefficient_for_all_is_declared_and_held_to(held: Held) -> None:
+    """Who gives walls the discs' coefficient fails where any two are declared, and passes where one is."""
+    unlike, alike, refused = (
+        "restitution[least-greatest]",
+        "restitution[middle-middle]",
+        "refuses[restitution-of-walls]",
+    )
+    assert "leaves with a wrong velocity" in held(Bouncer(one_coefficient=True), unlike)
+    honest = Bouncer(one_coefficient=True, capabilities=ONE)
+    assert "combines coefficients by 'one'" in held(honest, unlike)
+    assert held(honest, unlike).startswith("skipped: wall_restitution is 1 beside a restitution of 0")
+    assert held(honest, alike) == ""
+    assert held(honest, refused) == ""
+    assert "is run" in held(replace(honest, refuses=False), refused)
+    assert held(Bouncer(), refused).startswith("skipped")
+
+
+def test_a_margin_is_one_promise(held: Held) -> None:
+    """A speculative engine fails more than ten cases; its declared margin allows them all, and half of it does not."""
+    names = [f"{check}[tuned-{name}]" for check in ("hits", "times", "velocities") for name in CATALOGUE_SCENES[:12]]
+    failed = {}
+    for promised in (0.0, MARGIN / 2, MARGIN):
+        bouncer = Bouncer(margin_m=MARGIN, accuracy=Accuracy(margin_m=promised))
+        failed[promised] = [name for name in names if (said := held(bouncer, name)) and not said.startswith("skipped")]
+    assert "hits[tuned-classics/miss]" in failed[0.0]
+    assert len(failed[0.0]) > 10
+    assert failed[MARGIN / 2]
+    assert failed[MARGIN] == []
+
+
+def test_a_margin_excuses_nothing_else(held: Held) -> None:
+    """An engine without a margin that takes every impact for inelastic fails as before, whatever margin it promises."""
+
+    class Dull(Bouncer):
+        def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> BouncerWorld:
+            return super().prepare(scene.model_copy(update={"restitution": 0.5}), settings)
+
+    said = held(Dull(accuracy=Accuracy(margin_m=MARGIN)), "velocities[tuned-classics/oblique-3-4-5]")
+    assert "leaves wrong velocities" in said
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, 0.6, 0.9])
+def test_thicker_bodies_show_what_a_margin_means(offset: float) -> None:
+    """Time and velocity of one impact are off by the closed forms for a margin, and by no more for a smaller one."""
+    e, masses, speed, gap = 0.75, (1.0, 3.0), 5.0, 2.0
+    scene = Scene(
+        name="offset",
+        discs=[
+            Disc(position_m=(-gap, 0.0), velocity_m_s=(speed, 0.0), radius_m=0.5, mass_kg=masses[0]),
+            Disc(position_m=(0.0, offset), radius_m=0.5, mass_kg=masses[1]),
+        ],
+        restitution=e,
+        duration_s=1.0,
+    )
+    true = solve_pic(scene)
+    reach = [math.sqrt((1 + m) ** 2 - offset**2) for m in (0.0, MARGIN)]
+    angle = [math.asin(offset / (1 + m)) for m in (0.0, MARGIN)]
+    thick = thickened_trace(scene, MARGIN)
+    early_s = true.impacts["time_s"][0] - thick.impacts["time_s"][0]
+    assert early_s == pytest.approx((reach[1] - reach[0]) / speed, rel=1e-12)
+    for body, mass in enumerate(masses):
+        change = (1 + e) * masses[0] * masses[1] / sum(masses) / mass * speed
+        found = math.dist(true.final_velocity_m_s[body], thick.final_velocity_m_s[body])
+        assert found == pytest.approx(change * math.sin(angle[0] - angle[1]), rel=1e-9, abs=1e-15)
+        less = math.dist(true.final_velocity_m_s[body], thickened_trace(scene, MARGIN / 2).final_velocity_m_s[body])
+        assert less <= found
+
+
+def test_thicker_bodies_are_as_hard_to_turn_and_meet_walls_as_early() -> None:
+    """The inertia of a disc is kept, and a wall is met a margin before it is touched."""
+    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5, mass_kg=2.0)
+    wall = Wall(point_m=(1.5, 7.0), normal=(-1.0, 0.0))
+    scene = Scene(name="wall", discs=[disc], walls=[wall], duration_s=2.0)
+    thick = thickened(scene, MARGIN).discs[0]
+    assert thick.inertia_factor * thick.radius_m**2 == pytest.approx(0.5 * 0.25, rel=1e-15)
+    assert solve_pic(thickened(scene, MARGIN)).impacts["time_s"][0] == pytest.approx(1.0 - MARGIN, rel=1e-12)
