@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import select
 import subprocess
-import threading
-from collections import deque
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import IO, TypeVar
 
 from pydantic import BaseModel, ValidationError
@@ -20,10 +19,12 @@ __all__ = ["Program"]
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Characters that are shown of an answer that can't be read.
 SHOWN = 120
-#: Lines kept of what the program prints on standard error; the last one goes into the reason of its end.
-LINES_KEPT = 20
-#: Characters of such a line that are kept.
+#: Of what the program prints on standard error the end is kept; its last line goes into the reason of a failure.
+MOST_PRINTED_BYTES = 2**12
+#: Characters of that line that are shown.
 MOST_LINE = 300
+#: What a pipe holds by default on Linux.
+CHUNK_BYTES = 2**16
 #: A program that has been told to end, by the end of its input, has so long for it, seconds.
 GRACE_S = 2.0
 
@@ -48,14 +49,17 @@ class Program:
         self.name = name
         try:
             self._popen = subprocess.Popen(  # noqa: S603 - to start it is what the manifest was named for
-                list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+                list(command), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0
             )
         except OSError as error:
             raise AdapterError(f"{name}: {' '.join(command)} can't be started: {error.strerror}") from error
-        self._requests, self._answers, printed = _pipes(self._popen)
-        self._printed: deque[str] = deque(maxlen=LINES_KEPT)
-        self._listener = threading.Thread(target=self._listen, args=(printed,), daemon=True)
-        self._listener.start()
+        self._requests, self._answers, self._printed = _pipes(self._popen)
+        self._poll = select.poll()
+        for pipe in (self._answers, self._printed):
+            self._poll.register(pipe, select.POLLIN)
+        for pipe in (self._requests, self._answers, self._printed):
+            os.set_blocking(pipe.fileno(), False)
+        self._answered, self._words = bytearray(), b""
         welcome = self.ask(Hello(), Welcome)
         if welcome.protocol != PROTOCOL:
             self.end()
@@ -63,30 +67,22 @@ class Program:
             raise AdapterError(f"{message}; see docs/engine-protocol.md")
         self.version = welcome.version
 
-    def _listen(self, printed: IO[bytes]) -> None:
-        """Keep the end of what is printed; a program whose standard error nobody reads would stop at a full pipe."""
-        with printed:
-            while line := printed.readline(MOST_LINE):
-                if text := line.decode(errors="replace").strip():
-                    self._printed.append(text)
-
     def ask(self, request: Request, answer: type[A]) -> A:
         """Return the answer to a request.
 
         Raises:
             AdapterError: The program refuses, fails, ends, or answers something else.
         """
-        try:
-            self._requests.write(request.model_dump_json().encode() + b"\n")
-            self._requests.flush()
-            line = self._answers.readline(MOST_ANSWER_BYTES)
-        except OSError:  # its end of the pipe is closed
-            line = b""
-        if not line.endswith(b"\n"):
-            raise AdapterError(f"{self.name}: {self._obituary(line)} when asked to {request.do!r}")
+        if self._requests.closed:
+            raise AdapterError(f"{self.name}: its program has ended, and was asked to {request.do!r}")
+        self._words = b""
+        line = self._exchange(request.model_dump_json().encode() + b"\n")
+        if line is None:
+            raise AdapterError(f"{self.name}: {self._obituary()} when asked to {request.do!r}")
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
-                raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}")
+                said = self._last_words() if error.kind == "failed" else ""
+                raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}{said and f'; {said}'}")
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
             wrong = error.errors(include_url=False)[0]
@@ -94,17 +90,67 @@ class Program:
             told = f"{self.name} answered {request.do!r} with nonsense: {field}: {wrong['msg']}"
             raise AdapterError(f"{told}; it wrote {line[:SHOWN]!r}") from error
 
-    def _obituary(self, begun: bytes) -> str:
+    def _exchange(self, request: bytes) -> bytes | None:
+        """Send a request and return the line that answers it; None where there is none.
+
+        What is printed is taken in all the while: a program whose standard error nobody reads stops at a full pipe.
+        """
+        unsent, searched = memoryview(request), 0
+        self._poll.register(self._requests, select.POLLOUT)
+        while (end := self._answered.find(b"\n", searched)) < 0:
+            searched = len(self._answered)
+            if searched > MOST_ANSWER_BYTES:
+                return None
+            for file, _ in self._poll.poll():
+                if file == self._requests.fileno():
+                    try:
+                        unsent = unsent[os.write(file, unsent) :]
+                    except BrokenPipeError:  # it has closed its input, or ended; the end of its answers says which
+                        unsent = unsent[:0]
+                    if not unsent:
+                        self._poll.unregister(file)
+                elif file == self._printed.fileno():
+                    if not self._take_words():
+                        self._poll.unregister(file)
+                elif chunk := os.read(file, CHUNK_BYTES):
+                    self._answered += chunk
+                else:
+                    return None
+        line = bytes(self._answered[:end])
+        del self._answered[: end + 1]
+        if unsent:  # it has answered before it was asked
+            self._poll.unregister(self._requests)
+        return line
+
+    def _take_words(self) -> bool:
+        """Keep the end of what is printed now; whether more may come."""
+        try:
+            chunk = os.read(self._printed.fileno(), CHUNK_BYTES)
+        except BlockingIOError:
+            return False
+        self._words = (self._words + chunk)[-MOST_PRINTED_BYTES:]
+        return bool(chunk)
+
+    def _last_words(self) -> str:
+        """Return what it has last printed since it was last asked, in a phrase; empty where that is nothing."""
+        while self._take_words():
+            pass
+        lines = [line.strip() for line in self._words.decode(errors="replace").splitlines() if line.strip()]
+        return f"it last printed {lines[-1][:MOST_LINE]!r}" if lines else ""
+
+    def _obituary(self) -> str:
         """End what is left of the program, and return how it ended and what it last printed."""
-        if len(begun) == MOST_ANSWER_BYTES:
+        if len(self._answered) > MOST_ANSWER_BYTES:
             how = f"it answered more than {MOST_ANSWER_BYTES >> 20} MiB in a line"
         else:
             how = "it closed its output"
+        self._stop()
+        said = self._last_words()
         self.end()
         code = self._popen.returncode
         if code:
             how = f"its program was ended by signal {-code}" if code < 0 else f"its program ended with exit code {code}"
-        return f"{how}, last printing {self._printed[-1]!r}," if self._printed else how
+        return f"{how}, {said}," if said else how
 
     @property
     def ended(self) -> bool:
@@ -113,15 +159,17 @@ class Program:
 
     def end(self) -> None:
         """Tell it to end, by the end of its input; one that does not is killed."""
-        with suppress(OSError):  # what was not yet written can't be
-            self._requests.close()
+        self._stop()
+        for pipe in (self._answers, self._printed):
+            pipe.close()
+
+    def _stop(self) -> None:
+        self._requests.close()
         try:
             self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
             self._popen.kill()
             self._popen.wait(GRACE_S)
-        self._listener.join(GRACE_S)
-        self._answers.close()
 
 
 def _pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:

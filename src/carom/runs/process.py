@@ -15,6 +15,7 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TypeVar
 
 from pydantic import ValidationError
@@ -23,7 +24,7 @@ from carom.errors import AdapterError
 from carom.runs.folder import Folder
 from carom.runs.job import Answer, Status, Task
 from carom.runs.wire import Codec
-from carom.runs.worker import codec_of
+from carom.runs.worker import TASK_END, codec_of
 
 __all__ = ["ClosedError", "Worker"]
 
@@ -113,8 +114,9 @@ class Worker:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
+                    said = process.last_words() if answer.status is Status.FAILED else ""
                     process.answered += 1
-                    return answer
+                    return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
             answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
         self._end()
         return answer
@@ -176,7 +178,8 @@ class _Process:
             self._selector.register(file, selectors.EVENT_READ)
         os.set_blocking(self._requests, False)
         self.answered, self.ended = 0, False
-        self._unsent, self._found, self._searched, self._tail = memoryview(b""), bytearray(), 0, b""
+        self._unsent, self._found, self._searched = memoryview(b""), bytearray(), 0
+        self._tail, self._tasks_ended = b"", 0
 
     def send(self, message: object) -> None:
         """Have a message sent while answers are waited for."""
@@ -210,6 +213,7 @@ class _Process:
                         self._found += chunk
                     else:
                         self._tail = (self._tail + chunk)[-MOST_PRINTED_BYTES:]
+                        self._tasks_ended += chunk.count(TASK_END)
                 else:
                     self._selector.unregister(key.fd)
                     self.ended |= key.fd == self._answers
@@ -222,7 +226,16 @@ class _Process:
         """Return the end of what it has printed."""
         for _ in range(MOST_PIPE_BYTES // MOST_PRINTED_BYTES):
             self.exchange(0)
-        return self._tail.decode(errors="replace")
+        return self._tail.replace(TASK_END, b"").decode(errors="replace")
+
+    def last_words(self) -> str:
+        """Return what the task that is not yet answered has last printed, in a phrase; empty where that is nothing."""
+        self.printed()
+        since = self._tasks_ended - self.answered  # of the tasks that have ended, how many print no more
+        parts = self._tail.split(TASK_END)
+        printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # further back it is forgotten
+        lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
+        return f"it last printed: {lines[-1].strip()[:200]}" if lines else ""
 
     def obituary(self) -> str:
         """Return how it ended, and what it last printed."""
@@ -231,8 +244,8 @@ class _Process:
         except subprocess.TimeoutExpired:
             return "the engine's process closed what it answers by, and ran on"
         how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
-        printed = [line.strip() for line in self.printed().splitlines() if line.strip()]
-        return f"{how}; it last printed: {printed[-1][:200]}" if printed else how
+        said = self.last_words()
+        return f"{how}; {said}" if said else how
 
     def end(self) -> None:
         """End the process with all that it started."""

@@ -1,7 +1,7 @@
 """The worker process: takes tasks on standard input, carries them out, answers on what was standard output.
 
 Started by `carom.runs.keeper` only. Engines print, abort and hang; here they do it to nobody else. What they print goes
-where standard error goes, of which the parent keeps the end, for the reason of a crash.
+where standard error goes, of which the parent keeps the end, for the reason of a failure or a crash.
 
 A message is a pickled list of tasks, which come from Carom itself. An answer is a line of JSON, since what it is made
 of comes from an adapter: the number of the task, counted from the process's start, and the `Answer`.
@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 import time
+from contextlib import suppress
 from functools import cache
 from typing import Any, BinaryIO, TypeVar, get_type_hints
 
@@ -23,7 +24,10 @@ from carom.errors import CaromError
 from carom.runs.job import Answer, Status, Task, UnavailableError, UnsupportedError
 from carom.runs.wire import Codec
 
-__all__ = ["answer", "codec_of", "main"]
+__all__ = ["TASK_END", "answer", "codec_of", "main"]
+
+#: Parts what one task has printed from what the next one does: ASCII's record separator.
+TASK_END = b"\x1e"
 
 #: How long a process may outlive its keeper where the system does not end it, seconds; looking costs microseconds.
 KEEPER_CHECK_S = 0.5
@@ -96,6 +100,8 @@ def main() -> None:
                 os._exit(1)
             printed_from_c.fflush(None)  # what an engine printed from C is still in its buffer
             sys.stdout.flush()
+            with suppress(OSError):  # an engine can have closed it
+                os.write(2, TASK_END)
             # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
             answers.write(line)
             answers.flush()

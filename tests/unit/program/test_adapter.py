@@ -82,13 +82,22 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
     ("instead", "told"),
     [
         ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
+        (
+            "if do == 'prepare': sys.stderr.write('all is well\\n')\n"
+            "if do == 'step': answer = {'error': {'message': 'boom'}}",
+            "failed 'step': boom",
+        ),
+        (
+            "if do == 'step': sys.stderr.write('inertia is 0\\n'); answer = {'error': {'message': 'boom'}}",
+            "failed 'step': boom; it last printed 'inertia is 0'",
+        ),
         ("if do == 'step': answer = {'seconds': 'soon'}", "seconds"),
         ("if do == 'step': answer = {'seconds': -1}", "seconds"),
         ("if do == 'step': answer = []", "nonsense"),
         ("if do == 'step': print('no JSON', flush=True)", "no JSON"),
         (
             "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
-            "exit code 3, last printing 'out of ideas'",
+            "exit code 3, it last printed 'out of ideas',",
         ),
         ("if do == 'step': import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
         ("if do == 'step': sys.stdout.close(); sys.exit()", "closed its output"),
@@ -102,7 +111,16 @@ def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> Non
         world.advance(1)
     assert told in str(caught.value)
     assert "toy" in str(caught.value)
+    assert "all is well" not in str(caught.value)
     world.close()
+
+
+def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:
+    """Whoever asks a program that has ended is told so."""
+    world = world_of(tmp_path, "if do == 'step': sys.exit(3)")
+    for told in ("exit code 3", "has ended"):
+        with pytest.raises(AdapterError, match=told):
+            world.advance(1)
 
 
 def test_the_next_world_gets_a_new_program(tmp_path: Path) -> None:
