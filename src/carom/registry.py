@@ -12,7 +12,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from carom.adapter import Adapter, Capabilities, Engine
+from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
 from carom.program.adapter import program_adapter
 from carom.program.manifest import MANIFEST, load_manifest
@@ -52,6 +52,7 @@ class EngineInfo:
         distribution: The distribution that brought the adapter.
         located: Names of the profiles whose steps are cut.
         own: What the engine can do with a profile that does not go by `capabilities`, by its name.
+        knobs: Settings that may be searched, and how far, by name.
     """
 
     name: str
@@ -63,6 +64,7 @@ class EngineInfo:
     distribution: str
     located: frozenset[str] = frozenset()
     own: Mapping[str, Capabilities] = field(default_factory=dict)
+    knobs: Mapping[str, Knob] = field(default_factory=dict)
 
     @property
     def available(self) -> bool:
@@ -230,15 +232,16 @@ def why_unavailable(adapter: Adapter) -> str:
 
 
 def version_of(adapter: Adapter, adapter_distribution: str) -> str:
-    """Return the version of an engine: in its adapter's own words, by its distribution, or by that of the adapter.
+    """Return the version of an engine: in its adapter's own words, or by its distribution.
 
-    An adapter may have a method ``version()`` where the engine is not a distribution of Python's.
+    An adapter may have a method ``version()`` where the engine is not a distribution of Python's. An engine that has
+    neither a module nor such a method is a part of its adapter, and has its version.
     """
     own = getattr(adapter, "version", None)
-    if callable(own) and (told := str(own())):
-        return told
+    if callable(own):
+        return str(own()) or "unknown"
     engine = adapter.engine
     try:
-        return metadata.version(engine.distribution or adapter_distribution)
+        return metadata.version(engine.distribution or ("" if engine.module else adapter_distribution))
     except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"

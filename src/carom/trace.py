@@ -40,6 +40,18 @@ __all__ = [
 #: A setting of a method, as a report shows it.
 Setting = float | int | bool | str
 
+
+def setting_text(value: Setting) -> str:
+    """Return the text of a setting that ``--set`` reads back as the same value."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def profile_shown(profile: str, tried: Mapping[str, Setting]) -> str:
+    """Return what people are shown for a profile: its name, and the settings that were tried in place of its own."""
+    values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
+    return f"{profile} with {values}" if values else profile
+
+
 #: One collision. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
 IMPACT_DTYPE = np.dtype(
     [
@@ -178,6 +190,7 @@ class Trace(Tabular):
             gives them no unique answer, and the order taken is a convention.
         samples: States for drawing, where asked for.
         profile: Name of the profile, empty where a solver was called directly.
+        tried: Settings that were tried in place of the profile's own, as they were asked for.
         settings: The settings really used, read back from the engine where it can be read.
         float_bits: Width of the floats that the method declares to compute in.
         counts: Work counts: steps, pair tests, predictions and so on.
@@ -202,6 +215,7 @@ class Trace(Tabular):
     ambiguous: tuple[int, ...] = ()
     samples: Samples | None = None
     profile: str = ""
+    tried: Mapping[str, Setting] = field(default_factory=dict)
     settings: Mapping[str, Setting] = field(default_factory=dict)
     float_bits: int = 64
     counts: Mapping[str, int] = field(default_factory=dict)
@@ -209,6 +223,11 @@ class Trace(Tabular):
     notes: tuple[str, ...] = ()
     spins: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
+
+    @property
+    def profile_shown(self) -> str:
+        """The profile, with what was tried in its place."""
+        return profile_shown(self.profile, self.tried)
 
 
 @dataclass(frozen=True)

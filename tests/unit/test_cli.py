@@ -79,6 +79,11 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved() -> None:
         ),
         (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
         (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "time_limit_s must be a positive"),
+        (("run", "paper/missed", "-e", "pymunk", "--set", "iterations"), "--set must be NAME=VALUE"),
+        (
+            ("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"),
+            "pymunk has no setting 'iteration'; there are:",
+        ),
         (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
     ],
 )

@@ -26,12 +26,14 @@ from carom.adapter.protocol import (
     ContactTimes,
     CuttableWorld,
     Engine,
+    Knob,
     Observation,
     Profile,
     Stamp,
     TimedWorld,
     World,
 )
+from carom.adapter.units import scaled, unscaled
 from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene, Wall
 from carom.trace import Setting, wall_body
@@ -46,6 +48,7 @@ __all__ = [
     "CuttableWorld",
     "Disc",
     "Engine",
+    "Knob",
     "Need",
     "Observation",
     "Profile",
@@ -65,6 +68,8 @@ __all__ = [
     "reach",
     "require_sound",
     "require_supported",
+    "scaled",
+    "unscaled",
     "unsupported_reason",
     "wall_body",
 ]

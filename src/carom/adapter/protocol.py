@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from carom.errors import InputError
 from carom.scene import Scene
 from carom.trace import Setting
 
@@ -23,6 +24,7 @@ __all__ = [
     "ContactTimes",
     "CuttableWorld",
     "Engine",
+    "Knob",
     "Observation",
     "Profile",
     "Stamp",
@@ -171,6 +173,42 @@ class Profile:
     accuracy: Accuracy = Accuracy()
     located: bool = False
     capabilities: Capabilities | None = None
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A setting that ``carom tune`` may turn, and how far: between two values, or among some.
+
+    Attributes:
+        low: Its least value; of a setting that is a whole number, one.
+        high: Its greatest value, of the same kind.
+        log: Whether the values between are spread by their ratios; `low` must be above 0 then.
+        choices: The values that it may take, in place of a least and a greatest.
+
+    Raises:
+        InputError: There is neither a range nor a choice, or both, or the range is empty or not finite.
+    """
+
+    low: int | float | None = None
+    high: int | float | None = None
+    log: bool = False
+    choices: tuple[Setting, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.choices:
+            if self.low is not None or self.high is not None:
+                raise InputError(f"a knob has choices, or low and high, and this one has both: {self}")
+            return
+        low, high = self.low, self.high
+        if low is None or high is None or type(low) is not type(high) or not -math.inf < low < high < math.inf:
+            raise InputError(f"a knob needs choices, or low below high, both whole or both not, got {low} and {high}")
+        if self.log and not low > 0:
+            raise InputError(f"low of a knob that is spread by ratios must be above 0, got {low}")
+
+    @property
+    def example(self) -> Setting:
+        """A value that it may take, of the kind that the setting is."""
+        return self.choices[0] if self.low is None else self.low
 
 
 @dataclass(frozen=True, slots=True)

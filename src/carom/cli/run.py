@@ -51,6 +51,14 @@ def run(
             "By default 'default', 'tuned' and 'located'.",
         ),
     ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            help="NAME=VALUE: try a setting in place of the profiles' own, repeatable. Every engine asked for must "
+            "have it; an unknown one is refused with the names that there are.",
+        ),
+    ] = None,
     report: Annotated[
         Path | None,
         typer.Option(
@@ -96,16 +104,19 @@ def run(
     """Run scenes through engines, score each against PIC, and print a verdict table.
 
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
-    `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`.
+    `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`,
+    `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
     from carom.runs.explain import explain as explained
     from carom.runs.plan import Options, plan_of
     from carom.runs.pool import LocalPool
+    from carom.runs.tried import asked_settings
 
     options = Options(
         engines=engine or None,
         dts=[shared.seconds(text) for text in dt] if dt else None,
         profiles=profile or None,
+        settings=asked_settings(settings or []),
         phases=phases,
         certified=certify,
         certify_s=certify_time,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from carom.adapter import Capabilities, Contact, Engine, Observation, Profile, require_sound, require_supported
+from carom.adapter import Capabilities, Contact, Engine, Knob, Observation, Profile, require_sound, require_supported
 from carom.program.manifest import Manifest, ProgramProfile, load_manifest
 from carom.program.messages import (
     Close,
@@ -104,6 +104,7 @@ class ProgramAdapter:
         engine: The engine.
         capabilities: What it can do.
         profiles: Its profiles by name.
+        knobs: Settings that may be searched, and how far, by name.
     """
 
     def __init__(self, manifest: Manifest, folder: Path) -> None:
@@ -112,6 +113,7 @@ class ProgramAdapter:
         self.name = manifest.name
         self.engine = Engine(manifest.engine or manifest.name)
         self.capabilities: Capabilities = manifest.capabilities
+        self.knobs: Mapping[str, Knob] = manifest.knobs
 
     @cached_property
     def profiles(self) -> Mapping[str, Profile]:
@@ -133,7 +135,7 @@ class ProgramAdapter:
             AdapterError: The scene is beyond what is declared, or the program refuses, fails or ends.
         """
         known = {name: None for profile in self._manifest.profiles.values() for name in profile.settings}
-        require_sound(self.engine.name, scene, settings, [*known])
+        require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
         require_supported(self.engine.name, scene, self.capabilities, float(settings["dt_s"]))
         if self._program is None or self._program.ended:
             self._program = Program(self.name, self._manifest.command_from(self._folder))

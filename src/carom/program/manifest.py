@@ -12,7 +12,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
-from carom.adapter import Accuracy, Capabilities, ContactTimes, Stamp
+from carom.adapter import Accuracy, Capabilities, ContactTimes, Knob, Stamp
 from carom.errors import AdapterError
 from carom.program.messages import PROTOCOL
 from carom.trace import Setting
@@ -52,6 +52,7 @@ def _enums_by_name(table: object) -> object:
 
 _Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
 _Accuracy = Annotated[Accuracy, _known(Accuracy)]
+_Knob = Annotated[Knob, _known(Knob)]
 
 
 class _Table(BaseModel):
@@ -87,6 +88,7 @@ class Manifest(_Table):
             `command`.
         capabilities: What the engine can do.
         profiles: Profiles by name; ``default`` and ``tuned`` at least.
+        knobs: Settings that may be searched, and how far, by name; a profile need not have them.
     """
 
     protocol: int = PROTOCOL
@@ -98,6 +100,7 @@ class Manifest(_Table):
     install: str = ""
     capabilities: _Capabilities = Capabilities()
     profiles: dict[str, ProgramProfile] = Field(min_length=1)
+    knobs: dict[str, _Knob] = {}
 
     @model_validator(mode="before")
     @classmethod

@@ -113,9 +113,11 @@ def _python_call(results: Results, grid: Grid) -> str:
     """Return the Python that makes the results again, for a cross-check that was not called from the command line."""
     engines = list(dict.fromkeys(method.engine for method in grid.columns))
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
+    tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
+    settings = f", settings={tried!r}" if tried else ""
     steps: dict[str, set[float]] = {}
     for row in results.rows:
         steps.setdefault(row.job.scene.name, set()).add(row.job.dt_s)
     own = all(steps[row.scene.name] <= set(default_dts(row.scene)) for row in grid.rows)
     dts = "" if own else f", dts={sorted(set().union(*steps.values()), reverse=True)!r}"
-    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{dts})"
+    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

@@ -189,7 +189,8 @@ def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
     def key(cell: _Cell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        return (cell.scene, cell.dt_s, cell.method.profile if match else cell.method)
+        # What is tried in place of a profile's settings is held against the profile, and named beside it.
+        return (cell.scene, cell.dt_s, cell.method.profile, "" if match else cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
     pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
@@ -231,7 +232,7 @@ def _cell(head: Mapping[str, Any], row: Mapping[str, Any]) -> _Cell:
     found = {verdict["verdict"]: verdict["reason"] for verdict in row["verdicts"]}
     said = tuple(f"{head['verdicts'][name]} ({reason})" for name, reason in found.items())
     return _Cell(
-        method=Method(row["engine"], row["profile"]),
+        method=Method(row["engine"], row["profile"], tuple(row.get("tried", {}).items())),
         scene=row["scene"],
         dt_s=float(row["dt_s"]),
         mark=mark,
@@ -272,7 +273,11 @@ def _reference(scene: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
-    found = [cell for cell in cells if name in (cell.method.engine, cell.method.name)]
+    found = [
+        cell
+        for cell in cells
+        if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
+    ]
     if not found:
         known = wording.listed(sorted({cell.method.name for cell in cells}))
         raise InputError(f"--engine: {path} has no {name!r}; it has {known or 'no rows'}")
@@ -317,7 +322,7 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
     if kind is None:
         return None
-    methods = dict.fromkeys(f"{cell.method.engine} {cell.method.profile}" for cell in (old, new) if cell)
+    methods = dict.fromkeys(f"{cell.method.engine} {cell.method.profile_shown}" for cell in (old, new) if cell)
     causes = tuple(_causes(old, new, versions))
     return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, causes)
 

@@ -14,7 +14,7 @@ from carom.comparator import Score
 from carom.comparator.measure import Errors
 from carom.errors import MissingExtraError
 from carom.runs.results import Results
-from carom.trace import Trace
+from carom.trace import Trace, setting_text
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -67,6 +67,9 @@ def _(thing: Trace) -> dict[str, Any]:
 def _(thing: Results) -> dict[str, Any]:
     columns: dict[str, list[Any]] = {"scene": [row.job.scene.name for row in thing.rows]}
     columns |= {name: [getattr(row.job, name) for row in thing.rows] for name in _OF_JOB}
+    columns["tried"] = [
+        ", ".join(f"{name}={setting_text(value)}" for name, value in row.job.method.tried) for row in thing.rows
+    ]
     columns["status"] = [row.status.value for row in thing.rows]
     columns["reason"] = [row.reason for row in thing.rows]
     columns["grade"] = [None if row.grade is None else row.grade.name.lower() for row in thing.rows]

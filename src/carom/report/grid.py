@@ -125,9 +125,18 @@ def reasons_of(row: Row | None) -> tuple[str, ...]:
 class GridColumn(NamedTuple):
     """A method, and whether it is one of Carom's own."""
 
-    engine: str
-    profile: str
+    method: Method
     own: bool
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
+
+    @property
+    def profile(self) -> str:
+        """The profile as it is shown: with what was tried in place of its own settings."""
+        return self.method.profile_shown
 
     @property
     def label(self) -> str:
@@ -230,7 +239,7 @@ def build_grid(results: Results) -> Grid:
     # A profile can come in at a later step only; among an engine's columns its own order decides.
     engines = list(dict.fromkeys(method.engine for method in methods))
     methods.sort(key=lambda method: engines.index(method.engine))
-    columns = {method: GridColumn(method.engine, method.profile, method.engine in own) for method in methods}
+    columns = {method: GridColumn(method, method.engine in own) for method in methods}
     coarsest = {(row.job.scene.name, row.job.method): row for row in results.rows if row.job.refinement == 0}
     scenes = {row.job.scene.name: row.job.scene for row in results.rows}
     rows = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -16,14 +15,13 @@ from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
-from carom.registry import asked_as
 from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.grid import mark_of, reasons_of
 from carom.report.paths import exact_paths, extent_of, observed_paths
 from carom.report.picture import draw_walls, limits_of
 from carom.report.render.html import replay_page
-from carom.report.replay import impact_rows, packed, replay_data
+from carom.report.replay import impact_rows, packed, replay_data, run_command
 from carom.report.svg import SERIES, WALL, drawing
 from carom.report.tracks import observed_tracks, reference_tracks
 from carom.runs.job import Job, Method, Status
@@ -67,21 +65,20 @@ class Replay:
             MissingExtraError: The extra `report` is not installed.
         """
         trace = self.observed
-        row = Row(
-            Job(trace.scene, Method(trace.method, trace.profile), trace.dt_s), Status.RAN, trace=trace, score=self.score
-        )
+        job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
+        row = Row(job, Status.RAN, trace=trace, score=self.score)
         mark = mark_of(row)
-        engine = asked_as(trace.method)
-        command = ("carom", "run", "scene.toml", "-e", engine, "-p", trace.profile, "--dt", repr(trace.dt_s))
         said = {
             "engine": trace.method,
-            "profile": trace.profile,
+            "profile": trace.profile_shown,
             "key": visible(trace.scene.name),
             "word": mark.word,
             "symbol": mark.symbol,
             "css": mark.css,
             "said": [wording.capitalised(reason) + "." for reason in reasons_of(row)],
-            "command": shlex.join(command) if trace.profile else "",  # a solver called directly has no profile
+            "command": run_command("scene.toml", job)
+            if trace.profile
+            else "",  # a solver called directly has no profile
         }
         return replay_page(visible(trace.scene.name), packed(replay_data(self.reference, [(trace, self.score, said)])))
 
@@ -144,7 +141,7 @@ def _film(shown: Replay) -> FuncAnimation:
     from matplotlib.patches import Circle
 
     reference, observed = shown.reference, shown.observed
-    scene, name = reference.scene, f"{observed.method} {observed.profile}".strip()
+    scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
     times = np.linspace(0.0, scene.duration_s, _FILM_S * _FRAMES_PER_S)
     figure = Figure(figsize=(8.0, 4.4), dpi=80)
     clock = figure.suptitle("")

@@ -100,6 +100,7 @@ def _fields(row: Row) -> dict[str, object]:
         "scene": job.scene.name,
         "engine": job.engine,
         "profile": job.profile,
+        "tried": dict(job.method.tried),
         "dt_s": job.dt_s,
         "refinement": job.refinement,
         "status": row.status,
@@ -162,7 +163,7 @@ def junit(results: Results) -> str:
         suites.setdefault(row.job.method, []).append(row)
     root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows)})
     for method, rows in suites.items():
-        name = _clean(f"{method.engine} {method.profile}")
+        name = _clean(f"{method.engine} {method.profile_shown}")
         fields = {"name": name, "timestamp": results.environment.date, **_counts(rows)}
         suite = ET.SubElement(root, "testsuite", fields)
         for row in rows:
@@ -176,7 +177,7 @@ def _case(suite: ET.Element, row: Row) -> None:
     case = ET.SubElement(
         suite,
         "testcase",
-        classname=_clean(f"carom.{row.job.engine}.{row.job.profile}"),
+        classname=_clean(f"carom.{row.job.engine}.{row.job.method.profile_shown}"),
         name=_clean(f"{row.job.scene.name} at {wording.step(row.job.dt_s)}"),
         time=f"{_seconds(row):.6f}",
     )

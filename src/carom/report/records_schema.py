@@ -63,6 +63,7 @@ class CellLine:
     scene: str
     engine: str
     profile: str
+    tried: Mapping[str, Setting]
     dt_s: _Step
     refinement: int
     status: Status

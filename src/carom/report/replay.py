@@ -29,9 +29,9 @@ from carom.runs.job import Job
 from carom.runs.results import Results
 from carom.scene import Scene
 from carom.text import visible
-from carom.trace import Trace, pair_name
+from carom.trace import Trace, pair_name, setting_text
 
-__all__ = ["impact_rows", "packed", "replay_data", "replay_link", "scene_replays"]
+__all__ = ["impact_rows", "packed", "replay_data", "replay_link", "run_command", "scene_replays"]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -56,14 +56,20 @@ def replay_link(cell: GridCell) -> str:
 
 def _key(job: Job) -> str:
     """Return what a page calls a replay; of the scene's name what is shown of it, as all of a page is."""
-    return f"{visible(job.scene.name)}/{job.engine}/{job.profile}"
+    return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
+
+
+def run_command(scene: str, job: Job) -> str:
+    """Return the command that runs a job again, on a scene by this name or in this file."""
+    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
+    asked = ("carom", "run", scene, "-e", asked_as(job.engine), "-p", job.profile)
+    return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 
 def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
     row = cell.row
     assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
     job = row.job
-    asked = ("carom", "run", visible(job.scene.name), "-e", asked_as(job.engine))
     said = {
         "engine": cell.column.label,
         "profile": cell.column.profile,
@@ -72,7 +78,7 @@ def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
         "symbol": cell.mark.symbol,
         "css": cell.mark.css,
         "said": [wording.capitalised(reason) + "." for reason in cell.reasons],
-        "command": shlex.join((*asked, "-p", job.profile, "--dt", repr(job.dt_s))),
+        "command": run_command(visible(job.scene.name), job),
     }
     return row.trace, row.score, said
 

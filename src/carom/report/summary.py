@@ -91,7 +91,7 @@ def _of_wall(wall: Wall) -> str:
 
 
 def _of_trace(trace: Trace) -> list[str]:
-    method = trace.method + (f" ({trace.profile})" if trace.profile else "")
+    method = trace.method + (f" ({trace.profile_shown})" if trace.profile else "")
     at = f" at {wording.step(trace.dt_s)}" if trace.dt_s else ""
     heading = (
         f"Trace of {_name(trace.scene)} by {printable(method, _NAME_WIDTH)}{at}:"

@@ -232,13 +232,23 @@ def settings_section(results: Results, grid: Grid) -> Section:
         Column("engine", lambda item: item[0].name),
         Column(
             "what the profile stands for",
-            lambda item: Cell(profiles.get(item[0].engine, {}).get(item[0].profile, ""), css="prose"),
+            lambda item: Cell(_stands_for(item[0], profiles), css="prose"),
         ),
         Column("used on", lambda item: item[1].job.scene.name),
         Column("settings", lambda item: Cell("; ".join(_values(item[1], item[2])), css="prose")),
     )
     table = Table(columns, found, css="settings", only=ON_PAPER)
     return Section("Settings really used", (table, Text(SETTINGS_NOTE, ON_PAPER)) if found else (), level=3)
+
+
+def _stands_for(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
+    """Return what a profile stands for, and what was tried in place of its own settings."""
+    method = column.method
+    own = profiles.get(method.engine, {}).get(method.profile, "")
+    if not method.tried:
+        return own
+    values = ", ".join(f"{name} = {wording.setting(value)}" for name, value in method.tried)
+    return f"Tried, and no profile's own: {values}. In place of these, {method.profile}: {own}"
 
 
 def _values(first: Row, runs: list[Row]) -> Iterator[str]:
@@ -284,7 +294,7 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
     columns = (
         Column("scene", lambda row: row.job.scene.name),
         Column("engine", lambda row: grid.columns[row.job.method].label),
-        Column("profile", lambda row: row.job.profile),
+        Column("profile", lambda row: row.job.method.profile_shown),
         Column("step", lambda row: wording.step(row.job.dt_s)),
         Column("grade", lambda row: mark_cell(mark_of(row))),
         Column(
@@ -345,7 +355,8 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         yield Table(
             _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
-            title=f"{job.scene.name} on {job.engine} ({job.profile}), dt = {job.dt_s:.6g} s: {score.grade.value}",
+            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = {job.dt_s:.6g} s: "
+            f"{score.grade.value}",
             note="\n".join((*reasons_of(row), *more)),
             only=DETAIL,
         )

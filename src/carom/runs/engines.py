@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from carom.adapter import unsupported_reason
@@ -23,7 +24,7 @@ from carom.registry import (
     why_unavailable,
 )
 from carom.runs.door import plain_text, sound_adapter
-from carom.runs.job import Answer, Job, Method, Status
+from carom.runs.job import Answer, Job, Method, Status, Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.trace import Setting
@@ -68,6 +69,7 @@ class Describe:
             distribution=distribution,
             located=frozenset(name for name, one in declared.profiles.items() if one.located),
             own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
+            knobs=declared.knobs,
         )
 
 
@@ -134,12 +136,13 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsAt:
-    """Ask an adapter for the settings of a profile at several steps."""
+    """Ask an adapter for the settings of a profile at several steps, with those that are tried in place of its own."""
 
     least_limit_s: ClassVar[float] = LEAST_LIMIT_S
     engine: str
     profile: str
     dts: tuple[float, ...]
+    tried: Tried = ()
 
     def carry_out(self) -> _Settings:
         """Return them in the order of the steps."""
@@ -147,7 +150,7 @@ class SettingsAt:
         found: list[Mapping[str, Setting] | str] = []
         for dt_s in self.dts:
             try:
-                found.append(profile_settings(adapter, self.profile, dt_s))
+                found.append(profile_settings(adapter, self.profile, dt_s, self.tried))
             except AdapterError as error:
                 found.append(str(error))
         return tuple(found)
@@ -179,12 +182,18 @@ class Methods:
         info = self.infos.get(job.engine)
         if (known := self.dead(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
-        reason = unsupported_reason(job.scene, info.own.get(job.profile, info.capabilities), job.dt_s)
+        # What a profile declares of its own settings holds for no others.
+        able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
+        reason = unsupported_reason(job.scene, able, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 
 
 def methods_of(
-    infos: Sequence[EngineInfo], profiles: Sequence[str], dts: Sequence[float], pool: Pool | None = None
+    infos: Sequence[EngineInfo],
+    profiles: Sequence[str],
+    dts: Sequence[float],
+    pool: Pool | None = None,
+    tried: Mapping[str, Tried] = MappingProxyType({}),
 ) -> Methods:
     """Return the methods to run of engines at each of some steps.
 
@@ -193,10 +202,15 @@ def methods_of(
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
         pool: As of `engines`.
+        tried: Settings in place of the profiles' own, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {
-        info.name: [SettingsAt(info.name, profile, steps) for profile in profiles if profile in info.profiles]
+        info.name: [
+            SettingsAt(info.name, profile, steps, tried.get(info.name, ()))
+            for profile in profiles
+            if profile in info.profiles
+        ]
         for info in infos
     }
     found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
@@ -208,18 +222,19 @@ def methods_of(
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:
+        own_tried = tried.get(info.name, ())
         for k, dt_s in enumerate(steps):
             last_of: dict[object, str] = {}
             # Of an adapter that declares nothing one row says why.
             for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
                 settings = _settings(info, found[info.name].get(profile), k)
                 if isinstance(settings, Answer):
-                    refused[Method(info.name, profile), dt_s] = settings
+                    refused[Method(info.name, profile, own_tried), dt_s] = settings
                     last_of[profile] = profile
                 else:
                     last_of[profile in info.located, *sorted(settings.items())] = profile
             names = sorted(last_of.values(), key=list(profiles).index)
-            at[info.name, dt_s] = tuple(Method(info.name, profile) for profile in names)
+            at[info.name, dt_s] = tuple(Method(info.name, profile, own_tried) for profile in names)
     return Methods(at, refused, {info.name: info for info in infos})
 
 

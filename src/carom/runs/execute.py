@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 from carom.comparator import Score, compare
@@ -13,6 +14,7 @@ from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError
 from carom.limits import require_seconds
 from carom.registry import require_named
+from carom.runs.engines import engines
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Journal
@@ -24,9 +26,10 @@ from carom.runs.reference import Reference, reference_of, reference_trace, will_
 from carom.runs.results import Results, Row
 from carom.runs.scoring import job_key
 from carom.runs.timing import Measure
+from carom.runs.tried import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, deviation
-from carom.trace import Trace
+from carom.trace import Setting, Trace
 
 __all__ = ["MOST_DISCS_DRAWN", "cross_check", "execute", "run"]
 
@@ -38,7 +41,13 @@ Key = tuple[str, Method, float]
 
 
 def run(
-    scene: Scene, engine: str, *, dt: float, profile: str = "tuned", time_limit_s: float = DEFAULT_TIME_LIMIT_S
+    scene: Scene,
+    engine: str,
+    *,
+    dt: float,
+    profile: str = "tuned",
+    settings: Mapping[str, Setting] = MappingProxyType({}),
+    time_limit_s: float = DEFAULT_TIME_LIMIT_S,
 ) -> Trace:
     """Run a scene on an engine, in a process of its own, and return what happened.
 
@@ -47,18 +56,20 @@ def run(
         engine: Name of an adapter, as `carom.engines()` lists it.
         dt: Step, seconds.
         profile: Name of one of its profiles.
+        settings: Settings to try in place of the profile's own, by name.
         time_limit_s: The engine is ended after so many seconds.
 
     Raises:
-        UnknownNameError: There is no such engine or profile.
-        InputError: `dt` or `time_limit_s` is not a positive number.
+        UnknownNameError: There is no such engine, profile or setting.
+        InputError: `dt` or `time_limit_s` is not a positive number, or a setting not of its kind.
         AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
     """
     require_positive(dt=dt)
     require_seconds("time_limit_s", time_limit_s)
     require_named(engine)
-    job = Job(scene, Method(engine, profile), dt)
     with LocalPool(1, time_limit_s) as pool:
+        tried = tried_by(engines([engine], pool=pool)[0], settings, [profile], dt, pool) if settings else ()
+        job = Job(scene, Method(engine, profile, tried), dt)
         answer = trace_of(job, pool, samples=True)
     if answer.value is None:
         raise AdapterError(f"{job}: {answer.said}")
@@ -82,11 +93,11 @@ def cross_check(
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
         pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
-        options: ``dts``, ``profiles``, ``phases`` and the other fields of `carom.runs.Options`.
+        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of `carom.runs.Options`.
 
     Raises:
         InputError: No scenes, two scenes of one name, or a number that is out of range.
-        UnknownNameError: There is no such engine, or no engine asked for has such a profile.
+        UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
     """
     asked = Options(engine_names, **options)
     own: AbstractContextManager[Pool]

@@ -10,7 +10,7 @@ import numpy as np
 from carom.comparator.shift import shifted_references
 from carom.registry import EngineInfo
 from carom.runs.execute import MOST_DISCS_DRAWN
-from carom.runs.job import Job, Method
+from carom.runs.job import Job
 from carom.runs.phases import phase_values
 from carom.runs.plan import Plan
 from carom.runs.reference import reference_trace
@@ -47,8 +47,9 @@ def explain(plan: Plan) -> Iterator[str]:
             yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
         for info in plan.engines:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
-                planned = [job for job in jobs if job.method == Method(info.name, profile)]
-                yield f"  {info.name} {profile}: {_fate(planned, plan, info, profile, len(steps))}"
+                planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
+                shown = planned[0].method.profile_shown if planned else profile
+                yield f"  {info.name} {shown}: {_fate(planned, plan, info, profile, len(steps))}"
 
 
 def _bodies(scene: Scene) -> str:

@@ -9,6 +9,7 @@ from typing import Generic, Protocol, TypeVar
 
 from carom.errors import CaromError
 from carom.scene import Scene
+from carom.trace import Setting, profile_shown
 
 __all__ = [
     "PIT_METHOD",
@@ -19,6 +20,7 @@ __all__ = [
     "Progress",
     "Status",
     "Task",
+    "Tried",
     "UnavailableError",
     "UnsupportedError",
 ]
@@ -30,22 +32,33 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
+#: Settings that are tried in place of a profile's own, by name.
+Tried = tuple[tuple[str, Setting], ...]
+
+
 @dataclass(frozen=True, order=True)
 class Method:
-    """One engine with one profile.
+    """One engine with one profile, and what is tried in place of the profile's own settings.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
+        tried: Settings in place of the profile's own, by name; with any, it is the profile's method no more.
     """
 
     engine: str
     profile: str
+    tried: Tried = ()
+
+    @property
+    def profile_shown(self) -> str:
+        """The profile, with what is tried in its place: what people are shown."""
+        return profile_shown(self.profile, dict(self.tried))
 
     @property
     def name(self) -> str:
         """Engine and profile, as tables have it."""
-        return f"{self.engine}/{self.profile}"
+        return f"{self.engine}/{self.profile_shown}"
 
 
 #: PIT stands for sampling itself: every method is held against it at its own step.
@@ -81,7 +94,7 @@ class Job:
         return self.method.profile
 
     def __str__(self) -> str:
-        return f"{self.engine} ({self.profile}, dt = {self.dt_s:g} s) on {self.scene.name!r}"
+        return f"{self.engine} ({self.method.profile_shown}, dt = {self.dt_s:g} s) on {self.scene.name!r}"
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from carom.adapter import Adapter, Capabilities, Observation, World, unsupported
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
-from carom.runs.door import Door, plain_counts, plain_settings, plain_text
+from carom.runs.door import PAGE, Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
-from carom.runs.job import Job, JobTask, UnavailableError, UnsupportedError
+from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
@@ -36,7 +36,9 @@ class Observe(JobTask):
     def carry_out(self) -> CarriedTrace:
         """Return what happened."""
         job = self.job
-        return observe_run(able_adapter(job), job.scene, job.profile, job.dt_s, samples=self.samples)
+        return observe_run(
+            able_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+        )
 
 
 def able_adapter(job: Job) -> Adapter:
@@ -52,7 +54,8 @@ def able_adapter(job: Job) -> Adapter:
         raise UnavailableError(str(error)) from error
     if reason := why_unavailable(adapter):
         raise UnavailableError(reason)
-    if reason := unsupported_reason(job.scene, capabilities_of(adapter, job.profile), job.dt_s):
+    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
         raise UnsupportedError(reason)
     return adapter
 
@@ -63,8 +66,13 @@ def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
     return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
 
 
-def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step.
+def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
+    """Return what an engine can do with a method: what a profile declares of its own settings holds for no others."""
+    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
+
+
+def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
+    """Return the settings of a profile at a step, with those that are tried in place of its own.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -77,10 +85,16 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float) -> Mapping[str
     except Exception as error:
         message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
-    return plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    if plain.get("dt_s") != dt_s:
+        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        raise AdapterError(f"{told}, got {plain.get('dt_s', 'none')}; {PAGE}")
+    return {**plain, **dict(tried)}
 
 
-def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, samples: bool = False) -> Trace:
+def observe_run(
+    adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, tried: Tried = (), samples: bool = False
+) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
     The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
@@ -90,12 +104,13 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
-    settings = profile_settings(adapter, profile, dt_s)
+    settings = profile_settings(adapter, profile, dt_s, tried)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
     if missing:
-        raise AdapterError(f"prepare() must return a world; a {type(world).__name__} has no {', '.join(missing)}")
+        lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
+        raise AdapterError(f"prepare() must return a world; {lacks}; {PAGE}")
     try:
         used = plain_settings(world.settings, "of a world")
         world.observe()  # some engines begin to note their contacts when they are first looked at
@@ -110,6 +125,7 @@ def observe_run(adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, sa
     return replace(
         run.trace(plain_text(adapter.name, "the name of an adapter")),
         profile=profile,
+        tried=dict(tried),
         settings=used,
         float_bits=adapter.capabilities.float_bits,
         counts=counts,

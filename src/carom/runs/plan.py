@@ -8,20 +8,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
 
 from carom.adapter import Capabilities, ContactTimes
 from carom.errors import InputError, UnknownNameError
 from carom.limits import require_seconds
 from carom.registry import EngineInfo
 from carom.runs.engines import Methods, engines, methods_of, to_run
-from carom.runs.job import Answer, Job, Status
+from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Pool
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.runs.reference import CERTIFY_SECONDS
+from carom.runs.tried import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer
-from carom.trace import Trace
+from carom.trace import Setting, Trace
 
 __all__ = [
     "DEFAULT_PROFILES",
@@ -62,6 +64,8 @@ class Options:
         profiles: Names of profiles, or "all"; by default those of `DEFAULT_PROFILES` that there are. Where two profiles
             of an engine have the same settings, only the later one is run. One whose steps are cut is run at a scene's
             coarsest step only, unless steps are asked for, since what it finds does not depend on them.
+        settings: Settings to try in place of the profiles' own, by name; every engine asked for must have them. A text
+            is read as the kind that the setting is.
         phases: At how many sub-step phases to run each job beside the scene's own, for the spread of its errors.
         seed: Where the quasi-random sequence of phases begins.
         certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
@@ -81,6 +85,7 @@ class Options:
     engines: Sequence[str] | None = None
     dts: Sequence[float] | None = None
     profiles: Sequence[str] | None = None
+    settings: Mapping[str, Setting] = field(default_factory=dict)
     phases: int = 0
     seed: int = 0
     certified: bool | None = None
@@ -97,6 +102,9 @@ class Options:
             if isinstance(value, str):
                 raise InputError(f"{name} must be a list, also where there is one of them, got {value!r}")
             object.__setattr__(self, name, None if value is None else tuple(value))
+        if not isinstance(self.settings, Mapping):
+            raise InputError(f"settings must be a mapping from names to values, got {self.settings!r}")
+        object.__setattr__(self, "settings", dict(self.settings))
         if isinstance(self.phases, bool) or not isinstance(self.phases, int) or self.phases < 0:
             raise InputError(f"phases must be a whole number, 0 or more, got {self.phases!r}")
         require_seconds("time_limit_s", self.time_limit_s)
@@ -189,7 +197,8 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Po
     known = engines(options.engines, pool=pool, time_limit_s=options.time_limit_s)
     infos = to_run(known, options.engines)
     profiles = profiles_to_plan(infos, options.profiles)
-    methods = methods_of(infos, profiles, [dt_s for scene in plain for dt_s in options.steps_of(scene)], pool)
+    dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]
+    methods = methods_of(infos, profiles, dts, pool, _tried(infos, profiles, options, dts, pool))
     jobs = [
         Job(scene, method, dt_s, refinement)
         for scene in plain
@@ -199,6 +208,19 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Po
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
     return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)
+
+
+def _tried(
+    infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool | None
+) -> dict[str, Tried]:
+    """Return what each engine is to try in place of its profiles' own settings."""
+    if not options.settings:
+        return {}
+    own: AbstractContextManager[Pool] = (
+        LocalPool(time_limit_s=options.time_limit_s) if pool is None else nullcontext(pool)
+    )
+    with own as asked:
+        return {info.name: tried_by(info, options.settings, profiles, dts[0], asked) for info in infos}
 
 
 def trace_of(job: Job, asker: Asker, *, samples: bool = False) -> Answer[Trace]:

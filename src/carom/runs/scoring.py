@@ -127,7 +127,7 @@ class ScoreJob(JobTask):
         reference = _reference(scene)
         if not isinstance(reference, Trace):
             raise UnsupportedError(reference)
-        observed = observe_run(adapter, scene, job.profile, job.dt_s)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
         score = compare(reference, observed)
         return Measures(
             score.total,

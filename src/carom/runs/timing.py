@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from carom.adapter import Adapter, TimedWorld, World
 from carom.registry import load_adapter
-from carom.runs.job import JobTask
+from carom.runs.job import JobTask, Tried
 from carom.runs.locate import Cutter
 from carom.runs.observe import profile_settings
 from carom.scene import Scene
@@ -51,7 +51,7 @@ class Measure(JobTask):
     def carry_out(self) -> Timing:
         """Return the two clocks."""
         job = self.job
-        return time_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s)
+        return time_run(load_adapter(job.engine), job.scene, job.profile, job.dt_s, tried=job.method.tried)
 
 
 def time_run(
@@ -60,6 +60,7 @@ def time_run(
     profile: str,
     dt_s: float,
     *,
+    tried: Tried = (),
     steps: int | None = None,
     runs: int = TIMING_RUNS,
     enough_s: float = math.inf,
@@ -72,6 +73,7 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step, seconds.
+        tried: Settings in place of the profile's own.
         steps: How many; as many as the scene lasts by default.
         runs: How many runs the medians are of, one at least.
         enough_s: No further run is made once so many seconds have been timed.
@@ -81,7 +83,7 @@ def time_run(
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
-    settings = profile_settings(adapter, profile, dt_s)
+    settings = profile_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps
     located = adapter.profiles[profile].located
     prepared: list[float] = []
