@@ -71,6 +71,11 @@ class EngineInfo:
         """Whether scenes can be run on this engine here."""
         return not self.unavailable
 
+    @property
+    def missing(self) -> bool:
+        """Whether the engine is not installed here, though its adapter is, and declares what the engine can do."""
+        return not self.available and self.capabilities is not None
+
 
 @dataclass(frozen=True)
 class AdapterPoint:
@@ -227,15 +232,16 @@ def why_unavailable(adapter: Adapter) -> str:
 
 
 def version_of(adapter: Adapter, adapter_distribution: str) -> str:
-    """Return the version of an engine: in its adapter's own words, by its distribution, or by that of the adapter.
+    """Return the version of an engine: in its adapter's own words, or by its distribution.
 
-    An adapter may have a method ``version()`` where the engine is not a distribution of Python's.
+    An adapter may have a method ``version()`` where the engine is not a distribution of Python's. An engine that has
+    neither a module nor such a method is a part of its adapter, and has its version.
     """
     own = getattr(adapter, "version", None)
-    if callable(own) and (told := str(own())):
-        return told
+    if callable(own):
+        return str(own()) or "unknown"
     engine = adapter.engine
     try:
-        return metadata.version(engine.distribution or adapter_distribution)
+        return metadata.version(engine.distribution or ("" if engine.module else adapter_distribution))
     except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"

@@ -1,0 +1,168 @@
+"""A world of DART: the skeletons that a scene becomes, its steps, and what is seen of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from carom.adapter import (
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    factored_restitutions,
+    oriented_contact,
+    pair_of,
+    require_supported,
+    wall_body,
+)
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, require_usable
+
+__all__ = ["DartWorld"]
+
+
+class DartWorld:
+    """One `World` of spheres on two slides each, which don't turn."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        require_usable(scene, settings)
+        require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
+        import dartpy
+
+        self._dart: Any = dartpy
+        self._scene = scene
+        self._clock = StepClock(float(settings["dt_s"]))
+        self._world = dartpy.simulation.World()
+        self._world.setGravity([*scene.gravity_m_s2, 0.0])
+        self._world.setTimeStep(self._clock.dt_s)
+        self._world.setCollisionDetector(
+            getattr(dartpy.simulation.CollisionDetectorType, str(settings["collision_detector"]))
+        )
+        self._world.getConstraintSolver().setSplitImpulseEnabled(bool(settings["split_impulse"]))
+        self._discs: list[Any] = []
+        # DART multiplies the coefficients of two bodies.
+        of_disc, of_wall = factored_restitutions(scene)
+        for i, disc in enumerate(scene.discs):
+            self._add_disc(i, disc.radius_m, None if disc.immovable else disc.mass_kg, of_disc)
+        for k, wall in enumerate(scene.walls):
+            normal = np.array([*wall.normal, 0.0])
+            plane = dartpy.dynamics.PlaneShape(normal, float(normal[:2] @ wall.point_m))
+            skeleton = dartpy.dynamics.Skeleton(f"wall {k}")
+            self._shape(skeleton.createWeldJointAndBodyNodePair()[1], plane, wall_body(k), of_wall)
+            skeleton.setMobile(False)
+            self._world.addSkeleton(skeleton)
+        self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
+
+    def _add_disc(self, i: int, radius_m: float, mass_kg: float | None, restitution: float) -> None:
+        skeleton = self._dart.dynamics.Skeleton(f"disc {i}")
+        _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+        self._shape(body, self._dart.dynamics.SphereShape(radius_m), i, restitution)
+        if mass_kg is None:
+            skeleton.setMobile(False)
+        else:
+            body.setMass(mass_kg)
+        self._world.addSkeleton(skeleton)
+        self._discs.append(skeleton)
+
+    def _shape(self, body: Any, shape: Any, number: int, restitution: float) -> None:
+        """Give a body its shape, named by the body's number, by which a contact is known."""
+        node = body.createShapeNode(shape)
+        node.setName(str(number))
+        node.createCollisionAspect()
+        node.createDynamicsAspect()
+        node.getDynamicsAspect().setRestitutionCoeff(restitution)
+        node.getDynamicsAspect().setFrictionCoeff(0.0)
+
+    def _put(self, states: Any) -> None:
+        for skeleton, (position, velocity) in zip(self._discs, states, strict=True):
+            skeleton.setPositions(position)
+            skeleton.setVelocities(velocity)
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings, read back from DART."""
+        detector = type(self._world.getCollisionDetector()).__name__.upper()
+        return {
+            "dt_s": self._world.getTimeStep(),
+            "collision_detector": next(name for name in DETECTORS if detector.startswith(name)),
+            "split_impulse": self._world.getConstraintSolver().isSplitImpulseEnabled(),
+        }
+
+    def advance(self, steps: int) -> None:
+        """Take steps."""
+        step = self._world.step
+        for _ in range(steps):
+            step()
+        self._clock.count(steps)
+
+    def observe(self) -> Observation:
+        """Read every body, and the contacts that the last step solved.
+
+        DART looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        """
+        position = np.array([skeleton.getPositions() for skeleton in self._discs])
+        velocity = np.array([skeleton.getVelocities() for skeleton in self._discs])
+        contacts = tuple(self._contacts())
+        return Observation(position, velocity, contacts, self._warning(velocity, contacts))
+
+    def _contacts(self) -> list[Contact]:
+        found = []
+        for contact in self._world.getLastCollisionResult().getContacts():
+            impulse = math.hypot(*contact.force) * self._clock.dt_s
+            if impulse == 0.0:  # a contact that pushes nothing
+                continue
+            nx, ny, _ = contact.normal  # from the second object to the first
+            a, b = self._pair(contact)
+            found.append(oriented_contact(b, a, self._clock.step_began_s, (float(nx), float(ny)), impulse))
+        return found
+
+    def _pair(self, contact: Any) -> tuple[int, int]:
+        first, second = contact.collisionObject1, contact.collisionObject2
+        return int(first.getShapeFrame().getName()), int(second.getShapeFrame().getName())
+
+    def _warning(self, velocity: Any, contacts: tuple[Contact, ...]) -> str:
+        # Made so fast by an impact, it is too late to refuse.
+        scene = self._scene
+        for contact in contacts:
+            first, second = contact.first, contact.second
+            of_wall = second < 0
+            relative = (0.0 if of_wall else velocity[second]) - velocity[first]
+            inverse_mass = 1 / scene.discs[first].mass_kg + (0.0 if of_wall else 1 / scene.discs[second].mass_kg)
+            closed = (contact.impulse_n_s or 0.0) * inverse_mass - float(relative @ contact.normal)
+            bounce = closed * (scene.wall_restitution if of_wall else scene.restitution)
+            if bounce > FASTEST_BOUNCE_M_S * (1 + 4 * MIXING):
+                return f"DART lets bodies part at {FASTEST_BOUNCE_M_S:g} m/s at most, and two should at {bounce:g} m/s"
+        return ""
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._clock.cut(dt_s)
+        self._world.setTimeStep(dt_s)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that DART's collision detector finds to overlap."""
+        collision = self._dart.collision
+        result = collision.CollisionResult()
+        self._world.checkCollision(collision.CollisionOption(), result)
+        return frozenset(
+            pair_of(*self._pair(contact)) for contact in result.getContacts() if contact.penetrationDepth > 0.0
+        )
+
+    def save(self) -> object:
+        """Return positions and velocities, which are all of a state."""
+        states = [(skeleton.getPositions(), skeleton.getVelocities()) for skeleton in self._discs]
+        return (self._clock.now_s, states)
+
+    def restore(self, state: Any) -> None:
+        """Put positions and velocities back."""
+        time_s, states = state
+        self._clock.restart(time_s)
+        self._put(states)
+
+    def close(self) -> None:
+        """Let go of the world; its memory goes with the last reference."""
+        del self._discs, self._world

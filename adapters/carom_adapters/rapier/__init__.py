@@ -1,0 +1,104 @@
+"""Adapter of Rapier (the wheel `rapier3d`): impulse-based, three-dimensional, 32-bit floats."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
+from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
+from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
+
+if TYPE_CHECKING:
+    from carom.adapter import World
+
+__all__ = ["RapierAdapter", "adapter"]
+
+#: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
+SHIPPED_MARGIN_M = 0.02
+
+#: Rapier gives bodies their bounce when they have moved with the velocities of an inelastic impact: the path of an
+#: elastic pair turns in the middle of the step.
+TURNS_LATE = 0.5
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    # As shipped, a body at 8 cm/s is put to rest after half a second: that is damping.
+    return {"dt_s": dt_s, "can_sleep": False}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_default(dt_s),
+        # As shipped, contacts are solved from 2 cm away on, along the line of centres there.
+        "normalized_prediction_distance": 0.0,
+        # Bodies that overlap are not pushed apart.
+        "contact_natural_frequency": 0.0,
+        # As shipped, faster bodies are slowed down to 400 m/s.
+        "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
+    }
+
+
+def _swept(dt_s: float) -> dict[str, Setting]:
+    # Farther than anything moves in a step: Rapier looks no farther ahead than two bodies come near each other in one.
+    return {**_tuned(dt_s), "soft_ccd_prediction": 1e3}
+
+
+def _located(dt_s: float) -> dict[str, Setting]:
+    return {
+        **_tuned(dt_s),
+        # So that a step follows from positions and velocities alone, and can be taken back.
+        "contact_recycling": False,
+        "warmstart_coefficient": 0.0,
+        # A power of two, so that it rounds nothing, and no more than the rounding of 32-bit floats.
+        "first_part": 2.0**-24,
+    }
+
+
+class RapierAdapter:
+    """Rapier as it is shipped (`default`), made to solve overlaps alone (`tuned`), or to look ahead (`swept`)."""
+
+    name = "rapier"
+    engine = Engine("Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'")
+    capabilities = CAPABILITIES
+    profiles: Mapping[str, Profile] = {
+        "default": Profile(
+            "What a user of Rapier gets: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
+            "m/s), but awake and with the scene's restitution.",
+            _default,
+            # A contact that no step begins near is found in an overlap, as in `tuned`.
+            Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
+            capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
+        ),
+        "tuned": Profile(
+            "The most exact fixed-step settings known, from Carom's own measurements: contacts are solved when bodies "
+            "overlap, and overlaps are never pushed apart.",
+            _tuned,
+            Accuracy(late_steps=TURNS_LATE),
+        ),
+        "swept": Profile(
+            "The tuned settings with Rapier's soft continuous detection: contacts ahead are solved at the start of the "
+            "step in which bodies would meet.",
+            _swept,
+            capabilities=replace(CAPABILITIES, continuous_detection=True),
+        ),
+        "located": Profile(
+            "The tuned settings, each step cut at the instant from which on Rapier's own narrow phase finds an overlap "
+            "(Carom's own bisection), and taken in two parts: bodies that touch bounce in the first and fly in the "
+            "second.",
+            _located,
+            located=True,
+        ),
+    }
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        """Build a world.
+
+        Raises:
+            AdapterError: The scene or a setting is outside what Rapier can do.
+        """
+        return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
+
+
+adapter = RapierAdapter()

@@ -1,0 +1,62 @@
+"""What Rapier can take: its settings by name, its limits, and the refusal of what is beyond them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+
+__all__ = ["CAPABILITIES", "PARAMETERS", "SHIPPED_SPEED_M_S", "require_usable"]
+
+#: Attributes of `IntegrationParameters`, by Rapier's own names.
+PARAMETERS = (
+    "num_solver_iterations",
+    "normalized_prediction_distance",
+    "normalized_max_linear_velocity",
+    "contact_recycling",
+    "warmstart_coefficient",
+)
+
+#: ``contact_natural_frequency`` (Hz) is that of both contact softnesses, at which overlaps are pushed apart.
+#: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are of every disc, by Rapier's own names. ``first_part`` is the
+#: part of a step that is taken first, as a step of its own: see the profile `located`.
+OTHER_SETTINGS = ("contact_natural_frequency", "can_sleep", "soft_ccd_prediction", "first_part")
+
+#: Below these Rapier divides by zero, or makes no sense of them.
+LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {"num_solver_iterations": 1}
+
+#: `normalized_max_linear_velocity` as shipped: a faster body is slowed down to that, in silence.
+SHIPPED_SPEED_M_S = 400.0
+
+#: Powers of ten between which squares, and impulses, stay inside 32-bit floats (1e-38 to 1e38).
+LARGEST_SPEED_M_S = 1e9
+LARGEST_COORDINATE_M = 1e9
+SMALLEST_RADIUS_M = 1e-6
+SMALLEST_MASS_KG = 1e-15
+LARGEST_MASS_KG = 1e15
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    restitution_combine="pair",
+    contact_times=ContactTimes.STEP,
+    max_speed_m_s=LARGEST_SPEED_M_S,
+    max_coordinate_m=LARGEST_COORDINATE_M,
+    min_radius_m=SMALLEST_RADIUS_M,
+    min_mass_kg=SMALLEST_MASS_KG,
+    max_mass_kg=LARGEST_MASS_KG,
+    float_bits=32,
+    dimensions=3,
+)
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what Rapier would panic on, or silently get wrong.
+
+    Raises:
+        AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.
+    """
+    require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST)
+    dt_s = float(settings["dt_s"])
+    if not 1e-12 <= dt_s <= 1e12:  # squared, still inside 32-bit floats
+        raise AdapterError(f"Rapier: dt_s must lie in 1e-12 to 1e12, got {dt_s}")

@@ -1,0 +1,200 @@
+"""A world of Rapier: the bodies that a scene becomes, its steps, and what is seen of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from carom.adapter import (
+    Contact,
+    Observation,
+    Scene,
+    Setting,
+    StepClock,
+    oriented_contact,
+    pair_of,
+    require_supported,
+    wall_body,
+)
+from carom_adapters.rapier.limits import CAPABILITIES, PARAMETERS, require_usable
+
+__all__ = ["RapierCuttableWorld", "RapierWorld"]
+
+#: Relative rounding of a 32-bit float.
+ROUNDING = 2.0**-23
+
+
+class RapierWorld:
+    """One `PhysicsWorld` of balls that stay in a plane and don't turn."""
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        require_usable(scene, settings)
+        require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
+        import rapier3d
+
+        self._rapier: Any = rapier3d
+        self._scene, self._asked = scene, dict(settings)
+        self._clock = StepClock(float(settings["dt_s"]))
+        self._build([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
+
+    def _build(self, states: Any) -> None:
+        """Make a world of these positions and velocities."""
+        self._world, self._handles, self._number = self._world_of(states)
+        self._bodies = [self._world.rigid_bodies[handle] for handle in self._handles]
+
+    def _world_of(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
+        rapier, scene, asked = self._rapier, self._scene, self._asked
+        world = rapier.PhysicsWorld(gravity=(*scene.gravity_m_s2, 0.0))
+        parameters = world.integration_parameters
+        parameters.dt = self._clock.dt_s
+        for name in PARAMETERS:
+            if name in asked:
+                setattr(parameters, name, asked[name])
+        if "contact_natural_frequency" in asked:
+            # Read, changed and assigned: what the property gives is a copy.
+            for name in ("contact_softness", "static_contact_softness"):
+                softness = getattr(parameters, name)
+                softness.natural_frequency = asked["contact_natural_frequency"]
+                setattr(parameters, name, softness)
+        handles, number = [], {}
+        for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, states, strict=True)):
+            body = rapier.RigidBody.fixed() if disc.immovable else rapier.RigidBody.dynamic()
+            body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
+            body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
+            body = body.enabled_translations((True, True, False))
+            if "soft_ccd_prediction" in asked:
+                body = body.soft_ccd_prediction(asked["soft_ccd_prediction"])
+            ball = rapier.Collider.ball(disc.radius_m).restitution(scene.restitution).friction(0.0)
+            handles.append(world.add_body(body))
+            collider = world.add_collider(ball if disc.immovable else ball.mass(disc.mass_kg), handles[-1])
+            number[collider] = i
+        # As shipped two coefficients are averaged, and a rule other than that wins: discs have their own among
+        # themselves, and a wall has its own, whichever of the two is larger.
+        rule = rapier.CoefficientCombineRule
+        wins = rule.MIN if scene.wall_restitution < scene.restitution else rule.MAX
+        for k, wall in enumerate(scene.walls):
+            fixed = world.add_body(rapier.RigidBody.fixed().translation((*wall.point_m, 0.0)))
+            half = rapier.Collider.halfspace((*wall.normal, 0.0)).friction(0.0)
+            half = half.restitution(scene.wall_restitution).restitution_combine_rule(wins)
+            number[world.add_collider(half, fixed)] = wall_body(k)
+        return world, handles, number
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        """The settings; all but the adapter's own `first_part` are read back from Rapier."""
+        parameters = self._world.integration_parameters
+        read: dict[str, Setting] = {"dt_s": self._step_s()}
+        read |= {name: getattr(parameters, name) for name in PARAMETERS}
+        read["contact_natural_frequency"] = parameters.contact_softness.natural_frequency
+        body = self._bodies[0]
+        # A body that can't sleep has a negative threshold of sleep.
+        read["can_sleep"] = body.activation.linear_threshold >= 0
+        read["soft_ccd_prediction"] = body.soft_ccd_prediction
+        return {name: read.get(name, asked) for name, asked in self._asked.items()}
+
+    def _step_s(self) -> float:
+        return float(self._world.integration_parameters.dt)
+
+    def advance(self, steps: int) -> None:
+        """Take steps."""
+        step = self._world.step
+        for _ in range(steps):
+            step()
+        self._clock.count(steps)
+
+    def observe(self) -> Observation:
+        """Read every body, and the contacts that the last step solved.
+
+        Rapier looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
+        """
+        position = np.array([body.translation.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
+        velocity = np.array([body.linvel.to_tuple()[:2] for body in self._bodies], dtype=np.float64)
+        return Observation(position, velocity, tuple(self._contacts()), self._warning(velocity))
+
+    def _contacts(self) -> list[Contact]:
+        at_s = self._clock.step_began_s
+        found = []
+        for pair in self._world.narrow_phase.contact_pairs():
+            for manifold in pair.manifolds:
+                impulse = sum(point.impulse for point in manifold.points)
+                if impulse <= 0:  # Rapier keeps contacts that push nothing
+                    continue
+                nx, ny, _ = manifold.data.normal.to_tuple()
+                length = math.hypot(nx, ny)  # a unit vector to 32 bits only
+                a, b = self._number[pair.collider1], self._number[pair.collider2]
+                found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
+        return found
+
+    def _warning(self, velocity: Any) -> str:
+        # Made so fast by an impact, it is too late to refuse.
+        parameters = self._world.integration_parameters
+        limit = parameters.normalized_max_linear_velocity * parameters.length_unit
+        if (fastest := float(np.hypot(*velocity.T).max())) > limit * (1 - 4 * ROUNDING):
+            return f"Rapier moves a body at {limit:g} m/s at most, and slowed one down to {fastest:g} m/s"
+        if not self._world.quarantine.is_empty():
+            return "Rapier disabled a body: its state was not finite"
+        return ""
+
+    def close(self) -> None:
+        """Let go of the world; its memory goes with the last reference."""
+        del self._bodies, self._handles, self._number, self._world
+
+
+class RapierCuttableWorld(RapierWorld):
+    """A world whose steps can be cut and taken back; each is taken in two parts, of which the first is short.
+
+    Bodies that touch at the start of a step move through it with the velocity of an inelastic impact, and then get
+    their bounce. So that they fly through it with their bounce, they get it in a step that is too short to move them.
+    """
+
+    def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
+        super().__init__(scene, settings)
+        self._first_part = float(settings["first_part"])
+        self._solved: list[Contact] = []
+
+    def advance(self, steps: int) -> None:
+        """Take steps, each in two parts."""
+        parameters, step, dt_s = self._world.integration_parameters, self._world.step, self._clock.dt_s
+        for _ in range(steps):
+            self._clock.count(1)
+            self._solved = []
+            for part in (self._first_part, 1.0 - self._first_part):
+                parameters.dt = part * dt_s
+                step()
+                self._solved += super()._contacts()
+
+    def _step_s(self) -> float:
+        return self._clock.dt_s
+
+    def _contacts(self) -> list[Contact]:
+        return self._solved
+
+    def cut(self, dt_s: float) -> None:
+        """Take steps of another length from here on."""
+        self._clock.cut(dt_s)
+
+    def touching(self) -> frozenset[tuple[int, int]]:
+        """Return the pairs that Rapier's narrow phase finds to overlap, in a world of its own."""
+        world, _, number = self._world_of(self._states())
+        world.detect_collisions()
+        found = set()
+        for pair in world.narrow_phase.contact_pairs():
+            if any(point.dist < 0.0 for manifold in pair.manifolds for point in manifold.points):
+                found.add(pair_of(number[pair.collider1], number[pair.collider2]))
+        return frozenset(found)
+
+    def _states(self) -> list[tuple[Any, Any]]:
+        return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._bodies]
+
+    def save(self) -> object:
+        """Return positions and velocities, which with these settings are all of a state."""
+        return (self._clock.now_s, self._states(), self._solved)
+
+    def restore(self, state: Any) -> None:
+        """Make a world of the positions and velocities; one that was stepped keeps what it knows of contacts."""
+        time_s, states, self._solved = state
+        self._clock.restart(time_s)
+        self._build(states)

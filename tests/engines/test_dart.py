@@ -1,0 +1,119 @@
+"""What DART does that a user would not expect, asked of DART; the right answers are laws of mechanics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene, Wall
+from carom.adapter import Adapter, AdapterError, Observation
+from carom.scenes.catalogue import all_scenes
+
+Drive = Callable[..., list[Observation]]
+Finish = Callable[..., Observation]
+
+#: DART_CFM: the diagonal of DART's contact problem is made larger by this part.
+MIXING = 1e-5
+
+
+@pytest.fixture
+def dart(named: Callable[[str], Adapter]) -> Adapter:
+    """The adapter."""
+    return named("dart")
+
+
+def _towards(speed: float) -> Scene:
+    """Stage two discs of 5 m, a tenth of a second from each other, that close at twice the speed."""
+    gap = 0.2 * speed
+    return Scene(
+        name="hazard",
+        discs=(
+            Disc(position_m=(-5 - gap / 2, 0), velocity_m_s=(speed, 0), radius_m=5),
+            Disc(position_m=(5 + gap / 2, 0), velocity_m_s=(-speed, 0), radius_m=5),
+        ),
+        duration_s=0.2,
+    )
+
+
+@pytest.mark.parametrize("speed", [50.0, 80.0, 100.0])
+def test_no_bounce_is_faster_than_100_m_s(dart: Adapter, drive: Drive, speed: float) -> None:
+    """Equal elastic discs exchange velocities: DART parts them at 100 m/s at most, and the adapter tells."""
+    seen = drive(dart, _towards(speed), 1 / 256)
+    parting = seen[-1].velocity_m_s[1, 0] - seen[-1].velocity_m_s[0, 0]
+    # The impulse is short by the mixing of what it should be: of the closing speed and that of the bounce.
+    assert parting == pytest.approx(100 - MIXING * (2 * speed + 100), abs=100 * MIXING**2 * 10)
+    assert any("100 m/s at most" in one.warning for one in seen) == (speed > 50)
+
+
+@pytest.mark.parametrize(("closing", "given_back"), [(0.08, 0.0), (0.0999, 0.0), (0.1001, 1.0), (0.12, 1.0)])
+def test_contacts_of_up_to_a_tenth_of_a_metre_a_second_are_inelastic(
+    dart: Adapter, finish: Finish, closing: float, given_back: float
+) -> None:
+    """Equal elastic discs exchange velocities: below DART's threshold they stay together."""
+    velocity = finish(dart, _towards(closing / 2), 1 / 256).velocity_m_s
+    # Of an inelastic pair the correction of overlaps leaves a hundredth of the depth over the step at most.
+    assert (velocity[1, 0] - velocity[0, 0]) / closing == pytest.approx(given_back, abs=0.02)
+
+
+@pytest.mark.usefixtures("dart")
+def test_a_coefficient_above_one_is_made_none(capfd: pytest.CaptureFixture[str]) -> None:
+    """DART multiplies two coefficients: of 2 and 0.5 it does not make 1 but 0, and says so on stderr."""
+    import dartpy
+
+    world: Any = dartpy.simulation.World()
+    world.setGravity([0, 0, 0])
+    discs = []
+    for x, speed, restitution in ((-2, 1, 2.0), (0, 0, 0.5)):
+        skeleton = dartpy.dynamics.Skeleton(f"disc at {x}")
+        _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+        node = body.createShapeNode(dartpy.dynamics.SphereShape(0.5))
+        node.createCollisionAspect()
+        node.createDynamicsAspect()
+        node.getDynamicsAspect().setRestitutionCoeff(restitution)
+        skeleton.setPositions([x, 0])
+        skeleton.setVelocities([speed, 0])
+        world.addSkeleton(skeleton)
+        discs.append(skeleton)
+    for _ in range(1200):
+        world.step()
+    assert discs[1].getVelocities()[0] - discs[0].getVelocities()[0] == pytest.approx(0.0, abs=0.02)
+    assert "Invalid restitution" in capfd.readouterr().err
+
+
+def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter) -> None:
+    """A wall's coefficient of 1 beside discs of 0.25 asks for a factor of 2, which DART has not: that is refused."""
+    scene = Scene(
+        name="hazard",
+        discs=_towards(1.0).discs,
+        walls=(Wall(point_m=(-30, 0), normal=(1, 0)),),
+        restitution=0.25,
+        wall_restitution=1.0,
+        duration_s=1.0,
+    )
+    with pytest.raises(AdapterError, match="wall_restitution"):
+        dart.prepare(scene, dart.profiles["tuned"].settings(1 / 60))
+
+
+def test_each_elastic_bounce_loses_two_parts_in_a_hundred_thousand(dart: Adapter, drive: Drive) -> None:
+    """A wall gives an elastic disc its speed back: DART's mixing takes 2e-5 of it at each of ten bounces."""
+    wall = Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(1, 0), normal=(-1, 0))
+    disc = Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5)
+    seen = drive(dart, Scene(name="hazard", discs=(disc,), walls=wall, duration_s=3.0), 1 / 256)
+    bounces = sum(len(one.contacts) for one in seen)
+    assert bounces >= 10
+    kept = (2 / (1 + MIXING) - 1) ** bounces
+    assert abs(seen[-1].velocity_m_s[0, 0]) / 4 == pytest.approx(kept, abs=1e-12)
+
+
+def test_a_gas_loses_a_thousandth_of_its_energy_in_20_s(dart: Adapter, finish: Finish) -> None:
+    """Elastic impacts conserve energy: the mixing of hundreds of them takes a thousandth."""
+    staged = all_scenes()["engines/gas-of-25"]
+    start = staged.known.final_kinetic_energy_j
+    assert start is not None
+    masses = np.array([disc.mass_kg for disc in staged.scene.discs])
+    end = finish(dart, staged.scene, 1 / 240)
+    kinetic = float((masses * (end.velocity_m_s**2).sum(axis=1)).sum()) / 2
+    assert -0.003 < kinetic / start - 1 < -0.0005

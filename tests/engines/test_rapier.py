@@ -1,0 +1,197 @@
+"""What Rapier does that a user would not expect, asked of Rapier; the right answers are laws of mechanics."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import Disc, Scene
+from carom.adapter import Adapter, Observation
+from carom.scenes.catalogue import all_scenes
+
+Drive = Callable[..., list[Observation]]
+Finish = Callable[..., Observation]
+
+#: Relative rounding of a 32-bit float.
+ROUNDING = 2.0**-23
+
+
+@pytest.fixture
+def rapier(named: Callable[[str], Adapter]) -> Adapter:
+    """The adapter."""
+    return named("rapier")
+
+
+def _scene(*discs: Disc, duration_s: float = 1.0) -> Scene:
+    return Scene(name="hazard", discs=discs, duration_s=duration_s)
+
+
+def _bullet(phase: float, mass_kg: float) -> Scene:
+    """Stage a disc of 5 cm at 100 m/s, 3 m and a part of 1/60 s before another one."""
+    start = -3.0 - phase * 100 / 60
+    return _scene(
+        Disc(position_m=(start, 0), velocity_m_s=(100, 0), radius_m=0.05),
+        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.05, mass_kg=mass_kg),
+        duration_s=0.2,
+    )
+
+
+@pytest.mark.parametrize("refinement", [1, 4, 16])
+def test_the_default_margin_invents_an_impact_of_discs_that_never_touch(
+    rapier: Adapter, finish: Finish, refinement: int
+) -> None:
+    """Discs that pass keep their velocities: with the margin of 2 cm they don't, at any step."""
+    scene = all_scenes()["classics/miss"].scene
+    dt_s = 1 / (scene.frame_rate_hz * refinement)
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    assert np.abs(finish(rapier, scene, dt_s, "default").velocity_m_s - start).max() > 0.1 * np.abs(start).max()
+    assert (finish(rapier, scene, dt_s, "tuned").velocity_m_s == start).all()
+
+
+def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
+    """A free body keeps its velocity; that of 600 m/s is made 400 m/s, which the adapter tells and `tuned` undoes."""
+    scene = _scene(Disc(position_m=(0, 0), velocity_m_s=(600, 0), radius_m=0.5))
+    shipped, tuned = (finish(rapier, scene, 1 / 64, profile) for profile in ("default", "tuned"))
+    assert shipped.velocity_m_s[0, 0] == 400
+    assert "400 m/s at most" in shipped.warning
+    assert tuned.velocity_m_s[0, 0] == 600
+    assert not tuned.warning
+
+
+def test_slow_bodies_are_put_to_rest_as_shipped(rapier: Adapter, finish: Finish) -> None:
+    """A free body keeps its velocity; one at 8 cm/s rests after half a second where it may sleep."""
+    scene = _scene(Disc(position_m=(0, 0), velocity_m_s=(0.08, 0), radius_m=0.5), duration_s=2.0)
+    assert finish(rapier, scene, 1 / 64, "default", can_sleep=True).velocity_m_s[0, 0] == 0
+    assert finish(rapier, scene, 1 / 64, "default").velocity_m_s[0, 0] == np.float32(0.08)
+
+
+def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive: Drive) -> None:
+    """Equal discs exchange velocities; in the step that answers, both first move with half, as if e were 0."""
+    scene = _scene(
+        Disc(position_m=(-2, 0), velocity_m_s=(4, 0), radius_m=0.5),
+        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
+    )
+    dt_s = 1 / 64
+    seen = drive(rapier, scene, dt_s)
+    hit = next(k for k, one in enumerate(seen) if one.contacts)
+    moved = seen[hit].position_m - seen[hit - 1].position_m
+    assert moved[:, 0] == pytest.approx([4 / 2 * dt_s] * 2, abs=4 * ROUNDING)
+    assert seen[hit].velocity_m_s[:, 0] == pytest.approx([0, 4], abs=4 * 4 * ROUNDING)
+
+
+def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> None:
+    """Equal discs exchange velocities: by a step taken in two parts, of which the first is short, none is late."""
+    scene = _scene(
+        Disc(position_m=(-1, 0), velocity_m_s=(4, 0), radius_m=0.5),
+        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
+    )
+    dt_s = 1 / 64
+    world = rapier.prepare(scene, rapier.profiles["located"].settings(dt_s))
+    try:
+        world.advance(2)
+        # The first step ends in an overlap, where the first disc stops and the second one sets off.
+        assert world.observe().position_m[:, 0] == pytest.approx([-1 + 4 * dt_s, 4 * dt_s], abs=8 * ROUNDING)
+    finally:
+        world.close()
+
+
+@pytest.mark.parametrize("phase", [k / 8 for k in range(8)])
+@pytest.mark.usefixtures("rapier")
+def test_continuous_detection_stops_at_fixed_bodies(phase: float) -> None:
+    """A disc that hits an immovable one comes back with its speed, in each of eight phases of a step."""
+    velocity, _ = _with_ccd(_bullet(phase, math.inf))
+    assert velocity == pytest.approx(-100, rel=1e-5)
+
+
+@pytest.mark.usefixtures("rapier")
+def test_continuous_detection_does_not_stop_at_dynamic_bodies() -> None:
+    """Equal discs exchange velocities head-on; in most of eight phases Rapier lets them pass through each other."""
+    through = [velocity == 100 and other == 0 for velocity, other in (_with_ccd(_bullet(k / 8, 1.0)) for k in range(8))]
+    assert sum(through) >= 4
+
+
+def _with_ccd(scene: Scene) -> tuple[float, float]:
+    """Run a scene in Rapier itself, with `ccd_enabled` and four substeps; return both velocities along x."""
+    import rapier3d
+
+    world: Any = rapier3d.PhysicsWorld()
+    world.integration_parameters.dt = 1 / 60
+    world.integration_parameters.max_ccd_substeps = 4
+    bodies = []
+    for disc in scene.discs:
+        body = rapier3d.RigidBody.fixed() if disc.immovable else rapier3d.RigidBody.dynamic().ccd_enabled(True)
+        body = body.translation((*disc.position_m, 0)).linvel((*disc.velocity_m_s, 0)).can_sleep(False)
+        ball = rapier3d.Collider.ball(disc.radius_m).restitution(1.0).friction(0.0)
+        bodies.append(world.add_body(body, [ball]))
+    for _ in range(scene.step_count(1 / 60)):
+        world.step()
+    first, second = (float(world.rigid_bodies[body].linvel.x) for body in bodies)
+    return first, second
+
+
+@pytest.mark.parametrize("phase", [k / 8 for k in range(8)])
+def test_soft_continuous_detection_stops_at_any_body(rapier: Adapter, finish: Finish, phase: float) -> None:
+    """Equal discs exchange velocities head-on, in each of eight phases of a step."""
+    velocity = finish(rapier, _bullet(phase, 1.0), 1 / 60, "swept").velocity_m_s
+    assert velocity[:, 0] == pytest.approx([0, 100], abs=100 * 4 * ROUNDING)
+
+
+def test_soft_continuous_detection_turns_an_oblique_path_wrongly(rapier: Adapter, finish: Finish) -> None:
+    """A disc that hits at an offset of 3/5 leaves along a 3-4-5 triangle: looking ahead from afar misses it by 15 %."""
+    scene = _scene(
+        Disc(position_m=(-3, 0.6), velocity_m_s=(20, 0), radius_m=0.5),
+        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
+    )
+    # Along the line of centres at the impact, (0.8, -0.6), the second disc takes 16 m/s away.
+    right = np.array([16 * 0.8, 16 * -0.6])
+    error = math.dist(finish(rapier, scene, 1 / 24, "swept").velocity_m_s[1], right) / 20
+    assert 0.05 < error < 0.3
+
+
+def test_shared_contacts_lose_energy(rapier: Adapter, finish: Finish) -> None:
+    """Elastic impacts conserve energy: a gas in a box loses some wherever a disc has two contacts in a step."""
+    staged = all_scenes()["engines/gas-of-25"]
+    start = staged.known.final_kinetic_energy_j
+    assert start is not None
+    masses = np.array([disc.mass_kg for disc in staged.scene.discs])
+    for profile in ("default", "tuned"):
+        end = finish(rapier, staged.scene, 1 / staged.scene.frame_rate_hz, profile)
+        kinetic = float((masses * (end.velocity_m_s**2).sum(axis=1)).sum()) / 2
+        assert kinetic / start - 1 < -0.01
+
+
+@pytest.mark.usefixtures("rapier")
+def test_asking_for_contacts_between_steps_ends_in_a_panic(capfd: pytest.CaptureFixture[str]) -> None:
+    """Detecting contacts alters no state: but the next step's solver has no impulses to begin with, and panics."""
+    import rapier3d
+
+    world: Any = rapier3d.PhysicsWorld()
+    for x, speed in ((-2, 1), (0, 0), (2, -1)):
+        body = rapier3d.RigidBody.dynamic().translation((x, 0, 0)).linvel((speed, 0, 0)).can_sleep(False)
+        world.add_body(body, [rapier3d.Collider.ball(0.25).restitution(1.0).friction(0.0)])
+
+    def step_and_ask() -> None:
+        for _ in range(130):
+            world.step()
+            world.detect_collisions()
+
+    with pytest.raises(BaseException, match="index out of bounds"):  # a panic is no `Exception`
+        step_and_ask()
+    assert "panicked" in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("rapier")
+def test_asking_for_contacts_before_the_first_step_leaves_bodies_that_never_move() -> None:
+    """A free body moves with its velocity: after `detect_collisions()` it stays where it is."""
+    import rapier3d
+
+    world: Any = rapier3d.PhysicsWorld()
+    body = world.add_body(rapier3d.RigidBody.dynamic().linvel((1, 0, 0)), [rapier3d.Collider.ball(0.5)])
+    world.detect_collisions()
+    for _ in range(10):
+        world.step()
+    assert world.rigid_bodies[body].translation.x == 0
