@@ -10,7 +10,7 @@ from carom.adapter import Adapter
 
 
 def test_plancks_settings_are_found_as_good_as_by_hand(named: Callable[[str], Adapter]) -> None:
-    """On `classics` no more scenes are wrong, and no fewer exact or close, than with the three profiles written by hand.
+    """On `classics` no more scenes are wrong, and no fewer exact or close, than with any profile written by hand.
 
     So it finds by itself that with bullets and a slop of next to nothing Planck is event-driven.
     """

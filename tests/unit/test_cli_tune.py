@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from carom import Disc, Scene, save_scene
 from carom.adapter import Profile
 from carom.cli import app
-from carom.tune.search import Search
+from carom.tune.search import KnobSearch
 
 
 def carom_tune(*arguments: object) -> Result:
@@ -62,15 +62,15 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     """Ctrl-C leaves the best so far and the way on; taken up, the search ends where it would have ended whole."""
     one, other = tmp_path / "one", tmp_path / "other"
     assert carom_tune("box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
-    tried = Search.tried
+    tried = KnobSearch.tried
 
-    def interrupted(self: Search, point: dict[str, int]) -> Any:
+    def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
         if self.best is not self.begun:
             raise KeyboardInterrupt
         return tried(self, point)
 
     with monkeypatch.context() as patched:
-        patched.setattr(Search, "tried", interrupted)
+        patched.setattr(KnobSearch, "tried", interrupted)
         done = carom_tune("box2d", slow, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
     assert "best so far, in trial" in done.output

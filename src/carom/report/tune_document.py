@@ -129,7 +129,7 @@ def _settings(found: Tuning) -> Section:
         Column(found.options.profile, lambda item: _before(found, item[0]), number=True),
         Column("tried from, to", lambda item: _range(found.space.values[item[0]])),
     )
-    note = "Each was turned back, and to its ends, with the others as they are: without any of them it is worse."
+    note = "Each was turned back, with the others as they are: without any of them it is worse."
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
 
 

@@ -20,7 +20,7 @@ from carom.scene import Scene
 from carom.trace import Trace
 from carom.tune.merit import Judged
 
-__all__ = ["JudgeTask", "Judgement", "Jury", "tune_journal"]
+__all__ = ["JudgeTask", "JudgedJob", "Jury", "tune_journal"]
 
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
@@ -66,7 +66,7 @@ class JudgeTask(JobTask):
 
 
 @dataclass(frozen=True)
-class Judgement:
+class JudgedJob:
     """What came of a job of a search.
 
     Attributes:
@@ -82,13 +82,13 @@ class Judgement:
     answer: Answer[Judged]
 
 
-def tune_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[Judgement]:
+def tune_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[JudgedJob]:
     """Open the journal of a search; with `retry` what an engine broke off counts as not run.
 
     A search asks the same of the same answers, so that one that goes on finds again what it had found.
     """
     again = (lambda entry: entry.answer.status.broken) if retry else None
-    return Journal(path, Judgement, lambda entry: (entry.key, entry.timed), resume=resume, again=again)
+    return Journal(path, JudgedJob, lambda entry: (entry.key, entry.timed), resume=resume, again=again)
 
 
 class Jury:
@@ -108,7 +108,7 @@ class Jury:
         steps: Mapping[Scene, float],
         horizons: Mapping[str, float],
         pool: Pool,
-        journal: Journal[Judgement] | None = None,
+        journal: Journal[JudgedJob] | None = None,
         *,
         timed: bool = False,
     ) -> None:
@@ -132,10 +132,10 @@ class Jury:
             self._known.setdefault(key, _judged(entry.answer))
         return key in self._known
 
-    def _answers(self, jobs: Sequence[Job]) -> Iterator[Judgement]:
-        def work(job: Job, asker: Asker) -> Iterator[Judgement]:
+    def _answers(self, jobs: Sequence[Job]) -> Iterator[JudgedJob]:
+        def work(job: Job, asker: Asker) -> Iterator[JudgedJob]:
             task = JudgeTask(job, self._horizons.get(job.scene.name), self._timed)
-            yield Judgement(job_key(job), job.scene.name, self._timed, asker.ask(task))
+            yield JudgedJob(job_key(job), job.scene.name, self._timed, asker.ask(task))
 
         if self._timed:
             for job in jobs:

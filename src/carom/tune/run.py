@@ -22,8 +22,8 @@ from carom.runs.reference import reference_of, reference_trace
 from carom.runs.timing import Measure
 from carom.scene import Scene
 from carom.trace import Setting, Trace
-from carom.tune.judge import Judgement, Jury
-from carom.tune.search import Found, Search
+from carom.tune.judge import JudgedJob, Jury
+from carom.tune.search import Found, KnobSearch
 from carom.tune.space import Space, values_of
 
 __all__ = ["JOURNAL", "PURPOSE", "TuneOptions", "Tuning", "tune"]
@@ -117,7 +117,7 @@ def tune(
     scenes: Sequence[Scene],
     options: TuneOptions | None = None,
     *,
-    journal: Journal[Judgement] | None = None,
+    journal: Journal[JudgedJob] | None = None,
     progress: Progress | None = None,
     told: Callable[[Found], None] | None = None,
     command: str = "",
@@ -153,7 +153,7 @@ def tune(
         steps = {scene: asked.step_of(scene) for scene in able}
         jury = Jury(steps, horizons, pool, journal, timed=asked.timing)
         space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
-        search = Search(Method(engine, asked.profile), space, able, jury, progress, told)
+        search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, told)
         best = search.run(asked.trials, asked.seed)
         own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])

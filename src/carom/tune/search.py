@@ -2,12 +2,12 @@
 
 First each knob alone, at its ends; then trials that an optimiser asks for (Optuna's tree-structured Parzen estimator,
 Bergstra et al., NeurIPS 2011), each knob as shipped or turned; then, from the best, one knob at a time again: taken
-back, or turned to an end, until nothing is gained by it. So what is found holds no setting that does nothing.
+back, or turned elsewhere, until nothing is gained by it. So what is found holds no setting that does nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from carom.tune.space import Point, Space
 if TYPE_CHECKING:
     from optuna import Study
 
-__all__ = ["Found", "Search", "require_tune_extra"]
+__all__ = ["Found", "KnobSearch", "require_tune_extra"]
 
 #: A trial is judged in so many parts, the scenes first that went worst with the first profile; after each part a trial
 #: that can't come up to the best any more is given up.
@@ -63,7 +63,7 @@ class Found:
         return self.merit, len(self.tried)
 
 
-class Search:
+class KnobSearch:
     """A search over the knobs of an engine.
 
     Args:
@@ -155,21 +155,13 @@ class Search:
             study.tell(trial, number)
 
     def _polished(self) -> Found:
-        """Turn the knobs of the best one at a time, back or to an end, until nothing is gained by it."""
+        """Turn the knobs of the best one at a time, back or elsewhere, until nothing is gained by it."""
         while True:
             best = self.best
-            for point in self._beside(best):
+            for point in self.space.beside(self.space.point(best.tried)):
                 self.tried(point)
             if self.best is best:
                 return best
-
-    def _beside(self, best: Found) -> Iterator[Point]:
-        here = {name: self.space.values[name].index(value) for name, value in best.tried}
-        for name in self.space.values:
-            without = {other: k for other, k in here.items() if other != name}
-            if name in here:
-                yield without
-            yield from ({**without, name: k} for k in self.space.stops(name))
 
     @property
     def begun(self) -> Found:

@@ -20,7 +20,7 @@ from carom.scenes import find_scenes
 from carom.trace import Setting
 from carom.tune.judge import Jury, tune_journal
 from carom.tune.merit import Judged
-from carom.tune.search import Found, Search
+from carom.tune.search import Found, KnobSearch
 from carom.tune.space import Space, values_of
 
 KNOBS = {
@@ -64,11 +64,11 @@ class Toy:
 
 
 @cache
-def searched(seed: int = 0, again: int = 0) -> tuple[Found, Search, Toy]:
+def searched(seed: int = 0, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
     """Return what is found in 60 trials; another number for `again` searches again."""
     del again
     toy = Toy()
-    search = Search(Method("toy", "default"), SPACE, SCENES, cast(Jury, toy))
+    search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, toy))
     return search.run(60, seed), search, toy
 
 
@@ -93,7 +93,7 @@ def test_a_trial_that_can_not_come_up_to_the_best_is_given_up() -> None:
 
 
 def _point(method: Method) -> dict[str, int]:
-    return {name: SPACE.values[name].index(value) for name, value in method.tried}
+    return SPACE.point(method.tried)
 
 
 def test_the_same_seed_asks_for_the_same_trials() -> None:
@@ -111,14 +111,14 @@ def test_nothing_is_judged_twice() -> None:
 def test_nothing_better_leaves_the_first_profile() -> None:
     """Where no knob does anything, what is found is the profile that it began with."""
     idle = Space({"idle": SPACE.values["idle"]})
-    search = Search(Method("toy", "default"), idle, SCENES, cast(Jury, Toy()))
+    search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Jury, Toy()))
     assert search.run(10, 0) is search.begun
 
 
 def test_an_engine_without_knobs_is_refused() -> None:
     """An adapter that declares none leaves nothing to turn, which is said."""
     with pytest.raises(InputError, match="the adapter of toy declares no knobs"):
-        Search(Method("toy", "default"), Space({}), SCENES, cast(Jury, Toy()))
+        KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Jury, Toy()))
 
 
 def test_values_of_a_knob_have_its_ends_and_its_kind() -> None:
