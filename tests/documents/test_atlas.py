@@ -8,7 +8,8 @@ import pytest
 from docs.figures import atlas
 
 from carom import cross_check
-from carom.report.records import records
+from carom.report.records import read_records, records
+from carom.report.render import markdown
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
@@ -30,7 +31,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
     results = cross_check(find_scenes(NAMES), ["pic", "pit"], timing=False, certified=False, pool=InProcess())
     path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
     path.write_text(records(results), encoding="utf-8")
-    return atlas.read_records(path)
+    return read_records(path)
 
 
 def test_the_page_has_every_method_with_its_counts(
@@ -48,7 +49,7 @@ def test_the_page_has_every_method_with_its_counts(
         "unsupported",
         "-",
     ]
-    page = atlas.markdown(atlas.atlas(*found, STRESS, ("carom run", "carom stress")))
+    page = markdown(atlas.atlas(*found, STRESS, ("carom run", "carom stress")))
     assert "## pit" in page
     assert "1 exact, 2 sampled, 1 wrong" in page
     assert "## pic" not in page
