@@ -71,6 +71,11 @@ class EngineInfo:
         """Whether scenes can be run on this engine here."""
         return not self.unavailable
 
+    @property
+    def missing(self) -> bool:
+        """Whether the engine is not installed here, though its adapter is, and declares what the engine can do."""
+        return not self.available and self.capabilities is not None
+
 
 @dataclass(frozen=True)
 class AdapterPoint:
