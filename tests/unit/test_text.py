@@ -47,13 +47,13 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
         ("solving\nassertion failed in solver.c:42\n\n", "assertion failed in solver.c:42"),
         ("Traceback (most recent call last):\n  File\nValueError: no mass\n", "ValueError: no mass"),
         (
-            "Error [ERR_X]: no module\n    at new NodeError (node:1)\n  code: 'ERR_X'\n}\n\nNode.js v20\n",
-            "Error [ERR_X]: no module",
+            "Error [ERR_X]: none\n    at new NodeError (node:1)\n  code: 'ERR_X'\n}\n\nNode.js v20\n",
+            "Error [ERR_X]: none",
         ),
         ("error: long ago\n" + "step\n" * 40, "step"),
         ("x" * 300, "x" * 200),
     ],
 )
 def test_last_words_are_the_line_that_tells_the_error(printed: str, said: str) -> None:
-    """A trace of node's ends with its version, and the error stands above; where no line is one, the last line counts."""
+    """A trace of node's ends with its version, and the error stands above; where no line is one, the last counts."""
     assert last_words(printed) == said
