@@ -14,7 +14,7 @@ from typing import Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.program.adapter import program_adapter
+from carom.program.adapter import ProgramAdapter, program_adapter
 from carom.program.manifest import MANIFEST, load_manifest
 
 __all__ = [
@@ -71,6 +71,11 @@ class EngineInfo:
         """Whether scenes can be run on this engine here."""
         return not self.unavailable
 
+    @property
+    def missing(self) -> bool:
+        """Whether the engine is not installed here, though its adapter is, and declares what the engine can do."""
+        return not self.available and self.capabilities is not None
+
 
 @dataclass(frozen=True)
 class AdapterPoint:
@@ -92,7 +97,13 @@ class AdapterPoint:
         """Return the adapter; this imports its module, or reads its manifest."""
         if self.module:
             return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
-        return program_adapter(self.value)
+        return _program(self.value)
+
+
+@cache
+def _program(manifest: str) -> ProgramAdapter:
+    """Return the adapter of a manifest, the same one each time: it keeps its program running for the next world."""
+    return program_adapter(manifest)
 
 
 def _manifest_name(path: Path) -> str:
@@ -227,15 +238,16 @@ def why_unavailable(adapter: Adapter) -> str:
 
 
 def version_of(adapter: Adapter, adapter_distribution: str) -> str:
-    """Return the version of an engine: in its adapter's own words, by its distribution, or by that of the adapter.
+    """Return the version of an engine: in its adapter's own words, or by its distribution.
 
-    An adapter may have a method ``version()`` where the engine is not a distribution of Python's.
+    An adapter may have a method ``version()`` where the engine is not a distribution of Python's. An engine that has
+    neither a module nor such a method is a part of its adapter, and has its version.
     """
     own = getattr(adapter, "version", None)
-    if callable(own) and (told := str(own())):
-        return told
+    if callable(own):
+        return str(own()) or "unknown"
     engine = adapter.engine
     try:
-        return metadata.version(engine.distribution or adapter_distribution)
+        return metadata.version(engine.distribution or ("" if engine.module else adapter_distribution))
     except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
         return "unknown"

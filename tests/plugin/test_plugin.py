@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -43,6 +45,21 @@ def _lines_of_code(text: str) -> int:
 def test_the_documentation_quotes_the_files_that_are_run(file: str) -> None:
     """What docs/adapters.md prints as the adapter's and its known failures' file are these files, to the letter."""
     assert (HERE / file).read_text().rstrip() in (DOCS / "adapters.md").read_text()
+
+
+@pytest.mark.long
+def test_the_documented_project_builds(tmp_path: Path) -> None:
+    """The `pyproject.toml` of docs/adapters.md, beside the adapter of that page, is a wheel with its entry point."""
+    page = (DOCS / "adapters.md").read_text()
+    begin = page.index("[build-system]")
+    (tmp_path / "pyproject.toml").write_text(page[begin : page.index("```", begin)])
+    (tmp_path / "carom_penalty.py").write_text((HERE / "carom_penalty.py").read_text())
+    command = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-index", "--no-build-isolation", "."]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    (wheel,) = tmp_path.glob("*.whl")
+    with zipfile.ZipFile(wheel) as files:
+        assert "carom_penalty.py" in files.namelist()
+        assert b"penalty = carom_penalty:adapter" in files.read("carom_penalty-0.1.dist-info/entry_points.txt")
 
 
 def test_an_adapter_is_forty_lines() -> None:

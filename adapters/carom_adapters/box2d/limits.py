@@ -102,6 +102,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST)
     if settings.get("sweep", "shipped") not in SWEEPS:
         raise AdapterError(f"Box2D: sweep must be one of {', '.join(SWEEPS)}, got {settings['sweep']!r}")
+    if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
+        raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")
     dt_s = float(settings["dt_s"])
     if not 1e-12 <= dt_s <= 1e12:  # scaled, still inside 32-bit floats
         raise AdapterError(f"Box2D: dt_s must lie in 1e-12 to 1e12, got {dt_s}")

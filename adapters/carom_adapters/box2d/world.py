@@ -6,6 +6,7 @@ import importlib
 import math
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from carom.adapter import (
     pair_of,
     reach,
     require_supported,
+    scaled,
+    unscaled,
     wall_body,
 )
 from carom_adapters.box2d.limits import (
@@ -70,11 +73,12 @@ class Box2dWorld:
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _imported()
         self._asked = dict(settings)
-        self._scale = float(settings.get("velocity_scale", 1.0))
+        # Of its time units a second has so many: velocities are as many times as large.
+        self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
+        scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))
-        self._clock = StepClock(float(settings["dt_s"]))
-        gx, gy = scene.gravity_m_s2
-        self._world = self._box2d.b2World(gravity=(gx * self._scale**2, gy * self._scale**2))
+        self._clock = StepClock(float(settings["dt_s"]) * self._time)
+        self._world = self._box2d.b2World(gravity=scene.gravity_m_s2)
         for name in WORLD_SETTINGS:
             if name in settings:
                 setattr(self._world, name, settings[name])
@@ -99,11 +103,10 @@ class Box2dWorld:
         if immovable:
             body = self._world.CreateStaticBody(position=disc.position_m)
         else:
-            vx, vy = disc.velocity_m_s
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
-                linearVelocity=(vx * self._scale, vy * self._scale),
-                angularVelocity=disc.spin_rad_s * self._scale,
+                linearVelocity=disc.velocity_m_s,
+                angularVelocity=disc.spin_rad_s,
                 fixedRotation=not (self._turns and math.isfinite(disc.inertia_factor)),
                 allowSleep=bool(self._asked.get("sleepingAllowed", True)),
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
@@ -163,10 +166,10 @@ class Box2dWorld:
         read: dict[str, Setting] = {name: bool(getattr(self._world, name)) for name in WORLD_SETTINGS}
         velocity, position = self._iterations
         read |= {
-            "dt_s": self._clock.dt_s,
+            "dt_s": self._clock.dt_s / self._time,
             "velocityIterations": velocity,
             "positionIterations": position,
-            "velocity_scale": self._scale,
+            "velocity_scale": 1.0 / self._time,
             "sleepingAllowed": all(body.sleepingAllowed for body in self._movable)
             and bool(self._asked.get("sleepingAllowed", True)),
             "sweep": self._sweep,
@@ -179,7 +182,7 @@ class Box2dWorld:
 
     def advance(self, steps: int) -> None:
         """Call `b2World.Step` this many times, and nothing else."""
-        step, dt_s, (velocity, position) = self._world.Step, self._clock.dt_s / self._scale, self._iterations
+        step, dt_s, (velocity, position) = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
         for _ in range(steps):
             step(dt_s, velocity, position)
@@ -194,13 +197,12 @@ class Box2dWorld:
         if self._listener is None:
             self._listen()
         position = np.array([tuple(body.position) for body in self._bodies], dtype=np.float64)
-        velocity = np.array([tuple(body.linearVelocity) for body in self._bodies], dtype=np.float64) / self._scale
+        velocity = np.array([tuple(body.linearVelocity) for body in self._bodies], dtype=np.float64)
         contacts = self._contacts()
         self._solved.clear()
-        spin = None
-        if self._turns:
-            spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) / self._scale
-        return Observation(position, velocity, contacts, self._warning(velocity, spin), spin)
+        spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None
+        seen = unscaled(Observation(position, velocity, contacts, spin_rad_s=spin), time=self._time)
+        return replace(seen, warning=self._warning(seen))
 
     def _listen(self) -> None:
         solved, normals = self._solved, self._normals
@@ -227,24 +229,25 @@ class Box2dWorld:
                 continue
             length = math.hypot(nx, ny)  # a unit vector to 32 bits only
             # Box2D's tangent is the normal turned by -90 degrees.
-            along = -rub / self._scale if self._turns else None
-            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse / self._scale, along))
+            along = -rub if self._turns else None
+            found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
         return tuple(found)
 
-    def _warning(self, velocity: Any, spin: Any) -> str:
+    def _warning(self, seen: Observation) -> str:
         # Made so fast by an impact, it is too late to refuse.
-        fastest = float(np.hypot(*velocity.T).max())
-        if fastest * self._clock.dt_s > LONGEST_MOVE_M:
+        dt_s = self._clock.dt_s / self._time
+        fastest = float(np.hypot(*seen.velocity_m_s.T).max())
+        if fastest * dt_s > LONGEST_MOVE_M:
             return f"Box2D moves a body by at most {LONGEST_MOVE_M:g} m a step, and slowed one down to {fastest:g} m/s"
-        fastest = 0.0 if spin is None else float(np.abs(spin).max())
-        if fastest * self._clock.dt_s > LARGEST_TURN_RAD:
+        fastest = 0.0 if seen.spin_rad_s is None else float(np.abs(seen.spin_rad_s).max())
+        if fastest * dt_s > LARGEST_TURN_RAD:
             turn = f"{LARGEST_TURN_RAD:g} rad a step"
             return f"Box2D turns a body by at most {turn}, and slowed one down to {fastest:g} rad/s"
         return ""
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on."""
-        self._clock.cut(dt_s)
+        self._clock.cut(dt_s * self._time)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that Box2D finds in contact in a step of no length, which moves and solves nothing."""

@@ -73,8 +73,8 @@ class MujocoWorld:
         self._pair_damping = self._model.pair_solref[:, 1] * self._clock.dt_s
         self._rub_damping = self._model.pair_solreffriction[:, 1] * self._clock.dt_s
         self._turns = scene.arrays.turns
-        # Normals of cylinders lean out of the plane, though slide joints keep these upright. After some dozen impacts, each
-        # of which makes more of a rounding across the plane, those of free spheres do.
+        # Normals of cylinders lean out of the plane, though slide joints keep these upright. After some dozen impacts,
+        # each of which makes more of a rounding across the plane, those of free spheres do.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
         self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)

@@ -33,6 +33,7 @@ from carom.adapter.protocol import (
     TimedWorld,
     World,
 )
+from carom.adapter.units import scaled, unscaled
 from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene, Wall
 from carom.trace import Setting, wall_body
@@ -67,6 +68,8 @@ __all__ = [
     "reach",
     "require_sound",
     "require_supported",
+    "scaled",
+    "unscaled",
     "unsupported_reason",
     "wall_body",
 ]

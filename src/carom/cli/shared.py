@@ -84,8 +84,8 @@ EngineNames = Annotated[
         "--engine",
         "-e",
         callback=_engines_named,
-        help="Engine, or the engine.toml of one that is a program; repeatable. All by default. "
-        "Its adapter runs with your rights.",
+        help="Engine, or the engine.toml of one that is a program; repeatable. All that are installed by "
+        "default. Its adapter runs with your rights.",
     ),
 ]
 

@@ -72,7 +72,8 @@ class Subject(Closing):
 
     def unsupported(self, setup: Setup) -> str:
         """Return the declared capability that excludes a run; empty where none does."""
-        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s)
+        located = self.adapter.profiles[setup.profile].located
+        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
 
     def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
         """Return the settings of a profile."""

@@ -26,6 +26,9 @@ __all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "sound_adapte
 
 Kind = TypeVar("Kind")
 
+#: Where an author reads what a field may be.
+PAGE = "see docs/adapters.md#field-by-field"
+
 #: A warning, a name or a setting is read by people.
 MOST_CHARACTERS = 2000
 
@@ -69,7 +72,7 @@ def _plain(name: object, value: object, of: str) -> Setting:
             return kind(value)
     if isinstance(value, str):
         return plain_text(value, f"setting {name!r} {of}")
-    raise AdapterError(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
+    raise AdapterError(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}; {PAGE}")
 
 
 def plain_counts(counts: object) -> dict[str, int]:
@@ -190,13 +193,19 @@ class Door:
             AdapterError: A field is not what it must be.
         """
         if not isinstance(found, Observation):
-            raise AdapterError(f"observe() must return an Observation, got {_shown(found)}")
-        spins = None if found.spin_rad_s is None else _array(found.spin_rad_s, "spin_rad_s", (self._discs,))
+            raise AdapterError(f"observe() must return an Observation, got {_shown(found)}; {PAGE}")
+        spins = (
+            None
+            if found.spin_rad_s is None
+            else _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+        )
         if spins is None and self._needs_spins:
-            raise AdapterError(f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none")
+            raise AdapterError(
+                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none; {PAGE}"
+            )
         return Observation(
-            _array(found.position_m, "position_m", (self._discs, 2)),
-            _array(found.velocity_m_s, "velocity_m_s", (self._discs, 2)),
+            _array(found.position_m, "position_m of an Observation", (self._discs, 2)),
+            _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2)),
             found.contacts,
             plain_text(found.warning, "the warning of an observation"),
             spins,
@@ -213,21 +222,28 @@ class Door:
             raise AdapterError(f"contacts of an observation must be a tuple, got {_shown(found)}")
         return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
 
+    def _wall_numbers(self) -> str:
+        if not self._walls:
+            return " (the scene has no walls)"
+        return f" or a wall, -1 - k of wall k (-1{f' to {-self._walls}' if self._walls > 1 else ''})"
+
     def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
-            raise AdapterError(f"a contact must be a Contact, got {_shown(found)}")
+            raise AdapterError(f"a contact must be a Contact, got {_shown(found)}; {PAGE}")
         first, second = _whole(found.first, "first of a contact"), _whole(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
             raise AdapterError(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
-                f"disc of a higher number or a wall (-1 to {-self._walls})"
+                f"disc of a higher number{self._wall_numbers()}; {PAGE}"
             )
         of = f"of a contact of bodies {first} and {second}"
         (time_s,) = _numbers((found.time_s,), f"time_s {of}", 1)
         # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{begin_s:.9g} to {end_s:.9g} s"
-            raise AdapterError(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
+            raise AdapterError(
+                f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}; {PAGE}"
+            )
         x, y = _numbers(found.normal, f"normal {of}", 2)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise AdapterError(f"normal {of} must have the length 1, got {x:g}, {y:g}")
@@ -252,9 +268,9 @@ class Door:
 
 def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise AdapterError(f"{name} must be an array of floats, got {_shown(found)}")
+        raise AdapterError(f"{name} must be an array of floats, got {_shown(found)}; {PAGE}")
     if found.shape != shape:
-        raise AdapterError(f"{name} must have the shape {shape}, got {found.shape}")
+        raise AdapterError(f"{name} must have the shape {shape}, got {found.shape}; {PAGE}")
     return np.array(found, dtype=np.float64)
 
 

@@ -29,7 +29,7 @@ from carom.runs.observe import profile_settings
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.trace import Setting
 
-__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of"]
+__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
 
 
 #: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
@@ -108,6 +108,11 @@ def engines(
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
 
 
+def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+    """Return the engines to run: those asked for by name, or, where none is, all but those that are not installed."""
+    return [info for info in infos if asked is not None or not info.missing]
+
+
 def engine_of(name: str) -> EngineInfo:
     """Return what is known of an adapter, asked only where nobody has asked it yet."""
     known = _KNOWN.get((name, adapter_points()[name].value))
@@ -179,7 +184,7 @@ class Methods:
             return known
         # What a profile declares of its own settings holds for no others.
         able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
-        reason = unsupported_reason(job.scene, able, job.dt_s)
+        reason = unsupported_reason(job.scene, able, job.dt_s, located=job.profile in info.located)
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 
 

@@ -12,7 +12,7 @@ from carom.adapter import Adapter, Capabilities, Observation, World, unsupported
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
-from carom.runs.door import Door, plain_counts, plain_settings, plain_text
+from carom.runs.door import PAGE, Door, plain_counts, plain_settings, plain_text
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
@@ -54,7 +54,8 @@ def able_adapter(job: Job) -> Adapter:
         raise UnavailableError(str(error)) from error
     if reason := why_unavailable(adapter):
         raise UnavailableError(reason)
-    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s):
+    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
         raise UnsupportedError(reason)
     return adapter
 
@@ -84,7 +85,11 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
     except Exception as error:
         message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
-    return {**plain_settings(settings, f"of profile {profile!r} of {adapter.name}"), **dict(tried)}
+    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    if plain.get("dt_s") != dt_s:
+        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        raise AdapterError(f"{told}, got {plain.get('dt_s', 'none')}; {PAGE}")
+    return {**plain, **dict(tried)}
 
 
 def observe_run(
@@ -104,7 +109,8 @@ def observe_run(
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
     if missing:
-        raise AdapterError(f"prepare() must return a world; a {type(world).__name__} has no {', '.join(missing)}")
+        lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
+        raise AdapterError(f"prepare() must return a world; {lacks}; {PAGE}")
     try:
         used = plain_settings(world.settings, "of a world")
         world.observe()  # some engines begin to note their contacts when they are first looked at

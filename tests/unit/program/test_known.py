@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.errors import AdapterError
-from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named
+from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
 from carom.runs.engines import engines
 
 
@@ -34,6 +34,12 @@ def test_a_manifest_makes_its_engine_known(tmp_path: Path) -> None:
     assert engine_named(f"{tmp_path}/") == "toy"
     assert os.environ[MANIFESTS] == str(path)
     assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
+
+
+def test_one_program_serves_whoever_loads_its_adapter(tmp_path: Path) -> None:
+    """Each run of a worker loads the adapter by its name, and none but the first starts the program."""
+    name = engine_named(str(manifest_of(tmp_path)))
+    assert load_adapter(name) is load_adapter(name)
 
 
 def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,11 +55,11 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        ({"position_m": STATE.tolist()}, r"position_m must be an array of floats, got '\[\[0.0, 0.0\]"),
-        ({"position_m": STATE.T[:1]}, r"position_m must have the shape \(2, 2\), got \(1, 2\)"),
-        ({"velocity_m_s": STATE + 1j}, "velocity_m_s must be an array of floats, got a ndarray"),
-        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s must be an array of floats"),
-        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s must have the shape \(2,\), got \(3,\)"),
+        ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
+        ({"position_m": STATE.T[:1]}, r"position_m of an Observation must have the shape \(2, 2\), got \(1, 2\)"),
+        ({"velocity_m_s": STATE + 1j}, "velocity_m_s of an Observation must be an array of floats, got a ndarray"),
+        ({"velocity_m_s": STATE.astype(object)}, "velocity_m_s of an Observation must be an array of floats"),
+        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s of an Observation must have the shape \(2,\), got \(3,\)"),
         ({"warning": 5}, r"the warning of an observation must be a text, got 5 \(int\)"),
         ({"warning": None}, "the warning of an observation must be a text, got None"),
         ({"warning": "x" * (MOST_CHARACTERS + 1)}, "must have at most 2000 characters, got 2001"),
@@ -97,13 +97,20 @@ def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: An
         enter(filled(field, numbers[: NUMBERS[field]]))
 
 
+def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
+    """A swapped contact of a scene without walls is not told that a wall would do, but where to read on."""
+    door = Door(scene().model_copy(update={"walls": ()}), DT, 64)
+    with pytest.raises(AdapterError, match=r"has no walls\); see docs/adapters.md#field-by-field"):
+        door.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
+
+
 @pytest.mark.parametrize(
     ("contact", "words"),
     [
         (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
         (Contact(0, 0, 0.1, ALONG_X), "bodies 0 and 0"),
         (Contact(0, 2, 0.1, ALONG_X), "bodies 0 and 2"),
-        (Contact(0, -7, 0.1, ALONG_X), "bodies 0 and -7"),
+        (Contact(0, -7, 0.1, ALONG_X), r"bodies 0 and -7: .* or a wall, -1 - k of wall k \(-1\)"),
         (Contact(-1, 0, 0.1, ALONG_X), "bodies -1 and 0"),
         (Contact(0.0, 1, 0.1, ALONG_X), r"first of a contact must be a whole number, got 0.0 \(float\)"),  # type: ignore[arg-type] # what is refused
         (Contact(0, 1, 0.1, (0.0, 0.0)), "normal of a contact of bodies 0 and 1 must have the length 1, got 0, 0"),

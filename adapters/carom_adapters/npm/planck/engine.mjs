@@ -3,7 +3,7 @@ import { Box, Circle, Settings, Vec2, World } from "planck";
 import { Clock, contactOf, isImmovable, pairOf, reach, serve, wallAt, wallBody } from "../serve.mjs";
 
 // Constants of the library, which all worlds share; those of a world are put in place before each of its steps.
-const CONSTANTS = ["linearSlop", "velocityThreshold", "maxTranslation", "maxSubSteps"];
+const CONSTANTS = ["linearSlop", "velocityThreshold", "maxTranslation"];
 const AMONG_DISCS = 1;
 const BEFORE_WALLS = 2;
 
@@ -16,6 +16,7 @@ class PlanckWorld {
     this.world = new World({ gravity: new Vec2(...scene.gravity_m_s2), ...own });
     this.clock = new Clock(settings.dt_s);
     this.bullet = settings.bullet;
+    this.polygonRadius = settings.polygonRadius;
     this.bodies = scene.discs.map((disc, i) => this.addDisc(scene, disc, i));
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(scene, wallAt(wall, extent), wall.normal, k));
@@ -45,6 +46,7 @@ class PlanckWorld {
   addWall(scene, { point, size }, [nx, ny], k) {
     const body = this.world.createBody({ position: new Vec2(...point), userData: wallBody(k) });
     const shape = new Box(size, size, new Vec2(-nx * size, -ny * size), Math.atan2(ny, nx));
+    shape.m_radius = this.polygonRadius; // its skin: as shipped, twice the slop
     const restitution = scene.wall_restitution;
     body.createFixture({ shape, friction: 0, restitution, filterCategoryBits: BEFORE_WALLS, filterMaskBits: BEFORE_WALLS });
   }
@@ -59,6 +61,7 @@ class PlanckWorld {
       warmStarting: this.world.getWarmStarting(),
       continuousPhysics: this.world.getContinuousPhysics(),
       bullet: this.bullet,
+      polygonRadius: this.polygonRadius,
     };
   }
 
@@ -96,8 +99,8 @@ class PlanckWorld {
       const impulse = normalImpulses[0] + normalImpulses[1];
       if (!(impulse > 0)) return; // it tells of a contact for as long as it lasts
       const [a, b] = bodiesOf(contact);
-      // How far into the step its own time of impact is; 0 where the step began with an overlap.
-      const time = this.clock.now + a.m_sweep.alpha0 * this.clock.dt;
+      // Where all are bullets, its own time of impact counts, a part of the step, which its bodies were moved by.
+      const time = this.clock.now + (this.bullet ? a.m_sweep.alpha0 * this.clock.dt : 0);
       this.solved.push(contactOf(a.getUserData(), b.getUserData(), time, ...normals.get(contact), impulse));
     });
   }

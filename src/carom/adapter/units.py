@@ -1,0 +1,87 @@
+"""Scenes in an engine's own units, and what it shows of them in the scene's.
+
+Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is
+compiled in, it is met in other units. Powers of two alone are units here: they round nothing, so that no run shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from carom.adapter.protocol import Contact, Observation, Vector
+from carom.errors import AdapterError
+from carom.scene import Scene
+
+__all__ = ["scaled", "unscaled"]
+
+
+def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
+    """Return a scene in units of which a metre has `length`, and a second `time`; masses stay.
+
+    The step is to be multiplied by `time`, too.
+
+    Raises:
+        AdapterError: A unit is no power of two.
+    """
+    speed = _speed(length, time)
+    discs = tuple(
+        disc.model_copy(
+            update={
+                "position_m": _times(disc.position_m, length),
+                "velocity_m_s": _times(disc.velocity_m_s, speed),
+                "radius_m": disc.radius_m * length,
+                "spin_rad_s": disc.spin_rad_s / time,
+            }
+        )
+        for disc in scene.discs
+    )
+    walls = tuple(wall.model_copy(update={"point_m": _times(wall.point_m, length)}) for wall in scene.walls)
+    of_scene = {
+        "discs": discs,
+        "walls": walls,
+        "gravity_m_s2": _times(scene.gravity_m_s2, speed / time),
+        "duration_s": scene.duration_s * time,
+        "frame_rate_hz": scene.frame_rate_hz / time,
+    }
+    return scene.model_copy(update=of_scene)
+
+
+def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Observation:
+    """Return in metres and seconds what was seen in the units of `scaled`.
+
+    Raises:
+        AdapterError: A unit is no power of two.
+    """
+    speed = _speed(length, time)
+
+    def contact(one: Contact) -> Contact:
+        # `velocities` and `spins_rad_s` are for methods that solve in the scene's own units.
+        push, rub = one.impulse_n_s, one.tangential_impulse_n_s
+        return replace(
+            one,
+            time_s=one.time_s / time,
+            impulse_n_s=None if push is None else push / speed,
+            tangential_impulse_n_s=None if rub is None else rub / speed,
+        )
+
+    return replace(
+        seen,
+        position_m=seen.position_m / length,
+        velocity_m_s=seen.velocity_m_s / speed,
+        contacts=tuple(map(contact, seen.contacts)),
+        spin_rad_s=None if seen.spin_rad_s is None else seen.spin_rad_s * time,
+    )
+
+
+def _times(vector: Vector, factor: float) -> Vector:
+    x, y = vector
+    return (x * factor, y * factor)
+
+
+def _speed(length: float, time: float) -> float:
+    """Return how many of its speeds a metre a second is."""
+    for name, unit in (("length", length), ("time", time)):
+        if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
+            raise AdapterError(f"{name} must be a power of two, which rounds nothing, got {unit}")
+    return length / time

@@ -1,0 +1,46 @@
+"""Scenes whose outcome mechanics tells, for any engine: equal discs exchange the normal parts of their velocities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from carom import Disc, Scene
+from carom.adapter import Adapter, Observation
+
+Named = Callable[[str], Adapter]
+Drive = Callable[..., list[Observation]]
+Finish = Callable[..., Observation]
+
+
+def head_on(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: float = 1 / 60) -> Scene:
+    """A disc runs into an equal one at rest, which leaves with its velocity; `phase` of a step later than at a step."""
+    gap_m = speed_m_s * (8 + phase) * dt_s
+    runner = Disc(position_m=(0, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
+    at_rest = Disc(position_m=(2 * radius_m + gap_m, 0), radius_m=radius_m)
+    return Scene(name="head-on", discs=[runner, at_rest], duration_s=24 * dt_s)
+
+
+def oblique(speed_m_s: float = 5.0, radius_m: float = 0.5) -> Scene:
+    """A disc meets an equal one at rest on a line of centres 3, 4, 5: 4/5 of its speed goes over, 3/5 it keeps."""
+    centres = (2 * radius_m * 4 / 5, 2 * radius_m * 3 / 5)
+    back_m = 0.377 * speed_m_s  # the impact comes at no whole number of steps
+    runner = Disc(position_m=(-back_m, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
+    return Scene(name="oblique", discs=[runner, Disc(position_m=centres, radius_m=radius_m)], duration_s=0.75)
+
+
+def after_oblique(speed_m_s: float = 5.0) -> list[list[float]]:
+    """Velocities after `oblique`: 4/5 of the speed along (4, 3) / 5, 3/5 of it along (3, -4) / 5."""
+    along, across = 0.8 * speed_m_s, 0.6 * speed_m_s
+    return [[0.6 * across, -0.8 * across], [0.8 * along, 0.6 * along]]
+
+
+def near_miss(gap_m: float = 0.01, speed_m_s: float = 5.0) -> Scene:
+    """A disc passes another, as far from it as `gap_m`: no velocity may change."""
+    passing = Disc(position_m=(-2, 1 + gap_m), velocity_m_s=(speed_m_s, 0), radius_m=0.5)
+    return Scene(name="near-miss", discs=[passing, Disc(position_m=(0, 0), radius_m=0.5)], duration_s=0.8)
+
+
+def energy_part(scene: Scene, end: Observation) -> float:
+    """Kinetic energy at the end over that at the start, of discs of equal mass."""
+    return float((end.velocity_m_s**2).sum()) / sum(math.hypot(*disc.velocity_m_s) ** 2 for disc in scene.discs)

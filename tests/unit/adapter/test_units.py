@@ -1,0 +1,56 @@
+"""Scenes in an engine's own units: what is seen of them, taken back, is the run in metres and seconds, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Wall, scaled, unscaled
+from carom.solvers.pic import solve_pic
+
+SCENE = Scene(
+    name="thrown",
+    discs=[
+        Disc(position_m=(0.1, 2.3), velocity_m_s=(1.7, 0.3), radius_m=0.3, mass_kg=1.3, spin_rad_s=2.1),
+        Disc(position_m=(2.9, 2.4), velocity_m_s=(-0.7, 0.1), radius_m=0.4, mass_kg=2.7),
+    ],
+    walls=[Wall(point_m=(0.0, 0.1), normal=(0.1, 1.0))],
+    restitution=0.9,
+    friction=0.2,
+    gravity_m_s2=(0.1, -3.3),
+    duration_s=1.3,
+)
+
+
+@pytest.mark.parametrize(("length", "time"), [(2.0**10, 1.0), (1.0, 2.0**-20), (2.0**-3, 2.0**5)])
+def test_units_can_not_be_seen(length: float, time: float) -> None:
+    """Impacts and the end, solved in other units and taken back, have the same bits: powers of two round nothing."""
+    true, found = solve_pic(SCENE), solve_pic(scaled(SCENE, length=length, time=time))
+    seen = Observation(found.final_position_m, found.final_velocity_m_s, (), "", found.final_spin_rad_s)
+    end = unscaled(seen, length=length, time=time)
+    assert len(true.impacts) > 2
+    assert (found.impacts["time_s"] / time).tolist() == true.impacts["time_s"].tolist()
+    assert end.position_m.tolist() == true.final_position_m.tolist()
+    assert end.velocity_m_s.tolist() == true.final_velocity_m_s.tolist()
+    assert end.spin_rad_s is not None
+    assert true.final_spin_rad_s is not None
+    assert end.spin_rad_s.tolist() == true.final_spin_rad_s.tolist()
+
+
+def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
+    """An impulse is a mass times a speed, and one that is not told stays so."""
+    told = Contact(0, 1, 3.0, (1.0, 0.0), 40.0, tangential_impulse_n_s=-8.0)
+    state = Observation(np.zeros((2, 2)), np.zeros((2, 2)), (told, Contact(0, -1, 3.0, (0.0, 1.0))), "hot")
+    first, second = unscaled(state, length=4.0, time=0.5).contacts
+    assert (first.time_s, first.impulse_n_s, first.tangential_impulse_n_s) == (6.0, 5.0, -1.0)
+    assert (second.impulse_n_s, second.tangential_impulse_n_s) == (None, None)
+    assert unscaled(state, time=0.5).warning == "hot"
+
+
+@pytest.mark.parametrize("unit", [100.0, 0.1, 0.0, -2.0, float("inf"), float("nan")])
+def test_a_unit_that_rounds_is_refused(unit: float) -> None:
+    """Pixels of a hundred a metre are no unit: they would round every coordinate."""
+    with pytest.raises(AdapterError, match="length must be a power of two"):
+        scaled(SCENE, length=unit)
+    with pytest.raises(AdapterError, match="time must be a power of two"):
+        scaled(SCENE, time=unit)
