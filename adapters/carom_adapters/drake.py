@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
@@ -59,6 +60,8 @@ def _imported() -> Any:  # its modules, by short names
     from pydrake.multibody import plant, tree
     from pydrake.systems import analysis, framework
 
+    # It warns of each half-space that there are no deformable bodies for it, which nobody asked for.
+    logging.getLogger("drake").setLevel(logging.ERROR)
     return SimpleNamespace(geometry=geometry, math=math, plant=plant, tree=tree, analysis=analysis, framework=framework)
 
 
