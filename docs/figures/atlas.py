@@ -180,11 +180,8 @@ def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
         return "-"
     cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
     value = "" if cell["value"] is None else number(cell["value"])
-    return {
-        "gives_way": value,
-        "stands": f"stands to {value}",
-        "never_stood": f"from {value}",
-    }.get(cell["ending"], cell["reason"].partition(":")[0] or cell["ending"])
+    said = {"gives_way": value, "stands": f"stands to {value}", "never_stood": f"from {value}"}
+    return said.get(cell["ending"]) or str(cell["reason"]).partition(":")[0]
 
 
 def choices(need: Need, methods: Sequence[Method]) -> list[str]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.program.adapter import program_adapter
+from carom.program.adapter import ProgramAdapter, program_adapter
 from carom.program.manifest import MANIFEST, load_manifest
 
 __all__ = [
@@ -71,6 +71,11 @@ class EngineInfo:
         """Whether scenes can be run on this engine here."""
         return not self.unavailable
 
+    @property
+    def missing(self) -> bool:
+        """Whether the engine is not installed here, though its adapter is, and declares what the engine can do."""
+        return not self.available and self.capabilities is not None
+
 
 @dataclass(frozen=True)
 class AdapterPoint:
@@ -92,7 +97,13 @@ class AdapterPoint:
         """Return the adapter; this imports its module, or reads its manifest."""
         if self.module:
             return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
-        return program_adapter(self.value)
+        return _program(self.value)
+
+
+@cache
+def _program(manifest: str) -> ProgramAdapter:
+    """Return the adapter of a manifest, the same one each time: it keeps its program running for the next world."""
+    return program_adapter(manifest)
 
 
 def _manifest_name(path: Path) -> str:

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import re
 
-__all__ = ["shortened", "visible"]
+__all__ = ["last_words", "shortened", "visible"]
+
+#: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
+_ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
+
+#: What ends a program is told within so many lines of its end: the longest stack traces, node's, have half of that.
+_LAST_LINES = 40
 
 #: What a terminal obeys instead of showing it (all control characters but tab and line feed), what turns the direction
 #: of writing, what some programs end a line at, what is not seen at all, and halves of a surrogate pair.
@@ -24,3 +30,10 @@ def visible(text: str) -> str:
 def shortened(text: str, most: int = 60) -> str:
     """Return the text as a message shows it: so many characters at most."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
+
+
+def last_words(printed: str, most: int = 200) -> str:
+    """Return the last line that begins as an error does, else the last line at all, so many characters at most."""
+    lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
+    errors = [line for line in lines if _ERROR.match(line)]
+    return (errors or lines or [""])[-1][:most]

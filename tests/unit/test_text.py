@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.text import shortened, visible
+from carom.text import last_words, shortened, visible
 
 
 def test_every_control_and_every_turn_of_direction_is_shown() -> None:
@@ -37,3 +37,23 @@ def test_a_message_shows_so_many_characters(length: int, shown: int) -> None:
     text = shortened("a" * length)
     assert len(text) == shown
     assert text.endswith("...") == (length > 60)
+
+
+@pytest.mark.parametrize(
+    ("printed", "said"),
+    [
+        ("", ""),
+        ("\n  \n", ""),
+        ("solving\nassertion failed in solver.c:42\n\n", "assertion failed in solver.c:42"),
+        ("Traceback (most recent call last):\n  File\nValueError: no mass\n", "ValueError: no mass"),
+        (
+            "Error [ERR_X]: none\n    at new NodeError (node:1)\n  code: 'ERR_X'\n}\n\nNode.js v20\n",
+            "Error [ERR_X]: none",
+        ),
+        ("error: long ago\n" + "step\n" * 40, "step"),
+        ("x" * 300, "x" * 200),
+    ],
+)
+def test_last_words_are_the_line_that_tells_the_error(printed: str, said: str) -> None:
+    """A trace of node's ends with its version, and the error stands above; where no line is one, the last counts."""
+    assert last_words(printed) == said

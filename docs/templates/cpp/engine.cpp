@@ -17,7 +17,8 @@ struct Json {  // as much of JSON as the protocol needs; take a library where yo
   bool is(const char* text) const { return raw == '"' + std::string(text) + '"'; }
 };
 
-Json parse(const std::string& text, size_t& at) {
+Json parse(const std::string& text, size_t& at, int depth = 0) {
+  if (depth > 64) throw std::runtime_error("nested too deep");
   auto blank = [&] { while (std::isspace(static_cast<unsigned char>(text.at(at)))) ++at; };
   auto quoted = [&] {
     size_t begin = at++;
@@ -33,13 +34,13 @@ Json parse(const std::string& text, size_t& at) {
       if (text[at] == ',') { ++at; blank(); }
       std::string name;
       if (close == '}') { name = quoted(); blank(); ++at; }  // and the colon
-      Json value = parse(text, at);
+      Json value = parse(text, at, depth + 1);
       if (close == ']') found.items.push_back(value);
       else found.fields[name.substr(1, name.size() - 2)] = value;
     }
     ++at;
   } else if (text[at] == '"') quoted();
-  else at = std::min(text.find_first_of(",]} \t\r\n", at), text.size());
+  else if ((at = std::min(text.find_first_of(",]} \t\r\n", at), text.size())) == begin) throw std::runtime_error("no value");
   found.raw = text.substr(begin, at - begin);
   return found;
 }
@@ -50,8 +51,8 @@ std::string written(double value) {  // the shortest text that reads back as the
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 std::string written(double x, double y) { return '[' + written(x) + ',' + written(y) + ']'; }
-struct Disc { double x, y, vx, vy, radius, inverse_mass; };
 struct Wall { double x, y, nx, ny; };
+struct Disc { double x, y, vx, vy, radius, inverse_mass; };
 struct Overlap { int first, second; double nx, ny; };  // unit normal from first to second; wall k is body -1 - k
 
 struct World {
@@ -61,15 +62,15 @@ struct World {
   std::string contacts;
   World(const Json& scene, const Json& settings) : dt(settings["dt_s"].number()) {
     restitution = scene["restitution"].number(), wall_restitution = scene["wall_restitution"].number();
-    gx = scene["gravity_m_s2"].items[0].number(), gy = scene["gravity_m_s2"].items[1].number();
+    gx = scene["gravity_m_s2"].items.at(0).number(), gy = scene["gravity_m_s2"].items.at(1).number();
     for (const Json& disc : scene["discs"].items) {
       const auto &x = disc["position_m"].items, &v = disc["velocity_m_s"].items;
-      discs.push_back({x[0].number(), x[1].number(), v[0].number(), v[1].number(), disc["radius_m"].number(),
-                       1 / disc["mass_kg"].number()});
+      discs.push_back({x.at(0).number(), x.at(1).number(), v.at(0).number(), v.at(1).number(),
+                       disc["radius_m"].number(), 1 / disc["mass_kg"].number()});
     }
     for (const Json& wall : scene["walls"].items) {
       const auto &p = wall["point_m"].items, &n = wall["normal"].items;
-      walls.push_back({p[0].number(), p[1].number(), n[0].number(), n[1].number()});
+      walls.push_back({p.at(0).number(), p.at(1).number(), n.at(0).number(), n.at(1).number()});
     }
   }
 
@@ -109,14 +110,13 @@ struct World {
 };
 
 std::map<int, World> worlds;
-
 std::string answer(const Json& request) {
   const Json& what = request["do"];
   if (what.is("hello")) return R"({"protocol":1,"version":"1.0"})";
   if (what.is("prepare")) {
     const int number = worlds.empty() ? 1 : worlds.rbegin()->first + 1;
     worlds.emplace(number, World(request["scene"], request["settings"]));
-    return "{\"world\":" + std::to_string(number) + ",\"settings\":" + request["settings"].raw + '}';
+    return "{\"world\":" + std::to_string(number) + ",\"settings\":{\"dt_s\":" + written(worlds.at(number).dt) + "}}";
   }
   World& world = worlds.at(int(request["world"].number()));
   if (what.is("step")) {

@@ -1,17 +1,15 @@
 // An engine behind Carom's protocol: a toy in World, the protocol below it. Put your engine in place of World.
-use std::collections::HashMap;
-use std::io::{self, BufRead, Write};
-use std::time::Instant;
+use std::{collections::HashMap, io::{self, BufRead, Write}, time::Instant};
 
 /// As much of JSON as the protocol needs, without a crate; take serde_json where you have it.
-enum Json { Plain(String), List(Vec<Json>), Table(HashMap<String, Json>, String) } // a table keeps its text
+enum Json { Plain(String), List(Vec<Json>), Table(HashMap<String, Json>) }
 
 impl Json {
     fn field(&self, name: &str) -> Result<&Json, String> {
-        match self { Json::Table(fields, _) => fields.get(name), _ => None }.ok_or(format!("there is no {name}"))
+        match self { Json::Table(fields) => fields.get(name), _ => None }.ok_or(format!("there is no {name}"))
     }
     fn list(&self) -> &[Json] { if let Json::List(items) = self { items } else { &[] } }
-    fn text(&self) -> &str { match self { Json::Plain(text) | Json::Table(_, text) => text, Json::List(_) => "" } }
+    fn text(&self) -> &str { if let Json::Plain(text) = self { text } else { "" } }
     fn number(&self) -> Result<f64, String> { // "inf" is a word that Rust reads, too: JSON has no infinity
         self.text().parse().map_err(|_| format!("{} is no number", self.text()))
     }
@@ -20,7 +18,8 @@ impl Json {
     }
 }
 
-fn parse(text: &[u8], at: &mut usize) -> Result<Json, String> {
+fn parse(text: &[u8], at: &mut usize, depth: u32) -> Result<Json, String> {
+    if depth > 64 { return Err("nested too deep".into()) }
     let next = |at: &mut usize| { while matches!(text.get(*at), Some(b' ' | b'\t')) { *at += 1 } text.get(*at).copied() };
     let quoted = |at: &mut usize| {
         let begin = *at + 1;
@@ -29,7 +28,6 @@ fn parse(text: &[u8], at: &mut usize) -> Result<Json, String> {
         *at += 1;
         String::from_utf8_lossy(text.get(begin..*at - 1).unwrap_or(b"")).into_owned()
     };
-    let begin = *at;
     match next(at).ok_or("the line ends too soon")? {
         b'"' => Ok(Json::Plain(quoted(at))),
         open @ (b'{' | b'[') => {
@@ -37,15 +35,14 @@ fn parse(text: &[u8], at: &mut usize) -> Result<Json, String> {
             *at += 1;
             while !matches!(next(at).ok_or("the line ends too soon")?, b'}' | b']') {
                 if text[*at] == b',' { *at += 1; next(at); }
-                if open == b'[' { items.push(parse(text, at)?); continue; }
+                if open == b'[' { items.push(parse(text, at, depth + 1)?); continue; }
                 let name = quoted(at);
                 next(at);
                 *at += 1; // the colon
-                fields.insert(name, parse(text, at)?);
+                fields.insert(name, parse(text, at, depth + 1)?);
             }
             *at += 1;
-            let raw = String::from_utf8_lossy(&text[begin..*at]).into_owned();
-            Ok(if open == b'[' { Json::List(items) } else { Json::Table(fields, raw) })
+            Ok(if open == b'[' { Json::List(items) } else { Json::Table(fields) })
         }
         _ => {
             let begin = *at;
@@ -98,8 +95,7 @@ impl World {
             for (body, push) in [(i as i64, -impulse), (other, impulse)] {
                 if body < 0 { continue }
                 let disc = &mut self.discs[body as usize];
-                disc.v[0] += push * disc.inverse_mass * nx;
-                disc.v[1] += push * disc.inverse_mass * ny;
+                for (v, n) in disc.v.iter_mut().zip([nx, ny]) { *v += push * disc.inverse_mass * n }
             }
             self.contacts.push(format!(r#"{{"first":{i},"second":{other},"time_s":{:?},"normal":[{nx:?},{ny:?}],"impulse_n_s":{impulse:?}}}"#, self.time));
         }
@@ -117,8 +113,10 @@ fn answer(request: &Json, worlds: &mut Vec<Option<World>>) -> Result<String, Str
     let what = request.field("do")?.text();
     if what == "hello" { return Ok(r#"{"protocol":1,"version":"1.0"}"#.into()) }
     if what == "prepare" {
-        worlds.push(Some(World::new(request.field("scene")?, request.field("settings")?)?));
-        return Ok(format!(r#"{{"world":{},"settings":{}}}"#, worlds.len() - 1, request.field("settings")?.text()));
+        let world = World::new(request.field("scene")?, request.field("settings")?)?;
+        let told = format!(r#"{{"world":{},"settings":{{"dt_s":{:?}}}}}"#, worlds.len(), world.dt);
+        worlds.push(Some(world));
+        return Ok(told);
     }
     let place = worlds.get_mut(request.field("world")?.number()? as usize).ok_or("there is no such world")?;
     if what == "close" { *place = None; return Ok("{}".into()) }
@@ -140,9 +138,11 @@ fn answer(request: &Json, worlds: &mut Vec<Option<World>>) -> Result<String, Str
 
 fn main() {
     let mut worlds = Vec::new();
-    for line in io::stdin().lock().lines().map_while(Result::ok) {
-        let told = parse(line.as_bytes(), &mut 0).and_then(|request| answer(&request, &mut worlds));
-        let told = told.unwrap_or_else(|why| format!(r#"{{"error":{{"kind":"failed","message":{why:?}}}}}"#));
+    for line in io::stdin().lock().split(b'\n').map_while(Result::ok) {
+        let told = parse(&line, &mut 0, 0).and_then(|request| answer(&request, &mut worlds));
+        let told = told.map(|told| told.replace("-inf", "null").replace("inf", "null").replace("NaN", "null")); // JSON has none
+        let plain = |why: String| why.replace(|c: char| matches!(c, '"' | '\\') || !matches!(c, ' '..='~'), "?");
+        let told = told.unwrap_or_else(|why| format!(r#"{{"error":{{"kind":"failed","message":"{}"}}}}"#, plain(why)));
         println!("{told}");
         io::stdout().flush().expect("the harness reads");
     }

@@ -15,7 +15,7 @@ from enum import Enum
 from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
-from carom.runs.engines import engines, methods_of
+from carom.runs.engines import engines, methods_of, to_run
 from carom.runs.job import Job, Method, Progress
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
@@ -227,7 +227,7 @@ def advise(
     closed_form = hardest[0].limit.dt_s if len(scene.discs) == 2 and not scene.walls else None
     guess = min(hardest[0].limit.dt_s, scene.duration_s / 4)
     searches = {}
-    infos = engines(engine_names, pool=pool)
+    infos = to_run(engines(engine_names, pool=pool), engine_names)
     methods = methods_of(infos, profiles, [guess], pool)
     for info in infos:
         for method in methods.at[info.name, guess]:

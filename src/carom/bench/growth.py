@@ -14,7 +14,7 @@ from carom.bench.gas import gas_scene
 from carom.errors import InputError
 from carom.limits import require_seconds
 from carom.registry import EngineInfo, load_adapter
-from carom.runs.engines import engines
+from carom.runs.engines import engines, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Journal
@@ -240,7 +240,7 @@ def growth(
             raise InputError(f"a number of discs must be 1 or more, got {size}")
     require_seconds("the budget", budget_s)
     require_seconds("the time limit", time_limit_s)
-    infos = engines(engine_names)
+    infos = to_run(engines(engine_names), engine_names)
     here = environment(infos)
     wanted = [
         (size, info)

@@ -13,7 +13,7 @@ from carom.bench.bench_plan import BenchPlan, jobs_of
 from carom.bench.convergence import fit_order
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import At, SceneTiming, time_scene, timing_key
-from carom.runs.engines import Methods, engines
+from carom.runs.engines import Methods, engines, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress
 from carom.runs.journal import Journal
@@ -51,7 +51,7 @@ def work_precision(
     """
     started = time.perf_counter()
     with pool:  # its processes are gone when the timing pass begins
-        infos = engines(plan.engines, pool=pool)
+        infos = to_run(engines(plan.engines, pool=pool), plan.engines)
         jobs, methods = jobs_of(scenes, infos, plan, pool)
         results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, journal, progress)
     benches = []

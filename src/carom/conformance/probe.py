@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import wraps
+from pathlib import Path
 from typing import TypeVar
 
 from carom.adapter import AdapterError, CuttableWorld, Observation, World
@@ -197,6 +198,8 @@ class Watch(_Probe):
 class Make(_Probe):
     """Make, step once, and close so many worlds, and tell by how many bytes the process has grown since the first ten.
 
+    The processes that it has started count, too: an engine can be a program.
+
     Attributes:
         worlds: How many.
         step: Whether to take a step and look before closing.
@@ -212,12 +215,19 @@ class Make(_Probe):
         for k in range(self.worlds):
             if k == min(WARM_UP_WORLDS, self.worlds - 1):
                 gc.collect()
-                before = resident_bytes()
+                before = _held_bytes()
             with self._world() as world:
                 if self.step:
                     with _calling("advance"):
                         world.advance(1)
                     _observe(world)
         gc.collect()
-        after = resident_bytes()
+        after = _held_bytes()
         return Leftover(None if before is None or after is None else after - before)
+
+
+def _held_bytes() -> int | None:
+    """Return the resident memory of this process and of those it has started; None where the system does not tell."""
+    started = [pid for file in Path("/proc/self/task").glob("*/children") for pid in file.read_text().split()]
+    held = [resident_bytes(process=pid) for pid in ("self", *started)]
+    return None if held[0] is None else sum(filter(None, held))

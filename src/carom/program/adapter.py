@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from carom.adapter import Capabilities, Contact, Engine, Knob, Observation, Profile, require_sound, require_supported
+from carom.errors import AdapterError
 from carom.program.manifest import Manifest, ProgramProfile, load_manifest
 from carom.program.messages import (
     Close,
@@ -138,9 +139,20 @@ class ProgramAdapter:
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
         require_supported(self.engine.name, scene, self.capabilities, float(settings["dt_s"]))
         if self._program is None or self._program.ended:
-            self._program = Program(self.name, self._manifest.command_from(self._folder))
+            self._program = self._started()
             atexit.register(self._program.end)
         return ProgramWorld(self._program, scene, settings)
+
+    def _started(self) -> Program:
+        try:
+            return Program(self.name, self._manifest.command_from(self._folder))
+        except AdapterError as error:
+            relative = [word for word in self._manifest.command if not word.startswith((".", "/"))]
+            beside = next((word for word in relative if (self._folder / word).is_file()), "")
+            if not beside:
+                raise
+            hint = f"it runs in an empty folder, and {beside} beside its manifest is to be written ./{beside}"
+            raise AdapterError(f"{error}; {hint}: see docs/engine-protocol.md#the-manifest") from error
 
 
 def _profile(profile: ProgramProfile) -> Profile:

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from carom.errors import AdapterError
 from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
+from carom.text import last_words
 
 __all__ = ["Program"]
 
@@ -19,10 +20,8 @@ __all__ = ["Program"]
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Characters that are shown of an answer that can't be read.
 SHOWN = 120
-#: Of what the program prints on standard error the end is kept; its last line goes into the reason of a failure.
-MOST_PRINTED_BYTES = 2**12
-#: Characters of that line that are shown.
-MOST_LINE = 300
+#: Of what the program prints on standard error the end is kept; its last words go into the reason of a failure.
+MOST_PRINTED_BYTES = 2**14
 #: What a pipe holds by default on Linux.
 CHUNK_BYTES = 2**16
 #: A program that has been told to end, by the end of its input, has so long for it, seconds.
@@ -81,7 +80,7 @@ class Program:
             raise AdapterError(f"{self.name}: {self._obituary()} when asked to {request.do!r}")
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
-                said = self._last_words() if error.kind == "failed" else ""
+                said = self._last_said() if error.kind == "failed" else ""
                 raise AdapterError(f"{self.name} {error.kind} {request.do!r}: {error.message}{said and f'; {said}'}")
             return answer.model_validate_json(line, strict=True)
         except ValidationError as error:
@@ -131,12 +130,12 @@ class Program:
         self._words = (self._words + chunk)[-MOST_PRINTED_BYTES:]
         return bool(chunk)
 
-    def _last_words(self) -> str:
+    def _last_said(self) -> str:
         """Return what it has last printed since it was last asked, in a phrase; empty where that is nothing."""
         while self._take_words():
             pass
-        lines = [line.strip() for line in self._words.decode(errors="replace").splitlines() if line.strip()]
-        return f"it last printed {lines[-1][:MOST_LINE]!r}" if lines else ""
+        said = last_words(self._words.decode(errors="replace"))
+        return f"it last printed {said!r}" if said else ""
 
     def _obituary(self) -> str:
         """End what is left of the program, and return how it ended and what it last printed."""
@@ -145,7 +144,7 @@ class Program:
         else:
             how = "it closed its output"
         self._stop()
-        said = self._last_words()
+        said = self._last_said()
         self.end()
         code = self._popen.returncode
         if code:

@@ -107,6 +107,8 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
     lines = (
         Lines(tuple(map(_unrun, grid.unrun)), IN_FULL),
         Lines(tuple(map(_unrun, telling)), TERMINAL),
+        Lines(tuple(_not_installed(results, grid, in_full=True)), IN_FULL),
+        Lines(tuple(_not_installed(results, grid, in_full=False)), TERMINAL),
         Lines(tuple(_missing_profiles(results, grid)), ON_PAPER),
     )
     yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
@@ -142,6 +144,16 @@ def _grid_cell(k: int, row: GridRow) -> Cell:
 def _unrun(entry: Unrun) -> str:
     where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
     return f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+
+
+def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[str]:
+    """Say which engines were not run since they are not installed here, where nobody asked for them by name."""
+    run = {method.engine for method in grid.columns}
+    missing = [info for info in results.engines if info.missing and info.name not in run]
+    if in_full:
+        yield from (f"{info.name} is not run: {info.unavailable}" for info in missing)
+    elif missing:
+        yield f"Not installed: {wording.listed([info.name for info in missing])}; 'carom engines' says how to get them."
 
 
 def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:

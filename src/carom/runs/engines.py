@@ -29,7 +29,7 @@ from carom.runs.observe import profile_settings
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.trace import Setting
 
-__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of"]
+__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
 
 
 #: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
@@ -106,6 +106,11 @@ def engines(
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
+
+
+def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+    """Return the engines to run: those asked for by name, or, where none is, all but those that are not installed."""
+    return [info for info in infos if asked is not None or not info.missing]
 
 
 def engine_of(name: str) -> EngineInfo:

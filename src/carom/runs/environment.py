@@ -57,9 +57,9 @@ def environment(infos: Iterable[EngineInfo] = ()) -> Environment:
     )
 
 
-def resident_bytes(field: str = "VmRSS") -> int | None:
-    """Return this process's resident memory: VmRSS is what is so now, VmHWM the most that ever was; None off Linux."""
-    kibibytes = _told("/proc/self/status", field).split()
+def resident_bytes(field: str = "VmRSS", process: int | str = "self") -> int | None:
+    """Return a process's resident memory: VmRSS is what is so now, VmHWM the most that ever was; None off Linux."""
+    kibibytes = _told(f"/proc/{process}/status", field).split()
     return int(kibibytes[0]) * 1024 if kibibytes else None
 
 

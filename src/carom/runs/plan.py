@@ -15,7 +15,7 @@ from carom.adapter import Capabilities, ContactTimes
 from carom.errors import InputError, UnknownNameError
 from carom.limits import require_seconds
 from carom.registry import EngineInfo
-from carom.runs.engines import Methods, engines, methods_of
+from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
@@ -59,7 +59,7 @@ class Options:
     """What is asked of a cross-check beside its scenes: one thing for Python, the command line and the journal.
 
     Attributes:
-        engines: Names of adapters; every one that is installed by default.
+        engines: Names of adapters; by default every one whose engine is installed.
         dts: Steps, seconds; by default those of `default_dts` for each scene.
         profiles: Names of profiles, or "all"; by default those of `DEFAULT_PROFILES` that there are. Where two profiles
             of an engine have the same settings, only the later one is run. One whose steps are cut is run at a scene's
@@ -130,7 +130,7 @@ class Plan:
     Attributes:
         scenes: No two of one name.
         answers: Known answers of those of the catalogue, by name.
-        engines: What is known of each engine asked for.
+        engines: What is known of each engine asked for, or of every one.
         profiles: Names of the profiles to run.
         jobs: In the order scene, engine, step, profile.
         options: What was asked for.
@@ -194,7 +194,8 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Po
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     plain, answers = sorted_out(scenes)
-    infos = engines(options.engines, pool=pool, time_limit_s=options.time_limit_s)
+    known = engines(options.engines, pool=pool, time_limit_s=options.time_limit_s)
+    infos = to_run(known, options.engines)
     profiles = profiles_to_plan(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]
     methods = methods_of(infos, profiles, dts, pool, _tried(infos, profiles, options, dts, pool))
@@ -206,7 +207,7 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Po
         for method in methods.at[info.name, dt_s]
         if options.dts or refinement == 0 or method.profile not in info.located
     ]
-    return Plan(plain, answers, tuple(infos), profiles, tuple(jobs), options, methods)
+    return Plan(plain, answers, tuple(known), profiles, tuple(jobs), options, methods)
 
 
 def _tried(

@@ -25,6 +25,7 @@ from carom.runs.folder import Folder
 from carom.runs.job import Answer, Status, Task
 from carom.runs.wire import Codec
 from carom.runs.worker import TASK_END, codec_of
+from carom.text import last_words
 
 __all__ = ["ClosedError", "Worker"]
 
@@ -114,7 +115,7 @@ class Worker:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
-                    said = process.last_words() if answer.status is Status.FAILED else ""
+                    said = process.last_said() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
             answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
@@ -228,14 +229,14 @@ class _Process:
             self.exchange(0)
         return self._tail.replace(TASK_END, b"").decode(errors="replace")
 
-    def last_words(self) -> str:
+    def last_said(self) -> str:
         """Return what the task that is not yet answered has last printed, in a phrase; empty where that is nothing."""
         self.printed()
         since = self._tasks_ended - self.answered  # of the tasks that have ended, how many print no more
         parts = self._tail.split(TASK_END)
         printed = parts[-1 - since] if 0 <= since < len(parts) else b""  # further back it is forgotten
-        lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
-        return f"it last printed: {lines[-1].strip()[:200]}" if lines else ""
+        said = last_words(printed.decode(errors="replace"))
+        return f"it last printed: {said}" if said else ""
 
     def obituary(self) -> str:
         """Return how it ended, and what it last printed."""
@@ -244,7 +245,7 @@ class _Process:
         except subprocess.TimeoutExpired:
             return "the engine's process closed what it answers by, and ran on"
         how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
-        said = self.last_words()
+        said = self.last_said()
         return f"{how}; {said}" if said else how
 
     def end(self) -> None:

@@ -64,7 +64,7 @@ class Results(Tabular):
         rows: In the order scene, engine, profile, step.
         references: The PIC trace of each scene, by the scene's name.
         known: Known answer of each catalogue scene and the reference's deviation from it, by the scene's name.
-        engines: What was known of each engine asked for.
+        engines: What was known of each engine asked for, or of every one: those not installed are not run then.
         environment: Machine and versions.
         command: The command that makes this again; empty where the cross-check was called from Python.
         elapsed_s: Wall-clock seconds of the whole cross-check.

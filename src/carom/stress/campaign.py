@@ -11,7 +11,7 @@ from typing import Any
 
 from carom.errors import UnknownNameError
 from carom.folders import claimed
-from carom.runs.engines import Methods, engines, methods_of
+from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Method, Progress, Status
 from carom.runs.journal import Journal
@@ -115,7 +115,7 @@ def stress(
     asked = StressOptions(**options)
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
-    infos = engines(engine_names or None, time_limit_s=asked.limit_s)
+    infos = to_run(engines(engine_names or None, time_limit_s=asked.limit_s), engine_names or None)
     methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S])
     columns = [method for info in infos for method in methods.at[info.name, DT_S]]
     here = environment(infos)

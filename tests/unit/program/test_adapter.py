@@ -140,6 +140,15 @@ def test_another_protocol_and_a_program_that_is_not_there_are_refused(tmp_path: 
         program_adapter(manifest_of(tmp_path, command=["./none"])).prepare(still(), {"dt_s": 0.5})
 
 
+def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file beside the manifest, written without ./, is named with what to write, and with the program's own words."""
+    path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    with pytest.raises(AdapterError, match=r"can't open file .*program\.py beside its manifest .* \./program\.py"):
+        program_adapter(path).prepare(still(), {"dt_s": 0.5})
+
+
 def test_a_program_that_prints_much_is_not_waited_for(tmp_path: Path) -> None:
     """A program may print megabytes on standard error, where nobody waits for them."""
     world = world_of(tmp_path, "sys.stderr.write('chatter ' * 500_000)")

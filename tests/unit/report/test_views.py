@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from carom.adapter import Capabilities
 from carom.comparator import Grade, compare
+from carom.registry import EngineInfo
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Cell, Lines, Medium, Section, Table
@@ -20,7 +22,7 @@ from carom.report.paths import exact_paths, observed_paths
 from carom.report.picture import divergences
 from carom.report.price import prices
 from carom.report.records import junit
-from carom.report.render import html, terminal
+from carom.report.render import html, markdown, terminal
 from carom.report.tables import run_time_section, settings_section
 from carom.report.trend import build_trend
 from carom.runs.job import Status
@@ -139,6 +141,17 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
     assert "PIC reproduces all 3 known answers (largest deviation 2.5e-15)." in line
     assert "3 unsupported; 3 unavailable; 3 crashed; 3 timed out; 3 failed" in line
     assert "gone is not installed; pip install 'gone'" in line
+
+
+def test_engines_that_are_not_installed_are_named(results: Results) -> None:
+    """What was not run for that is one sentence on a terminal, and a line with the reason on paper and in full."""
+    missing = EngineInfo("absent", "Absent", "", "absent is not installed; make it", Capabilities(), {"tuned": ""}, "")
+    shown = replace(results, engines=(*results.engines, missing))
+    short = "\n".join(line for line in terminal(cross_check_document(shown), 80) if isinstance(line, str))
+    assert "Not installed: absent; 'carom engines' says how to get them." in short
+    assert "absent is not run: absent is not installed; make it" in said(shown)
+    assert "absent is not run: absent is not installed; make it" in markdown(cross_check_document(shown))
+    assert "absent" not in said(results)
 
 
 def test_verdict_line_names_a_known_answer_that_is_not_reproduced(results: Results) -> None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from carom import Disc, Scene, cross_check
+from carom.adapter import Capabilities
 from carom.errors import UnknownNameError
+from carom.registry import EngineInfo
 from carom.runs import engines as asking
-from carom.runs.engines import Describe, SettingsAt, engines, methods_of
+from carom.runs.engines import Describe, SettingsAt, engines, methods_of, to_run
 from carom.runs.job import Method, Status
 from carom.runs.pool import InProcess, LocalPool
 
@@ -111,6 +114,16 @@ def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
     assert found["sound"].available
     for name, (_, words) in DECLARED.items():
         assert words in found[name].unavailable
+
+
+def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> None:
+    """By default it is left out; by name it is a row with the reason; an adapter that is broken is a row always."""
+    there = EngineInfo("there", "There", "1", "", Capabilities(), {"tuned": ""}, "")
+    missing = replace(there, name="missing", version="", unavailable="not installed; pip install it")
+    broken = replace(missing, name="broken", capabilities=None, profiles={})
+    infos = [there, missing, broken]
+    assert to_run(infos, None) == [there, broken]
+    assert to_run(infos, ["there", "missing", "broken"]) == infos
 
 
 def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_path: Path) -> None:

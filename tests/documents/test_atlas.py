@@ -1,0 +1,70 @@
+"""The atlas of engines says what the rows of a cross-check and a stress campaign say."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from docs.figures import atlas
+
+from carom import cross_check
+from carom.report.records import read_records, records
+from carom.report.render import markdown
+from carom.runs.pool import InProcess
+from carom.scenes import find_scenes
+
+NAMES = ["paper/late", "paper/missed", "engines/near-miss", "engines/slow-pair"]
+STRESS: dict[str, Any] = {
+    "command": "carom stress",
+    "methods": [{"engine": "pit", "profile": "tuned"}],
+    "lines": [
+        {"name": "slow", "cells": [{"ending": "stands", "value": 1e-9, "reason": ""}]},
+        {"name": "grazing", "cells": [{"ending": "gives_way", "value": 0.003, "reason": "wrong by .11"}]},
+        {"name": "duration", "cells": [{"ending": "not_run", "value": None, "reason": "unsupported: too long"}]},
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Head and rows of PIC and PIT on a few scenes, as the file has them."""
+    results = cross_check(find_scenes(NAMES), ["pic", "pit"], timing=False, certified=False, pool=InProcess())
+    path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
+    path.write_text(records(results), encoding="utf-8")
+    return read_records(path)
+
+
+def test_the_page_has_every_method_with_its_counts(
+    found: tuple[dict[str, Any], list[dict[str, Any]]],
+) -> None:
+    """A row a profile: how many scenes got which grade at their own frame rate, and where it gives way."""
+    (pit,) = (method for method in atlas.methods_of(found[1]) if method.engine == "pit")
+    coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
+    assert sorted(row["grade"] for row in coarse) == ["exact", "sampled", "sampled", "wrong"]
+    assert atlas.grades(pit) == "1 exact, 2 sampled, 1 wrong"
+    assert atlas.impacts(pit) == "1 / 0"
+    assert [atlas.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
+        "stands to 1e-9",
+        "0.003",
+        "unsupported",
+        "-",
+    ]
+    page = markdown(atlas.atlas(*found, STRESS, ("carom run", "carom stress")))
+    assert "## pit" in page
+    assert "1 exact, 2 sampled, 1 wrong" in page
+    assert "## pic" not in page
+
+
+def test_the_first_choice_meets_the_need_in_most_scenes(
+    found: tuple[dict[str, Any], list[dict[str, Any]]],
+) -> None:
+    """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
+    methods = [method for method in atlas.methods_of(found[1]) if method.engine == "pit"]
+    right = atlas.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
+    assert atlas.choices(right, methods) == ["pit tuned, 1 frame: 1 of 1, -"]
+    fine = atlas.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
+    finer = [row for row in found[1] if (row["scene"], row["engine"]) == ("paper/missed", "pit") and not row["missed"]]
+    step = 4 ** min(row["refinement"] for row in finer)
+    assert atlas.choices(fine, methods) == [f"pit tuned, 1/{step} frame: 1 of 1, -"]
+    never = atlas.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
+    assert atlas.choices(never, methods) == []
