@@ -14,6 +14,7 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
+    Knob,
     Observation,
     Profile,
     Scene,
@@ -274,6 +275,12 @@ class PymunkAdapter:
         min_mass_kg=SMALLEST,
         max_mass_kg=LARGEST,
     )
+    knobs: Mapping[str, Knob] = {
+        "iterations": Knob(1, 100, log=True),
+        "collision_bias": Knob(0.0, 1.0),
+        "collision_slop": Knob(1e-3, 1e3, log=True),
+        "collision_persistence": Knob(1, 10),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of pymunk gets: all as shipped (no damping), with the scene's restitution and friction.",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +13,27 @@ from tests.adapters.widths import width
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Observation, Setting
+from carom.adapter import Knob as SearchedKnob
 from carom.scenes import catalogue
 
 Finish = Callable[..., Observation]
 Named = Callable[[str], Adapter]
+
+
+def test_every_knob_is_taken_at_its_ends(engine: Adapter) -> None:
+    """What may be searched can be set: each end of a range, and each choice, comes back from the engine as it was."""
+    knobs: Mapping[str, SearchedKnob] = getattr(engine, "knobs", {})
+    assert knobs
+    for name, knob in knobs.items():
+        for value in knob.choices or (knob.low, knob.high):
+            assert value is not None
+            world = engine.prepare(oblique(), {**engine.profiles["default"].settings(1 / 60), name: value})
+            try:
+                found = world.settings[name]
+                same = found == value or math.isclose(float(found), float(value), rel_tol=width(engine, 2.0**-52))
+                assert same, (name, value, found)
+            finally:
+                world.close()
 
 
 def _fine() -> Scene:

@@ -190,7 +190,7 @@ def test_help_imports_nothing_heavy() -> None:
     code = (
         "import sys; from carom.cli import app\n"
         "try: app(['--help'])\nexcept SystemExit: pass\n"
-        "heavy = {'numpy', 'pydantic', 'rich', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2'}\n"
+        "heavy = {'numpy', 'pydantic', 'rich', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2', 'optuna'}\n"
         "heavy &= set(sys.modules)\n"
         "sys.exit(f'imported {heavy}' if heavy else 0)"
     )

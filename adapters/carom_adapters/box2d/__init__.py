@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from carom.adapter import Engine, Profile, Scene, Setting
+from carom.adapter import Engine, Knob, Profile, Scene, Setting
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.world import Box2dWorld
 
@@ -59,6 +59,15 @@ class Box2dAdapter:
     name = "box2d"
     engine = Engine("Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'")
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "velocityIterations": Knob(1, 100, log=True),
+        "positionIterations": Knob(0, 10),
+        "sweep": Knob(choices=("none", "shipped", "fast")),
+        # Powers of two, so that scaling is exact.
+        "velocity_scale": Knob(choices=(1.0, 2.0**5, 2.0**10, 2.0**15, VELOCITY_SCALE)),
+        "polygon_radius_m": Knob(0.0, 0.01),
+        "warmStarting": Knob(choices=(False, True)),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
+from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.world import MujocoWorld
 
@@ -72,6 +72,18 @@ class MujocoAdapter:
     name = "mujoco"
     engine = Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'")
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "joints": Knob(choices=("free", "slide")),
+        "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
+        # As shipped, and the highest impedance that MuJoCo takes.
+        "solimp": Knob(choices=("0.9 0.95 0.001 0.5 2", "0.9999 0.9999 0.001 0.5 2")),
+        "integrator": Knob(choices=("Euler", "RK4", "implicit", "implicitfast")),
+        "jacobian": Knob(choices=("dense", "sparse")),
+        "iterations": Knob(1, 1000, log=True),
+        "tolerance": Knob(choices=(0.0, 1e-8)),
+        "in_turn": Knob(choices=(False, True)),
+        "speculative": Knob(choices=(False, True)),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of MuJoCo gets who asks for a bounce: as shipped, but with the scene's friction and an "

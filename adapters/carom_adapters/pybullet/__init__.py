@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
+from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -82,6 +82,17 @@ class PybulletAdapter:
         no_wheel_from=(3, 12),
     )
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "numSolverIterations": Knob(1, 200, log=True),
+        "solverResidualThreshold": Knob(choices=(0.0, 1e-7)),
+        "restitutionVelocityThreshold": Knob(0.0, 1.0),
+        "contactERP": Knob(0.0, 1.0),
+        "contactSlop": Knob(0.0, 1e-3),
+        "contactProcessingThreshold": Knob(0.0, 0.02),
+        "deterministicOverlappingPairs": Knob(choices=(0, 1)),
+        "useMaximalCoordinates": Knob(choices=(False, True)),
+        "ccd_radius_fraction": Knob(0.0, 0.95),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of PyBullet gets: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "

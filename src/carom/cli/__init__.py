@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress
+from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress, tune
 
 __all__ = ["app", "command"]
 
@@ -30,6 +30,7 @@ for one in (
     advise.advise,
     certify.certify,
     stress.stress,
+    tune.tune,
     scenes.scenes,
     engines.engines,
 ):

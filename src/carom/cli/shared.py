@@ -45,6 +45,7 @@ __all__ = [
     "command_line",
     "console",
     "drop_unwritten",
+    "engines_named",
     "guarded",
     "plain_scenes_named",
     "plain_where_needed",
@@ -68,7 +69,7 @@ Parameters = ParamSpec("Parameters")
 SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
 
 
-def _engines_named(words: list[str] | None) -> list[str] | None:
+def engines_named(words: list[str] | None) -> list[str] | None:
     """Return names of engines; a manifest becomes known, and is its engine's name."""
     from carom.registry import engine_named
 
@@ -83,7 +84,7 @@ EngineNames = Annotated[
     typer.Option(
         "--engine",
         "-e",
-        callback=_engines_named,
+        callback=engines_named,
         help="Engine, or the engine.toml of one that is a program; repeatable. All that are installed by "
         "default. Its adapter runs with your rights.",
     ),

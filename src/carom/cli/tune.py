@@ -1,0 +1,105 @@
+"""`carom tune`: look for the settings of an engine that give the least error for a cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli import shared
+
+if TYPE_CHECKING:
+    from carom.tune.search import Found
+
+__all__ = ["tune"]
+
+#: What is searched on unless scenes are named: short, each with a known answer, and of every kind.
+SCENES = "classics"
+
+
+@shared.guarded
+def tune(
+    engine: Annotated[
+        str, typer.Argument(help="Engine, or the engine.toml of one that is a program. Its adapter declares the knobs.")
+    ],
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="Scene files, or scenes of the catalogue by name, group or pattern. By default classics."),
+    ] = None,
+    profile: Annotated[str, typer.Option("--profile", "-p", help="The profile to begin with.")] = "default",
+    dt: Annotated[
+        str | None, typer.Option("--dt", help="Step in seconds, such as 1/240. By default each scene's own frame.")
+    ] = None,
+    trials: Annotated[
+        int, typer.Option("--trials", min=1, help="How many settings to try, before the best is gone over once more.")
+    ] = 100,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the optimiser.")] = 0,
+    timing: Annotated[
+        bool,
+        typer.Option("--timing/--no-timing", help="Let the time of the steps decide between what is equally right."),
+    ] = False,
+    out: Annotated[Path, typer.Option("--out", help="Folder for tune.md and the journal.")] = Path("tune"),
+    resume: shared.Resume = False,
+    retry: shared.Retry = False,
+    jobs: shared.Jobs = None,
+    time_limit: shared.TimeLimit = 60.0,
+    memory_limit: shared.MemoryLimit = None,
+    verbose: shared.Verbose = False,
+) -> None:
+    """Look for the settings of an engine that give the least error for a cost, and print them as a profile.
+
+    First come scenes wrong, then those neither exact nor close, then the error over PIT's, then the cost.
+
+    Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
+    300`.
+    """
+    from carom.folders import claimed
+    from carom.report.tune_document import set_words, tune_document, write_tune
+    from carom.runs.job import UnavailableError
+    from carom.tune import run as search
+    from carom.tune.judge import tune_journal
+    from carom.tune.search import require_tune_extra
+
+    require_tune_extra()
+    options = search.TuneOptions(
+        profile=profile,
+        dt_s=None if dt is None else shared.seconds(dt),
+        trials=trials,
+        seed=seed,
+        timing=timing,
+        jobs=jobs,
+        time_limit_s=time_limit,
+        memory_limit_mb=memory_limit,
+    )
+    (name,) = shared.engines_named([engine]) or [engine]
+    asked = scenes or [SCENES]
+    named = shared.plain_scenes_named(asked)
+    path = out / search.JOURNAL
+    best: list[Found] = []
+    with (
+        claimed(out, search.PURPOSE, "--out"),
+        shared.resumable(path),
+        tune_journal(path, resume=resume or retry, retry=retry) as journal,
+        shared.progress_bar() as progress,
+    ):
+        try:
+            found = search.tune(
+                name,
+                named,
+                options,
+                journal=journal,
+                progress=progress,
+                told=best.append,
+                command=shared.command_line(),
+            )
+        except UnavailableError as error:
+            shared.say(f"carom: {error}", apart=True)
+            raise typer.Exit(shared.EXIT_UNAVAILABLE) from None
+        except KeyboardInterrupt:
+            if best:
+                shared.say(f"best so far, in trial {best[-1].trial}: {set_words(best[-1])}", apart=True)
+            raise
+    page = write_tune(found, asked, out)
+    shared.print_document(tune_document(found, asked), full=verbose)
+    shared.console().print(f"report: {page}", soft_wrap=True)
