@@ -35,12 +35,6 @@ def after_oblique(speed_m_s: float = 5.0) -> list[list[float]]:
     return [[0.6 * across, -0.8 * across], [0.8 * along, 0.6 * along]]
 
 
-def near_miss(gap_m: float = 0.01, speed_m_s: float = 5.0) -> Scene:
-    """A disc passes another, as far from it as `gap_m`: no velocity may change."""
-    passing = Disc(position_m=(-2, 1 + gap_m), velocity_m_s=(speed_m_s, 0), radius_m=0.5)
-    return Scene(name="near-miss", discs=[passing, Disc(position_m=(0, 0), radius_m=0.5)], duration_s=0.8)
-
-
 def energy_part(scene: Scene, end: Observation) -> float:
     """Kinetic energy at the end over that at the start, of discs of equal mass."""
     return float((end.velocity_m_s**2).sum()) / sum(math.hypot(*disc.velocity_m_s) ** 2 for disc in scene.discs)

@@ -89,7 +89,7 @@ def test_planck_slows_down_what_moves_more_than_two_metres_a_step(named: Named, 
 
 
 def test_planck_as_shipped_cools_a_gas(named: Named, finish: Finish) -> None:
-    """25 elastic discs lose a tenth of their energy or more in 20 s as shipped, and no millionth with the threshold at 0."""
+    """25 elastic discs lose a tenth of their energy in 20 s as shipped, and no millionth with no threshold."""
     scene = all_scenes()["engines/gas-of-25"].scene
     assert energy_part(scene, finish(named("planck"), scene, 1 / 60, "default")) < 0.9
     for profile in ("tuned", "swept", "event-driven"):

@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import pytest
 
 from carom.adapter import Adapter, Engine
 from carom.errors import UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason
+from carom.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason, version_of, why_unavailable
 from carom.runs.engines import engines
 
 GOOD_ADAPTER = """
@@ -108,6 +109,30 @@ def test_an_engine_without_a_wheel_for_this_python_says_so() -> None:
     assert f"this is {here[0]}.{here[1]}" in unavailable_reason(engine)
     later = Engine("Nonesuch", module="no_such_module_at_all", no_wheel_from=(here[0] + 1, 0))
     assert "wheel" not in unavailable_reason(later)
+
+
+class Guest:
+    """An adapter, as far as the registry reads one."""
+
+    def __init__(self, engine: Engine, **own: Callable[[], str]) -> None:
+        self.engine = engine
+        self.__dict__ |= own
+
+
+def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drives() -> None:
+    """Where no module tells, the adapter does; an engine that lies in its adapter alone has the adapter's version."""
+
+    def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
+        guest: Any = Guest(engine, **own)
+        return why_unavailable(guest), version_of(guest, "carom")
+
+    own = metadata.version("carom")
+    assert told(Engine("In its adapter")) == ("", own)
+    assert told(Engine("Of a module", module="json")) == ("", "unknown")
+    assert told(Engine("Of a distribution", module="json", distribution="carom")) == ("", own)
+    assert told(Engine("Program"), version=lambda: "7.1", unavailable=lambda: "no node") == ("no node", "7.1")
+    assert told(Engine("Program"), version=lambda: "", unavailable=lambda: "") == ("", "unknown")
+    assert told(Engine("Both", module="no_such_module"), unavailable=lambda: "no licence")[0].startswith("no_such")
 
 
 @pytest.mark.parametrize("module", ["", "json", "json.decoder"])

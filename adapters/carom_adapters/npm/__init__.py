@@ -10,8 +10,12 @@ from pathlib import Path
 
 from carom.program.adapter import program_adapter
 
-__all__ = ["planck"]
+__all__ = ["box2d3", "jolt", "matter", "planck", "rapier2d"]
 
 _HERE = Path(__file__).parent
 
+box2d3 = program_adapter(_HERE / "box2d3/engine.toml")
+jolt = program_adapter(_HERE / "jolt/engine.toml")
+matter = program_adapter(_HERE / "matter/engine.toml")
 planck = program_adapter(_HERE / "planck/engine.toml")
+rapier2d = program_adapter(_HERE / "rapier2d/engine.toml")

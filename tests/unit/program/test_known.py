@@ -15,6 +15,10 @@ from carom.cli import app
 from carom.errors import AdapterError
 from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
 from carom.runs.engines import engines
+from carom.runs.job import Job, Method, Status
+from carom.runs.observe import Observe
+from carom.runs.pool import Lane
+from carom.scene import Disc, Scene
 
 
 @pytest.fixture(autouse=True)
@@ -67,6 +71,28 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     adapter_points.cache_clear()
     with pytest.raises(AdapterError, match="absolute"):
         adapter_points()
+
+
+def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path: Path) -> None:
+    """The exit code is that of an engine that is missing, and no crash; what installs it is said."""
+    path = manifest_of(tmp_path, command=["./gone"], install="make it")
+    result = CliRunner().invoke(app, ["run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60"])
+    assert result.exit_code == 3, result.output
+    assert "make it" in " ".join(result.output.split())
+
+
+@pytest.mark.long
+def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path) -> None:
+    """A run that gives no answer in time is a row, and its program is gone with the worker that started it."""
+    pid = tmp_path / "pid"
+    hangs = f"if do == 'step': import os, time; open({str(pid)!r}, 'w').write(str(os.getpid())); time.sleep(3600)"
+    name = engine_named(str(manifest_of(tmp_path, hangs)))
+    scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+    with Lane(10.0) as lane:
+        answer = lane.ask(Observe(Job(scene, Method(name, "tuned"), 0.5)))
+    assert answer.status is Status.TIMED_OUT
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(pid.read_text()), 0)
 
 
 @pytest.mark.long

@@ -4,8 +4,11 @@ import { Clock, contactOf, isImmovable, pairOf, reach, serve, wallAt, wallBody }
 
 // Constants of the library, which all worlds share; those of a world are put in place before each of its steps.
 const CONSTANTS = ["linearSlop", "velocityThreshold", "maxTranslation"];
-const AMONG_DISCS = 1;
-const BEFORE_WALLS = 2;
+// What a shape is to others, and what it meets.
+const AMONG_DISCS = [1, 1];
+const BEFORE_WALLS = [2, 4];
+const WALL = [4, 2];
+const BOTH = [3, 5];
 
 class PlanckWorld {
   constructor(scene, settings) {
@@ -35,9 +38,9 @@ class PlanckWorld {
     // Planck takes the larger of two restitutions: a disc needs a shape of none for walls whose own is the smaller one.
     const shape = new Circle(disc.radius_m);
     const apart = scene.walls.length > 0 && scene.wall_restitution < scene.restitution;
-    const parts = apart ? [[AMONG_DISCS, scene.restitution], [BEFORE_WALLS, 0]] : [[AMONG_DISCS | BEFORE_WALLS, scene.restitution]];
-    for (const [bits, restitution] of parts)
-      body.createFixture({ shape, density: 1, friction: 0, restitution, filterCategoryBits: bits, filterMaskBits: bits });
+    const parts = apart ? [[AMONG_DISCS, scene.restitution], [BEFORE_WALLS, 0]] : [[BOTH, scene.restitution]];
+    for (const [[filterCategoryBits, filterMaskBits], restitution] of parts)
+      body.createFixture({ shape, density: 1, friction: 0, restitution, filterCategoryBits, filterMaskBits });
     if (!isImmovable(disc)) body.setMassData({ mass: disc.mass_kg, center: Vec2.zero(), I: 0 });
     return body;
   }
@@ -48,7 +51,8 @@ class PlanckWorld {
     const shape = new Box(size, size, new Vec2(-nx * size, -ny * size), Math.atan2(ny, nx));
     shape.m_radius = this.polygonRadius; // its skin: as shipped, twice the slop
     const restitution = scene.wall_restitution;
-    body.createFixture({ shape, friction: 0, restitution, filterCategoryBits: BEFORE_WALLS, filterMaskBits: BEFORE_WALLS });
+    const [filterCategoryBits, filterMaskBits] = WALL;
+    body.createFixture({ shape, friction: 0, restitution, filterCategoryBits, filterMaskBits });
   }
 
   get settings() {

@@ -1,0 +1,135 @@
+// Jolt as WebAssembly: spheres held in a plane, with 32-bit floats.
+import createJolt from "jolt-physics";
+import { Clock, contactOf, isImmovable, reach, serve, wallAt, wallBody } from "../serve.mjs";
+
+const Jolt = await createJolt();
+const STEPPING = [
+  "mSpeculativeContactDistance", "mPenetrationSlop", "mMinVelocityForRestitution", "mNumVelocitySteps", "mNumPositionSteps",
+  "mLinearCastThreshold", "mLinearCastMaxPenetration",
+];
+const OF_BODIES = ["mLinearDamping", "mMaxLinearVelocity", "mAllowSleeping"];
+const [FIXED, MOVING] = [0, 1]; // layers
+
+// What `use` makes of an object, whose memory is then given back.
+function using(object, use) {
+  const result = use(object);
+  Jolt.destroy(object);
+  return result;
+}
+
+function createInterface(bodies) {
+  const settings = new Jolt.JoltSettings();
+  settings.mMaxBodies = bodies;
+  const pairs = new Jolt.ObjectLayerPairFilterTable(2);
+  pairs.EnableCollision(FIXED, MOVING);
+  pairs.EnableCollision(MOVING, MOVING);
+  const layers = new Jolt.BroadPhaseLayerInterfaceTable(2, 2);
+  for (const layer of [FIXED, MOVING]) using(new Jolt.BroadPhaseLayer(layer), (one) => layers.MapObjectToBroadPhaseLayer(layer, one));
+  settings.mObjectLayerPairFilter = pairs;
+  settings.mBroadPhaseLayerInterface = layers;
+  settings.mObjectVsBroadPhaseLayerFilter = new Jolt.ObjectVsBroadPhaseLayerFilterTable(layers, 2, pairs, 2);
+  return using(settings, (all) => new Jolt.JoltInterface(all)); // to which the tables belong from here on
+}
+
+class JoltWorld {
+  constructor(scene, settings) {
+    this.asked = settings;
+    this.scene = scene;
+    this.clock = new Clock(settings.dt_s);
+    this.jolt = createInterface(scene.discs.length + scene.walls.length + 1);
+    this.system = this.jolt.GetPhysicsSystem();
+    const stepping = this.system.GetPhysicsSettings();
+    for (const name of STEPPING) stepping[name] = settings[name];
+    this.system.SetPhysicsSettings(stepping);
+    using(new Jolt.Vec3(...scene.gravity_m_s2, 0), (g) => this.system.SetGravity(g));
+    this.numbers = new Map(); // by the bodies' addresses
+    this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
+    const extent = reach(scene, settings.dt_s);
+    scene.walls.forEach((wall, k) => this.addWall(wall, wallAt(wall, extent), k));
+    this.contacts = [];
+    // It takes the larger of two restitutions; a listener can give a pair that of the wall.
+    if (scene.walls.length > 0 && scene.wall_restitution < scene.restitution) this.listen();
+  }
+
+  addBody(shape, [x, y], movable, number, set) {
+    const [position, rotation] = [new Jolt.RVec3(x, y, 0), new Jolt.Quat(0, 0, 0, 1)];
+    const [type, layer] = movable ? [Jolt.EMotionType_Dynamic, MOVING] : [Jolt.EMotionType_Static, FIXED];
+    const creation = new Jolt.BodyCreationSettings(shape, position, rotation, type, layer);
+    creation.mFriction = 0;
+    set(creation);
+    const bodies = this.system.GetBodyInterface();
+    const body = bodies.CreateBody(creation);
+    bodies.AddBody(body.GetID(), Jolt.EActivation_Activate);
+    for (const object of [creation, position, rotation]) Jolt.destroy(object);
+    this.numbers.set(Jolt.getPointer(body), number);
+    return body;
+  }
+
+  addDisc(disc, i) {
+    const movable = !isImmovable(disc);
+    return this.addBody(new Jolt.SphereShape(disc.radius_m), disc.position_m, movable, i, (creation) => {
+      creation.mRestitution = this.scene.restitution;
+      if (!movable) return;
+      for (const name of OF_BODIES) creation[name] = this.asked[name];
+      using(new Jolt.Vec3(...disc.velocity_m_s, 0), (velocity) => (creation.mLinearVelocity = velocity));
+      creation.mAllowedDOFs = Jolt.EAllowedDOFs_TranslationX | Jolt.EAllowedDOFs_TranslationY;
+      creation.mMotionQuality = this.asked.linearCast ? Jolt.EMotionQuality_LinearCast : Jolt.EMotionQuality_Discrete;
+      creation.mOverrideMassProperties = Jolt.EOverrideMassProperties_CalculateInertia;
+      creation.mMassPropertiesOverride.mMass = disc.mass_kg;
+    });
+  }
+
+  addWall({ normal: [nx, ny] }, { point, size }, k) {
+    const plane = using(new Jolt.Vec3(nx, ny, 0), (normal) => new Jolt.Plane(normal, 0));
+    const shape = using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size));
+    this.addBody(shape, point, false, wallBody(k), (creation) => (creation.mRestitution = this.scene.wall_restitution));
+  }
+
+  get settings() {
+    const stepping = this.system.GetPhysicsSettings();
+    return { ...this.asked, ...Object.fromEntries(STEPPING.map((name) => [name, stepping[name]])), dt_s: this.clock.dt };
+  }
+
+  step() {
+    this.contacts.length = 0;
+    this.jolt.Step(this.clock.dt, this.asked.collisionSteps);
+    this.clock.steps++;
+  }
+
+  observe() {
+    if (!this.listener) this.listen();
+    const pair = (vector) => [vector.GetX(), vector.GetY()];
+    const velocity_m_s = this.bodies.map((body) => pair(body.GetLinearVelocity()));
+    const most = this.asked.mMaxLinearVelocity;
+    const fastest = Math.max(...velocity_m_s.map((v) => Math.hypot(...v)));
+    return {
+      position_m: this.bodies.map((body) => pair(body.GetPosition())),
+      velocity_m_s,
+      contacts: this.contacts,
+      warning: fastest > most * (1 - 1e-6) ? `a disc was slowed down to ${most} m/s` : "",
+    };
+  }
+
+  // It is told of contacts as they are found, at the start of the step or where a cast ends, and not of impulses.
+  listen() {
+    const { restitution, wall_restitution } = this.scene;
+    const tell = (first, second, told, settings) => {
+      const [a, b] = [this.numbers.get(first), this.numbers.get(second)];
+      const normal = Jolt.wrapPointer(told, Jolt.ContactManifold).mWorldSpaceNormal;
+      Jolt.wrapPointer(settings, Jolt.ContactSettings).mCombinedRestitution = a < 0 || b < 0 ? wall_restitution : restitution;
+      this.contacts.push(contactOf(a, b, this.clock.now, normal.GetX(), normal.GetY()));
+    };
+    this.listener = new Jolt.ContactListenerJS();
+    this.listener.OnContactValidate = () => Jolt.ValidateResult_AcceptAllContactsForThisBodyPair;
+    this.listener.OnContactAdded = this.listener.OnContactPersisted = tell;
+    this.listener.OnContactRemoved = () => {};
+    this.system.SetContactListener(this.listener);
+  }
+
+  free() {
+    Jolt.destroy(this.jolt);
+    if (this.listener) Jolt.destroy(this.listener);
+  }
+}
+
+await serve(JoltWorld);
