@@ -17,6 +17,7 @@ from carom.adapter import (
     Contact,
     ContactTimes,
     Engine,
+    Knob,
     Observation,
     Profile,
     Scene,
@@ -194,6 +195,13 @@ class DrakeAdapter:
     name = "drake"
     engine = Engine("Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'")
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "point_stiffness": Knob(1e5, 1e11, log=True),
+        "target_accuracy": Knob(1e-9, 1e-2, log=True),
+        "integration_scheme": Knob(
+            choices=("runge_kutta2", "runge_kutta3", "runge_kutta5", "implicit_euler", "radau3")
+        ),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "

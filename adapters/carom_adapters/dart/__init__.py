@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
-from carom_adapters.dart.limits import CAPABILITIES, MIXING
+from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.world import DartWorld
 
 if TYPE_CHECKING:
@@ -39,6 +39,10 @@ class DartAdapter:
     name = "dart"
     engine = Engine("DART", module="dartpy", distribution="dartpy", install="pip install 'carom[dart]'")
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "collision_detector": Knob(choices=DETECTORS),
+        "split_impulse": Knob(choices=(False, True)),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of DART gets: all as shipped, but with the scene's restitution.",

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Engine, Profile, Scene, Setting
+from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 
@@ -62,6 +62,14 @@ class RapierAdapter:
     name = "rapier"
     engine = Engine("Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'")
     capabilities = CAPABILITIES
+    knobs: Mapping[str, Knob] = {
+        "num_solver_iterations": Knob(1, 64, log=True),
+        "normalized_prediction_distance": Knob(choices=(0.0, 1e-4, 1e-3, 0.02)),
+        "contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
+        "soft_ccd_prediction": Knob(choices=(0.0, 0.5, 1e3)),
+        "contact_recycling": Knob(choices=(False, True)),
+        "warmstart_coefficient": Knob(0.0, 1.0),
+    }
     profiles: Mapping[str, Profile] = {
         "default": Profile(
             "What a user of Rapier gets: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
