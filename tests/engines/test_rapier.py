@@ -52,6 +52,19 @@ def test_the_default_margin_invents_an_impact_of_discs_that_never_touch(
     assert (finish(rapier, scene, dt_s, "tuned").velocity_m_s == start).all()
 
 
+@pytest.mark.parametrize(("gap_m", "aside"), [(0.001, True), (0.005, False), (0.01, False)])
+@pytest.mark.parametrize("dt_s", [1 / 60, 1 / 240, 1 / 960])
+def test_the_default_margin_turns_aside_what_passes_within_millimetres(
+    rapier: Adapter, finish: Finish, gap_m: float, aside: bool, dt_s: float
+) -> None:
+    """A disc that another one passes stays where it is: at 1 mm it does not, and at 5 mm it does."""
+    scene = _scene(
+        Disc(position_m=(-1.8, 0), velocity_m_s=(3, 0), radius_m=0.25),
+        Disc(position_m=(0, 0.5 + gap_m), velocity_m_s=(0, 0), radius_m=0.25),
+    )
+    assert (np.abs(finish(rapier, scene, dt_s, "default").velocity_m_s[1]).max() > 0) == aside
+
+
 def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
     """A free body keeps its velocity; that of 600 m/s is made 400 m/s, which the adapter tells and `tuned` undoes."""
     scene = _scene(Disc(position_m=(0, 0), velocity_m_s=(600, 0), radius_m=0.5))

@@ -15,5 +15,5 @@ def test_plancks_settings_are_found_as_good_as_by_hand(named: Callable[[str], Ad
     So it finds by itself that with bullets and a slop of next to nothing Planck is event-driven.
     """
     named("planck")
-    found, written = merits("planck", ["tuned", "swept", "event-driven"], 100)
+    found, written = merits("planck", ["tuned", "swept", "event-driven"], 60)
     assert_as_good(found, written)

@@ -72,6 +72,16 @@ class Merit:
     error: int
     cost: float = 1.0
 
+    @property
+    def respects(self) -> tuple[int, int, int]:
+        """What it is about but for the cost: scenes wrong, scenes neither exact nor close, and the error."""
+        return self.wrong, self.behind, self.error
+
+    def beaten_by(self, other: Merit) -> bool:
+        """Whether another is as good in every respect, the cost left aside, and better in one."""
+        own, its = self.respects, other.respects
+        return own != its and all(b <= a for a, b in zip(own, its, strict=True))
+
     def number(self, scenes: int) -> float:
         """Return it as one number of the same order, for an optimiser that knows numbers alone."""
         whole = (self.wrong * (scenes + 1) + self.behind) * (_PARTS + 1) + self.error

@@ -80,6 +80,29 @@ def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
     assert (best.merit.wrong, best.merit.behind) == (0, 0)
 
 
+def test_settings_that_only_help_together_are_found() -> None:
+    """Where either of two settings alone makes another scene wrong, and both make none so, both are found.
+
+    As Planck's slop and the skin of its walls: a small slop alone finds instants, and invents an impact at a wall.
+    """
+
+    class Valley(Toy):
+        def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+            tried = dict(method.tried)
+            fine, bare = tried.get("slop") == 1e-9, tried.get("threshold") == 0.0
+            found = {
+                (True, True): [Judged(Grade.CLOSE, 1e-6)] * 6,
+                (True, False): [Judged(Grade.WRONG), *[Judged(Grade.CLOSE, 1e-6)] * 5],
+                (False, True): [Judged(Grade.WRONG), *[Judged(Grade.SAMPLED, 1.0)] * 5],
+                (False, False): [Judged(Grade.SAMPLED, 1.0)] * 6,
+            }[fine, bare]
+            return [found[SCENES.index(scene)] for scene in scenes]
+
+    # So few trials that it can't be luck: no more than each knob alone.
+    best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, Valley())).run(2 * len(KNOBS), 0)
+    assert dict(best.tried) == {"slop": 1e-9, "threshold": 0.0}
+
+
 def test_a_trial_that_can_not_come_up_to_the_best_is_given_up() -> None:
     """Some trials end before the last scene, and each of them was worse at that point than the best at the end."""
     best, search, toy = searched()

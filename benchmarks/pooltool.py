@@ -1,0 +1,115 @@
+"""PIC beside pooltool, another event-driven simulation, impact by impact: ``python -m benchmarks.pooltool``.
+
+Equal elastic balls in the open, without friction but for the least that pooltool takes. Told are how many impacts each
+finds, how many of them come in the same order from the first on, how far pooltool's times of these are from PIC's, and
+the ratio of processor times. pooltool 0.6.0 asks for a panda3d that PyPI has not: ``pip install --no-deps
+pooltool-billiards``, then the rest of what it asks for, with the panda3d that there is.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+import statistics
+import time
+from typing import Any
+
+from benchmarks.arguments import count, parser, run
+
+import carom
+from carom.errors import CaromError
+from carom.scenes.many_discs import boxed_gas
+
+__all__ = ["main"]
+
+ROUNDS = 5
+
+#: pooltool refuses a friction of 0. Of this it makes a ball at 1 m/s slower by 1e-14 m/s in a second.
+FRICTION = 1e-15
+
+
+def cloud(side: int) -> carom.Scene:
+    """Return `side` times `side` balls a third of a radius apart, which move off in all directions."""
+    gas = boxed_gas(side, radius_m=0.03, pitch_m=0.08, speed=1.0, duration_s=1.0).scene
+    return carom.Scene(name=f"{side * side} balls", discs=gas.discs, duration_s=gas.duration_s)
+
+
+def _of_pooltool(scene: carom.Scene) -> Any:
+    import numpy as np
+    import pooltool
+    from pooltool.objects.ball.datatypes import BallState
+    from pooltool.objects.table.components import CushionSegments
+
+    table = pooltool.Table.default()
+    table.cushion_segments, table.pockets = CushionSegments(linear={}, circular={}), {}
+    balls = {}
+    for i, disc in enumerate(scene.discs):
+        friction = {"u_s": FRICTION, "u_r": FRICTION, "u_sp_proportionality": FRICTION}
+        ball = pooltool.Ball.create(str(i), R=disc.radius_m, m=disc.mass_kg, **friction)
+        motion = np.array([[*disc.position_m, disc.radius_m], [*disc.velocity_m_s, 0.0], [0.0, 0.0, 0.0]])
+        ball.state = BallState(motion, pooltool.constants.sliding)
+        balls[str(i)] = ball
+    return pooltool.System(cue=pooltool.Cue(cue_ball_id="0"), table=table, balls=balls)
+
+
+def peer(scene: carom.Scene) -> tuple[list[tuple[float, int, int]], float]:
+    """Return the impacts of pooltool, (time, first, second), and its seconds of processor time.
+
+    Raises:
+        CaromError: pooltool is not installed.
+    """
+    try:
+        import pooltool
+        from pooltool.physics.resolve.ball_ball.frictionless_elastic import FrictionlessElastic
+    except ImportError as error:
+        raise CaromError(f"pooltool is not installed: {error}; see the head of benchmarks/pooltool.py") from error
+    engine = pooltool.physics.PhysicsEngine()
+    engine.resolver.ball_ball = FrictionlessElastic()
+    system = _of_pooltool(scene)
+    started = time.process_time()
+    pooltool.simulate(system, engine=engine, inplace=True, t_final=scene.duration_s)
+    seconds = time.process_time() - started
+    hits = [event for event in system.events if event.event_type == pooltool.EventType.BALL_BALL]
+    found = []
+    for hit in hits:
+        first, second = sorted(int(name) for name in hit.ids)
+        found.append((float(hit.time), first, second))
+    return [one for one in found if one[0] <= scene.duration_s], seconds
+
+
+def main(largest: int = 7) -> None:
+    """Compare clouds of growing size.
+
+    Raises:
+        CaromError: pooltool is not installed.
+    """
+    peer(cloud(2))  # compiles
+    print(
+        f"{'scene':>9} {'PIC':>6} {'pooltool':>9} {'in order':>9} {'first time':>11} {'largest':>9} {'time ratio':>11}"
+    )
+    for side in range(2, largest + 1):
+        scene = cloud(side)
+        theirs, _ = peer(scene)
+        ours = [(float(hit["time_s"]), int(hit["first"]), int(hit["second"])) for hit in carom.solve_pic(scene).impacts]
+        same = list(itertools.takewhile(lambda both: both[0][1:] == both[1][1:], zip(ours, theirs, strict=False)))
+        errors = [abs(one[0] - other[0]) for one, other in same] or [math.nan]
+        print(
+            f"{scene.name:>9} {len(ours):6} {len(theirs):9} {len(same):9} {errors[0]:11.1e} {max(errors):9.1e}"
+            f" {_ratio(scene):11.1f}"
+        )
+
+
+def _ratio(scene: carom.Scene) -> float:
+    ratios = []
+    for _ in range(ROUNDS):
+        started = time.process_time()
+        carom.solve_pic(scene)
+        ours = time.process_time() - started
+        ratios.append(peer(scene)[1] / ours)
+    return statistics.median(ratios)
+
+
+if __name__ == "__main__":
+    arguments = parser("benchmarks.pooltool", __doc__)
+    arguments.add_argument("--largest", type=count, default=7, help="balls a side of the largest cloud")
+    run(arguments, main)
