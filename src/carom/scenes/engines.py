@@ -36,8 +36,8 @@ def _crawl() -> Staged:
 
 @listed("engines")
 def _near_miss() -> Staged:
-    """A disc passes another at a distance of 1 cm: margins that act before bodies touch make an impact of it."""
-    radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.01
+    """A disc passes another at a distance of 1 mm: margins that act before bodies touch make an impact of it."""
+    radius, speed, nearest, gap = 0.25, 3.0, 0.6, 0.001
     scene = scene_of(
         [disc(complex(-speed * nearest, 0), complex(speed, 0), radius), disc(complex(0, 2 * radius + gap), 0j, radius)],
         duration_s=1.25,
