@@ -37,6 +37,7 @@ def blocks(text: str, heading: str) -> str:
     return "".join(f"{line[4:]}\n" for line in below.splitlines() if line.startswith("    "))
 
 
+@pytest.mark.long
 def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path: Path) -> None:
     """Of Box2D's knobs the scaling of velocities alone mends a slow impact; the profiles to paste hold it, and run."""
     out = tmp_path / "out"
@@ -56,6 +57,7 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
     assert ran.exit_code == 0, ran.output
 
 
+@pytest.mark.long
 def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     slow: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -134,6 +134,7 @@ def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path)
         make_suite(["pymunk"], ["tund"], None, [tmp_path], 60.0)
 
 
+@pytest.mark.long
 def test_engines_are_meant_by_name_distribution_or_package() -> None:
     """A word means an adapter, else all of a distribution, however it is spelt, or of a package; each comes once."""
     assert [info.name for info in selected_engines(["pit", "pic", "pit"])] == ["pit", "pic"]

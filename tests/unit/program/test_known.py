@@ -73,6 +73,7 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
         adapter_points()
 
 
+@pytest.mark.long
 def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path: Path) -> None:
     """The exit code is that of an engine that is missing, and no crash; what installs it is said."""
     path = manifest_of(tmp_path, command=["./gone"], install="make it")
