@@ -24,7 +24,14 @@ class Symptom(StrEnum):
     NEVER_ENDS = "the run does not come to its end"
 
 
-_ADAPTERS = {"Box2D": "box2d", "Bullet": "pybullet", "MuJoCo": "mujoco", "Newton (MuJoCo Warp)": "mujoco"}
+_ADAPTERS = {
+    "Box2D": "box2d",
+    "Bullet": "pybullet",
+    "Jolt Physics": "jolt",
+    "MuJoCo": "mujoco",
+    "Newton (MuJoCo Warp)": "mujoco",
+    "Rapier": "rapier",
+}
 
 
 @dataclass(frozen=True)
