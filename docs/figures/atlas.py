@@ -1,7 +1,8 @@
 """The atlas of engines: `make atlas` measures, and then has this script write `docs/atlas.md`.
 
-It reads `results.jsonl` of a cross-check of all scenes with all engines, and `stress.json` of a stress campaign. Every
-number on the page is reduced from them here; what is not finite is left out by name, never averaged.
+It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed, and
+`stress.json` of a stress campaign. Every number on the page is reduced from them here; what is not finite is null
+there, and left out.
 """
 
 from __future__ import annotations
@@ -49,11 +50,13 @@ class Method:
         engine: Name of the adapter.
         profile: Name of the profile.
         rows: All its rows.
+        ratio: Run time over PIT's at the same step, median over the scenes that were timed; None where none was.
     """
 
     engine: str
     profile: str
     rows: tuple[Row, ...]
+    ratio: float | None
 
     @property
     def name(self) -> str:
@@ -116,10 +119,19 @@ def _kept(row: Row, limit: float) -> bool:
     return row["total"] is not None and row["total"]["energy"] is not None and abs(row["total"]["energy"]) <= limit
 
 
-def methods_of(rows: Sequence[Row]) -> list[Method]:
+def methods_of(rows: Sequence[Row], timed: Sequence[Row]) -> list[Method]:
     """Return the methods in the order of the rows, Carom's own among them."""
-    names = dict.fromkeys((row["engine"], row["profile"]) for row in rows)
-    return [Method(*name, tuple(row for row in rows if (row["engine"], row["profile"]) == name)) for name in names]
+    own: dict[tuple[str, str], list[Row]] = {}
+    ratios: dict[tuple[str, str], list[float]] = {}
+    for row in rows:
+        own.setdefault((row["engine"], row["profile"]), []).append(row)
+    for row in timed:
+        if row["time_ratio"] is not None:
+            ratios.setdefault((row["engine"], row["profile"]), []).append(row["time_ratio"])
+    return [
+        Method(*name, tuple(of), statistics.median(ratios[name]) if name in ratios else None)
+        for name, of in own.items()
+    ]
 
 
 def _numbers(rows: Sequence[Row], value: Callable[[Row], float | None]) -> list[float]:
@@ -167,9 +179,8 @@ def impacts(method: Method) -> str:
 
 
 def speed(method: Method) -> str:
-    """Return the median of the run time over PIT's."""
-    ratios = [row["time_ratio"] for row in method.coarse if row["time_ratio"] is not None]
-    return f"{number(statistics.median(ratios))} x" if ratios else "-"
+    """Return the run time over PIT's."""
+    return "-" if method.ratio is None else f"{number(method.ratio)} x"
 
 
 def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
@@ -196,9 +207,7 @@ def choices(need: Need, methods: Sequence[Method]) -> list[str]:
             if not rows:
                 continue
             met = sum(row["status"] == "ran" and row["total"] is not None and need.met(row) for row in rows)
-            ratios = [row["time_ratio"] for row in method.coarse if row["time_ratio"] is not None]
-            cost = statistics.median(ratios) if ratios else math.inf
-            rank = (-met, refinement, cost)
+            rank = (-met, refinement, math.inf if method.ratio is None else method.ratio)
             part = f"1/{4**refinement} frame" if refinement else "1 frame"
             said = f"{method.name}, {part}: {met} of {len(rows)}, {speed(method)}"
             if met and (method.engine not in found or rank < found[method.engine][0]):
@@ -227,9 +236,11 @@ def settings(method: Method) -> str:
     )
 
 
-def atlas(head: dict[str, Any], rows: Sequence[Row], stress: dict[str, Any], commands: Sequence[str]) -> Document:
-    """Return the page."""
-    methods = methods_of(rows)
+def atlas(
+    head: dict[str, Any], rows: Sequence[Row], timed: Sequence[Row], stress: dict[str, Any], commands: Sequence[str]
+) -> Document:
+    """Return the page; the commands are those of the cross-check, of the one that was timed, and of the campaign."""
+    methods = methods_of(rows, timed)
     engines: dict[str, list[Method]] = {}
     for method in methods:
         if method.engine != "pic":
@@ -249,7 +260,7 @@ def atlas(head: dict[str, Any], rows: Sequence[Row], stress: dict[str, Any], com
         (
             Section("Which engine and step for which need", tuple(_needs(methods))),
             Section("What no manual says", (_findings(rows), Code("carom run engines"))),
-            Section("Where each gives way", (_limits(stress, methods), Code(commands[1]))),
+            Section("Where each gives way", (_limits(stress, methods), Code(commands[2]))),
             *(section for engine, own in engines.items() for section in _engine(engine, own)),
             Section("Made by", (Code("\n".join(commands)),)),
         ),
@@ -349,11 +360,13 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
 
 
 def main() -> None:
-    """Write the page from the two folders named."""
-    report, campaign = map(Path, sys.argv[1:3])
+    """Write the page from the three folders named."""
+    report, speeds, campaign = map(Path, sys.argv[1:4])
     head, rows = read_records(report / "results.jsonl")
+    timing, timed = read_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
-    PAGE.write_text(markdown(atlas(head, rows, stress, (head["command"], stress["command"]))), encoding="utf-8")
+    commands = (head["command"], timing["command"], stress["command"])
+    PAGE.write_text(markdown(atlas(head, rows, timed, stress, commands)), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ def test_the_page_has_every_method_with_its_counts(
     found: tuple[dict[str, Any], list[dict[str, Any]]],
 ) -> None:
     """A row a profile: how many scenes got which grade at their own frame rate, and where it gives way."""
-    (pit,) = (method for method in atlas.methods_of(found[1]) if method.engine == "pit")
+    (pit,) = (method for method in atlas.methods_of(found[1], []) if method.engine == "pit")
     coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
     assert sorted(row["grade"] for row in coarse) == ["exact", "sampled", "sampled", "wrong"]
     assert atlas.grades(pit) == "1 exact, 2 sampled, 1 wrong"
@@ -49,7 +49,7 @@ def test_the_page_has_every_method_with_its_counts(
         "unsupported",
         "-",
     ]
-    page = markdown(atlas.atlas(*found, STRESS, ("carom run", "carom stress")))
+    page = markdown(atlas.atlas(*found, [], STRESS, ("carom run", "carom run --dt 1/60", "carom stress")))
     assert "## pit" in page
     assert "1 exact, 2 sampled, 1 wrong" in page
     assert "## pic" not in page
@@ -59,7 +59,7 @@ def test_the_first_choice_meets_the_need_in_most_scenes(
     found: tuple[dict[str, Any], list[dict[str, Any]]],
 ) -> None:
     """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
-    methods = [method for method in atlas.methods_of(found[1]) if method.engine == "pit"]
+    methods = [method for method in atlas.methods_of(found[1], []) if method.engine == "pit"]
     right = atlas.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])
     assert atlas.choices(right, methods) == ["pit tuned, 1 frame: 1 of 1, -"]
     fine = atlas.Need("", lambda scene: scene == "paper/missed", lambda row: not row["missed"])
