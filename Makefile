@@ -83,7 +83,7 @@ ROWS = || [ $$? -eq 4 ]
 atlas: $(BUILT)
 	$(BIN)/carom run paper classics gravity engines -p all --report reports/atlas --no-timing --fail-on never --resume $(ROWS)
 	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --report reports/atlas-speed --fail-on never $(ROWS)
-	$(BIN)/carom stress attacks --quick --out reports/atlas-stress --resume
+	$(BIN)/carom stress tunnelling slow mass-ratio grazing duration --quick --out reports/atlas-stress --resume
 	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress
 
 campaign-pic: $(BUILT)
