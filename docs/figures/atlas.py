@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import statistics
 import sys
+import textwrap
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -366,7 +368,10 @@ def main() -> None:
     timing, timed = read_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
-    PAGE.write_text(markdown(atlas(head, rows, timed, stress, commands)), encoding="utf-8")
+    page = markdown(atlas(head, rows, timed, stress, commands))
+    # The documents' blocks are fenced; a report's Markdown has them indented.
+    fenced = re.sub(r"(?m)(^ {4}.*\n?)+", lambda block: f"```text\n{textwrap.dedent(block[0]).rstrip()}\n```\n", page)
+    PAGE.write_text(fenced, encoding="utf-8")
 
 
 if __name__ == "__main__":

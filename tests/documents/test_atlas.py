@@ -13,6 +13,8 @@ from carom.report.render import markdown
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
+pytestmark = pytest.mark.long  # it runs a cross-check
+
 NAMES = ["paper/late", "paper/missed", "engines/near-miss", "engines/slow-pair"]
 STRESS: dict[str, Any] = {
     "command": "carom stress",

@@ -200,7 +200,9 @@ def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: Progr
     assert echoing.observe().position_m.tolist() == [[0.0, 0.0]]
 
 
-@pytest.mark.parametrize("language", BUILDS)
+@pytest.mark.parametrize(
+    "language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS]
+)  # the others are compiled first
 def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
     """A template, built as its manifest says, finds the impacts of PIT, which is what its toy engine does."""
     needed, command = BUILDS[language]
