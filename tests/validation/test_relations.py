@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.rebuilt import in_units
 
 from carom import Disc, Scene, solve_pic, solve_pit
 from carom.scenes import CatalogueScene, Tag, catalogue
@@ -90,26 +91,7 @@ def test_any_unit_will_do(entry: CatalogueScene, length: float, time: float, mas
     """In units that are no powers of two every number is rounded anew, and nothing else changes."""
     scene = entry.scene
     speed = length / time
-    scaled = Scene(
-        name=scene.name,
-        discs=[
-            Disc(
-                position_m=(disc.position_m[0] * length, disc.position_m[1] * length),
-                velocity_m_s=(disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
-                radius_m=disc.radius_m * length,
-                mass_kg=disc.mass_kg * mass,
-            )
-            for disc in scene.discs
-        ],
-        walls=[
-            wall.model_copy(update={"point_m": (wall.point_m[0] * length, wall.point_m[1] * length)})
-            for wall in scene.walls
-        ],
-        restitution=scene.restitution,
-        wall_restitution=scene.wall_restitution,
-        duration_s=scene.duration_s * time,
-    )
-    plain, other = solve_pic(scene), solve_pic(scaled)
+    plain, other = solve_pic(scene), solve_pic(in_units(scene, length=length, time=time, mass=mass))
     assert other.impacts[["first", "second"]].tolist() == plain.impacts[["first", "second"]].tolist()
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
     extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m) + greatest * scene.duration_s
