@@ -5,8 +5,9 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
+from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench.adviser import RESOLUTION, Cause, Demand, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.comparator.shift import begun_earlier
@@ -19,12 +20,10 @@ angles = st.floats(0, math.tau)
 
 def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
     """Two discs, the second off centre by `miss`."""
-    return Scene(
-        name="pair",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(speed, 0), radius_m=radius, mass_kg=mass),
-            Disc(position_m=(4 * radius, miss), radius_m=radius),
-        ],
+    return staged(
+        "pair",
+        disc_at(0, 0, speed, 0, r=radius, m=mass),
+        disc_at(4 * radius, miss, r=radius),
         duration_s=6 * radius / speed,
     )
 
@@ -116,12 +115,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     fast = hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
-    walled = Scene(
-        name="walled",
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)],
-        walls=[Wall(point_m=(2, 0), normal=(-1, 0))],
-        duration_s=3.0,
-    )
+    walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
