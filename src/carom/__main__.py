@@ -13,16 +13,20 @@ SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SI
 
 def main() -> None:
     """Run the command."""
-    for number in SIGNALS:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # as `nohup` has it
-            signal.signal(number, _end)
+    heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]  # as `nohup` has it
+    for number in heard:
+        signal.signal(number, _end)
     try:
         from carom.cli import command
 
-        command()
+        code = command()
     except KeyboardInterrupt as error:
-        sys.stderr.write("carom: ended before it began\n")
-        sys.exit(128 + (error.args or (signal.SIGINT,))[0])
+        ended_by = signal.Signals((error.args or (signal.SIGINT,))[0])
+        sys.stderr.write(f"carom: ended by {ended_by.name}\n")
+        code = 128 + ended_by
+    for number in heard:
+        signal.signal(number, signal.SIG_DFL)  # all is tidied up: nothing is left that a signal could break off
+    sys.exit(code)
 
 
 def _end(number: int, _frame: object) -> None:
