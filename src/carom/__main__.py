@@ -5,10 +5,18 @@ from __future__ import annotations
 import signal
 import sys
 
-__all__ = ["main"]
+__all__ = ["Ended", "main"]
 
 #: Those of a keyboard, a terminal that is closed, and a system that is shut down; some systems lack some.
 SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+
+
+class Ended(KeyboardInterrupt):
+    """A signal has come: with its number.
+
+    A bare `KeyboardInterrupt` that has once left an `exec`, of which dataclasses make use, has Python end as by Ctrl-C,
+    whatever the exit code (`_Py_UnhandledKeyboardInterrupt` in its pythonrun.c).
+    """
 
 
 def main() -> None:
@@ -32,7 +40,7 @@ def main() -> None:
 def _end(number: int, _frame: object) -> None:
     for each in SIGNALS:
         signal.signal(each, signal.SIG_IGN)  # once is enough; what is tidied up now must not be broken off
-    raise KeyboardInterrupt(number)
+    raise Ended(number)
 
 
 if __name__ == "__main__":

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 import typer
@@ -54,3 +57,18 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
         __main__.main()
     assert end.value.code == 7
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+
+
+def test_a_signal_within_an_exec_leaves_the_exit_code(tmp_path: Path) -> None:
+    """Run by `python -m`, a bare `KeyboardInterrupt` that leaves an `exec` has Python end as by Ctrl-C."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import signal; from carom import __main__, cli\n"
+        "def command(): exec('signal.raise_signal(signal.SIGTERM)')\n"
+        "cli.command = command\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-m", script.stem], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (128 + signal.SIGTERM, "carom: ended by SIGTERM\n")
