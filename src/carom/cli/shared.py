@@ -121,7 +121,6 @@ MemoryLimit = Annotated[
     float | None,
     typer.Option(
         "--memory-limit",
-        min=1,
         help="Megabytes that an engine's process may take. The machine's by default, shared among --jobs and one more.",
     ),
 ]
