@@ -83,8 +83,8 @@ def resolve_rough_impact(
 ) -> tuple[RoughBodies, RoughBodies]:
     """Return the bodies just after; those that do not approach are as before.
 
-    Without friction the velocities are those of `carom.resolve_impact`, to the bit. `normal` is from first to second, of
-    any length above 0, shape ``(m, 2)``; `restitution` that along it, shape ``(m,)``.
+    Without friction the velocities are those of `carom.resolve_impact`, to the bit. `normal` is from first to second,
+    of any length above 0, shape ``(m, 2)``; `restitution` that along it, shape ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]
