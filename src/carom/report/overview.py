@@ -133,7 +133,7 @@ def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impa
         Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
         Column("impacts", partial(_counted, grid), "- +", number=True),
         Column("error", partial(_paid, grid), "by PIT's", number=True),
-        *(Column(impact.bodies, partial(_became, impact), f"{impact.when} s") for impact in impacts),
+        *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
     )
     return Table(columns, methods, css="methods")
@@ -248,14 +248,11 @@ def _impact_table(row: GridRow, impacts: Sequence[_Impact]) -> Table:
         Column("bodies", lambda impact: impact.bodies),
         Column("time, s", lambda impact: impact.when, number=True),
     ]
-    columns += [
-        Column(cell.column.label, lambda impact, method=cell.column: _became(impact, method), cell.column.profile)
-        for cell in _held(row)
-    ]
+    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in _held(row)]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
     return Table(columns, impacts[:MOST_IMPACTS], note=note)
 
 
-def _became(impact: _Impact, method: GridColumn) -> str:
+def _became(method: GridColumn, impact: _Impact) -> str:
     return impact.became.get(method, "").replace(" steps", " dt").replace(" step", " dt")
