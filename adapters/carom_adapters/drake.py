@@ -6,7 +6,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -28,11 +28,9 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.engine_adapter import EngineAdapter
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["DrakeAdapter", "adapter"]
+__all__ = ["adapter"]
 
 #: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
 #: by Drake's own names.
@@ -189,20 +187,18 @@ def _settings(stiffness: float, accuracy: float) -> Any:
     }
 
 
-class DrakeAdapter:
-    """Drake's continuous plant, as stiff and as accurate as it is shipped (`default`), or far more so (`tuned`)."""
-
-    name = "drake"
-    engine = Engine("Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'")
-    capabilities = CAPABILITIES
-    knobs: Mapping[str, Knob] = {
+adapter = EngineAdapter(
+    name="drake",
+    engine=Engine("Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'"),
+    capabilities=CAPABILITIES,
+    knobs={
         "point_stiffness": Knob(1e5, 1e11, log=True),
         "target_accuracy": Knob(1e-9, 1e-2, log=True),
         "integration_scheme": Knob(
             choices=("runge_kutta2", "runge_kutta3", "runge_kutta5", "implicit_euler", "radau3")
         ),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "
             "without dissipation.",
@@ -217,15 +213,6 @@ class DrakeAdapter:
             # What an accuracy of 1e-7 in each of the integrator's steps comes to, measured.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what Drake can do.
-        """
-        return DrakeWorld(scene, settings)
-
-
-adapter = DrakeAdapter()
+    },
+    world=DrakeWorld,
+)

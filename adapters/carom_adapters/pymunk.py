@@ -31,13 +31,12 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.engine_adapter import EngineAdapter, located, tuned
 
 if TYPE_CHECKING:
     import pymunk
 
-    from carom.adapter import World
-
-__all__ = ["PymunkAdapter", "adapter"]
+__all__ = ["adapter"]
 
 #: Attributes of `pymunk.Space`, by pymunk's own names; what a profile leaves out stays as pymunk ships it.
 SPACE_SETTINGS = (
@@ -50,13 +49,13 @@ SPACE_SETTINGS = (
     "sleep_time_threshold",
 )
 
-#: Below these Chipmunk aborts, or makes no sense of them.
-LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1}
-
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds neither squares
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
 LARGEST = 1e100
 SMALLEST = 1e-100
+
+#: Below these Chipmunk aborts, or makes no sense of them.
+LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 #: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
 #: over its inertia: of discs 200 radii from the origin, 3e-9 of a spin here.
@@ -64,6 +63,22 @@ LEAST_INERTIA_FACTOR = 1e-6
 
 #: Discs of this radius still fit, some way apart, within the greatest coordinates.
 LARGEST_RADIUS_M = 1e98
+
+CAPABILITIES = Capabilities(
+    gravity=True,
+    restitution=(0.0, 1.0),
+    spin=True,
+    min_inertia_factor=LEAST_INERTIA_FACTOR,
+    friction=(0.0, LARGEST),
+    contact_times=ContactTimes.STEP,
+    stamp=Stamp.END,
+    max_speed_m_s=LARGEST,
+    max_coordinate_m=LARGEST,
+    min_radius_m=SMALLEST,
+    max_radius_m=LARGEST_RADIUS_M,
+    min_mass_kg=SMALLEST,
+    max_mass_kg=LARGEST,
+)
 
 
 def _half_plane(wall: Wall, centre: tuple[float, float], radius: float) -> list[tuple[float, float]]:
@@ -83,16 +98,6 @@ def _half_plane(wall: Wall, centre: tuple[float, float], radius: float) -> list[
         (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
         for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
     ]
-
-
-def _require_usable_step(dt_s: float) -> None:
-    """Refuse a step that Chipmunk would abort on or silently get wrong.
-
-    Raises:
-        AdapterError: The step is beyond what 64-bit floats can square and divide.
-    """
-    if not SMALLEST <= dt_s <= LARGEST:
-        raise AdapterError(f"pymunk: dt_s must lie in {SMALLEST:g} to {LARGEST:g}, got {dt_s}")
 
 
 def _corners_of_walls(scene: Scene, dt_s: float) -> list[list[tuple[float, float]]]:
@@ -115,10 +120,9 @@ class PymunkWorld:
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         import pymunk
 
-        require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST)
+        require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST, {"dt_s": LARGEST})
         dt_s = float(settings["dt_s"])
-        _require_usable_step(dt_s)
-        require_supported("pymunk", scene, PymunkAdapter.capabilities, dt_s)
+        require_supported("pymunk", scene, CAPABILITIES, dt_s)
         self._clock = StepClock(dt_s)
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
@@ -255,56 +259,23 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
     }
 
 
-class PymunkAdapter:
-    """pymunk as it is shipped (`default`), or without its correction of overlaps (`tuned`)."""
-
-    name = "pymunk"
-    engine = Engine("pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'")
-    capabilities = Capabilities(
-        gravity=True,
-        restitution=(0.0, 1.0),
-        spin=True,
-        min_inertia_factor=LEAST_INERTIA_FACTOR,
-        friction=(0.0, LARGEST),
-        contact_times=ContactTimes.STEP,
-        stamp=Stamp.END,
-        max_speed_m_s=LARGEST,
-        max_coordinate_m=LARGEST,
-        min_radius_m=SMALLEST,
-        max_radius_m=LARGEST_RADIUS_M,
-        min_mass_kg=SMALLEST,
-        max_mass_kg=LARGEST,
-    )
-    knobs: Mapping[str, Knob] = {
+adapter = EngineAdapter(
+    name="pymunk",
+    engine=Engine("pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'"),
+    capabilities=CAPABILITIES,
+    knobs={
         "iterations": Knob(1, 100, log=True),
         "collision_bias": Knob(0.0, 1.0),
         "collision_slop": Knob(1e-3, 1e3, log=True),
         "collision_persistence": Knob(1, 10),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of pymunk gets: all as shipped (no damping), with the scene's restitution and friction.",
             _default,
         ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: overlaps are never pushed apart.",
-            _tuned,
-        ),
-        "located": Profile(
-            "The tuned settings, each step cut at the instant from which on Chipmunk's own collision test finds an "
-            "overlap (Carom's own bisection).",
-            _tuned,
-            located=True,
-        ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a space.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what pymunk can do.
-        """
-        return PymunkWorld(scene, settings)
-
-
-adapter = PymunkAdapter()
+        "tuned": tuned("overlaps are never pushed apart", _tuned),
+        "located": located("Chipmunk's own collision test", _tuned),
+    },
+    world=PymunkWorld,
+)

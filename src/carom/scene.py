@@ -9,32 +9,29 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    SerializerFunctionWrapHandler,
-    Strict,
-    ValidationError,
-    WithJsonSchema,
-    model_serializer,
-)
+from pydantic import AfterValidator, Field
 
-from carom.arguments import shown
 from carom.data_files import read_data
 from carom.disc_arrays import DiscArrays
 from carom.display import Drawn
 from carom.errors import InputError, Problem, SceneError
-from carom.limits import LARGEST, MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS, ORDINARY, SMALLEST, beyond
+from carom.fields import (
+    Coefficient,
+    Direction,
+    Friction,
+    Inertia,
+    Mass,
+    Model,
+    Number,
+    Positive,
+    SignedCoefficient,
+    Vector,
+)
+from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
 from carom.sizes import span_problems
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable, Iterator
-
-    from pydantic_core import ErrorDetails
+    from collections.abc import Generator
 
 __all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
 
@@ -42,86 +39,10 @@ __all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_s
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
 
-def _plain(value: object) -> object:
-    """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""
-    tolist = getattr(value, "tolist", None)
-    return tolist() if callable(tolist) else value
-
-
-def _infinity_from_text(value: object) -> object:
-    return math.inf if value == "inf" else _plain(value)
-
-
-def _mass_of_size(mass: float) -> float:
-    if LARGEST < mass < math.inf:
-        raise ValueError(beyond(SMALLEST, LARGEST))
-    return mass
-
-
-def _inertia_of_size(factor: float) -> float:
-    if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
-        least = f"{1.0 / ORDINARY:.3g}"
-        raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
-    return factor
-
-
-def _non_zero(vector: tuple[float, float]) -> tuple[float, float]:
-    if vector == (0.0, 0.0):
-        raise ValueError("must not be of length zero")
-    return vector
-
-
-def _unit(vector: tuple[float, float]) -> tuple[float, float]:
-    x, y = _non_zero(vector)
-    # What this function returned comes back as it was, so that a saved wall loads equal. Its length is within 3 units
-    # of relative rounding (2^-53) of 1: two from the length divided by, one from the division. Computing it costs two
-    # more.
-    if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
-        return (x, y)
-    # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
-    largest = max(abs(x), abs(y))
-    x, y = x / largest, y / largest
-    length = math.hypot(x, y)
-    return (x / length, y / length)
-
-
 def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
     if not discs:
         raise ValueError("must hold at least one disc")
     return discs
-
-
-# The bounds stand before the validator: behind it they are enforced, but missing from the JSON Schema.
-_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
-_Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
-_Vector = Annotated[tuple[_Number, _Number], BeforeValidator(_plain)]
-_Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
-_Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
-_Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
-_SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
-# JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
-_InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
-_Mass = Annotated[
-    float,
-    Strict(),
-    Field(ge=SMALLEST, allow_inf_nan=True),
-    BeforeValidator(_infinity_from_text),
-    AfterValidator(_mass_of_size),
-    _InfinityAsText,
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
-]
-_Inertia = Annotated[
-    float,
-    Strict(),
-    BeforeValidator(_infinity_from_text),
-    AfterValidator(_inertia_of_size),
-    _InfinityAsText,
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
-]
-
-#: Fields that a file, and a digest, of a scene without friction and spin does not have.
-_LEFT_OUT = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
-_LEFT_OUT_OF_DISC = ("spin_rad_s", "inertia_factor")
 
 
 class Need(StrEnum):
@@ -136,61 +57,7 @@ class Need(StrEnum):
     TANGENTIAL_RESTITUTION = "tangential restitution"
 
 
-class _Model(BaseModel):
-    """Frozen, closed to unknown fields, and raising SceneError where Pydantic would raise its own error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
-
-    def __init__(self, /, **data: Any) -> None:  # a field of a file may be called "self", too
-        try:
-            super().__init__(**data)
-        except ValidationError as error:
-            items = error.errors(include_url=False)
-            more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
-            raise SceneError([*_problems(items)], more=more) from None
-
-    @model_serializer(mode="wrap")
-    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Leave out what says nothing of a scene without friction and spin."""
-        fields: dict[str, Any] = handler(self)
-        for name in (*_LEFT_OUT, *_LEFT_OUT_OF_DISC):
-            if name in fields and fields[name] == type(self).model_fields[name].default:
-                del fields[name]
-        return fields
-
-
-def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
-    for item in items:
-        location = tuple(item["loc"])
-        cause = item.get("ctx", {}).get("error")
-        if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
-            for problem in cause.problems:
-                yield Problem(location + problem.field, problem.message)
-            continue
-        match item["type"]:
-            case "missing":
-                yield Problem(location, "is required, but missing")
-            case "extra_forbidden":
-                yield Problem(location, "is not a field of a scene; see `carom scenes --schema`")
-            case "too_long" | "too_short":
-                yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
-            case "tuple_type":
-                yield Problem(location, f"must be a list, got {shown(item['input'])}")
-            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:
-                yield Problem(location, f"must be greater than 0, got {shown(item['input'])}")
-            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST:
-                yield Problem(location, f"{beyond(SMALLEST, LARGEST)}, got {shown(item['input'])}")
-            case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
-                yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
-            case _:
-                message = item["msg"]
-                for prefix in ("Value error, ", "Input should ", "String should "):
-                    message = message.removeprefix(prefix)
-                message = message if message.startswith("must") else f"must {message}"
-                yield Problem(location, f"{message}, got {shown(item['input'])}")
-
-
-class Disc(_Model):
+class Disc(Model):
     """A circular rigid body that moves in a straight line between impacts.
 
     Attributes:
@@ -203,12 +70,14 @@ class Disc(_Model):
             2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
     """
 
-    position_m: _Vector
-    velocity_m_s: _Vector = (0.0, 0.0)
-    radius_m: _Positive
-    mass_kg: _Mass = 1.0
-    spin_rad_s: _Number = 0.0
-    inertia_factor: _Inertia = 0.5
+    left_out = ("spin_rad_s", "inertia_factor")
+
+    position_m: Vector
+    velocity_m_s: Vector = (0.0, 0.0)
+    radius_m: Positive
+    mass_kg: Mass = 1.0
+    spin_rad_s: Number = 0.0
+    inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
         """Refuse a disc that moves although nothing can stop it: it would give others energy without end.
@@ -232,7 +101,7 @@ class Disc(_Model):
         return math.isinf(self.mass_kg)
 
 
-class Wall(_Model):
+class Wall(Model):
     """A half-plane that no disc may enter.
 
     Attributes:
@@ -240,11 +109,11 @@ class Wall(_Model):
         normal: Direction into the free side, of any length but zero; stored as a unit vector.
     """
 
-    point_m: _Vector
-    normal: Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterValidator(_unit)]
+    point_m: Vector
+    normal: Direction
 
 
-class Scene(Drawn, _Model):
+class Scene(Drawn, Model):
     """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
 
     Attributes:
@@ -264,20 +133,22 @@ class Scene(Drawn, _Model):
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
     """
 
+    left_out = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+
     # Control characters would reach terminals and reports as they are.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
     walls: tuple[Wall, ...] = ()
-    restitution: _Coefficient = 1.0
-    wall_restitution: _Coefficient = 1.0
-    friction: _Friction = 0.0
-    wall_friction: _Friction = 0.0
-    tangential_restitution: _SignedCoefficient = 0.0
-    wall_tangential_restitution: _SignedCoefficient = 0.0
-    gravity_m_s2: _Vector = (0.0, 0.0)
-    duration_s: _Positive
-    frame_rate_hz: _Positive = 60.0
+    restitution: Coefficient = 1.0
+    wall_restitution: Coefficient = 1.0
+    friction: Friction = 0.0
+    wall_friction: Friction = 0.0
+    tangential_restitution: SignedCoefficient = 0.0
+    wall_tangential_restitution: SignedCoefficient = 0.0
+    gravity_m_s2: Vector = (0.0, 0.0)
+    duration_s: Positive
+    frame_rate_hz: Positive = 60.0
 
     def model_post_init(self, _context: object, /) -> None:
         """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
@@ -307,7 +178,7 @@ class Scene(Drawn, _Model):
             wall_restitution=self.wall_restitution,
             spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
             inertia_factor=np.array([disc.inertia_factor for disc in discs]),
-            **{name: getattr(self, name) for name in _LEFT_OUT},
+            **{name: getattr(self, name) for name in self.left_out},
         )
 
     # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
@@ -436,7 +307,7 @@ def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
     return content
 
 
-def _few_unknown(fields: Any, model: type[_Model]) -> Any:
+def _few_unknown(fields: Any, model: type[Model]) -> Any:
     if not isinstance(fields, dict) or len(fields) <= len(model.model_fields):
         return fields
     unknown = [name for name in fields if name not in model.model_fields]

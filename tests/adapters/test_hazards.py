@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
@@ -70,6 +71,28 @@ def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
     """What aborts, asserts, is made 1 kg of, or silently never collides, is an error that names the field."""
     with pytest.raises(AdapterError, match=field):
         engine.prepare(_unchecked(**changes), engine.profiles["tuned"].settings(1 / 60))  # type: ignore[arg-type] # as it is meant
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        ("pymunk", {"dt_s": 1e101}, "pymunk: dt_s must be at most 1e+100, got 1e+101"),
+        ("pymunk", {"dt_s": 1e-101}, "pymunk: dt_s must be at least 1e-100, got 1e-101"),
+        ("pybullet", {"dt_s": 1e-16}, "PyBullet: dt_s must be at least 1e-15, got 1e-16"),
+        ("pybullet", {"shape": "cube"}, "PyBullet: shape must be one of sphere, cylinder, got 'cube'"),
+        ("box2d", {"dt_s": 1e17}, "Box2D: dt_s must be at most 1e+12, got 1e+17"),
+        ("box2d", {"sweep": "all"}, "Box2D: sweep must be one of none, shipped, fast, got 'all'"),
+        ("mujoco", {"cone": 1.0}, "MuJoCo: cone must be one of pyramidal, elliptic, got 1.0"),
+    ],
+)
+def test_a_setting_beyond_what_an_engine_takes_is_refused(
+    name: str, change: dict[str, Setting], said: str, named: Named
+) -> None:
+    """The message names the setting, what it may be, and what it is."""
+    adapter = named(name)
+    settings = {**adapter.profiles["tuned"].settings(1 / 60), **change}
+    with pytest.raises(AdapterError, match=re.escape(said)):
+        adapter.prepare(_unchecked(), settings)
 
 
 @pytest.mark.parametrize("dt_s", [0.0, -1.0, NAN, INF])

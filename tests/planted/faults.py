@@ -15,8 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, Trace
+from carom import Trace
 from carom.comparator import Grade, Verdict
 from carom.trace import STATE_DTYPE
 
@@ -29,14 +30,8 @@ DT = 1 / 60
 SPEED, LENGTH = 4.0, 0.5
 FIRST_S, LAST_S, END_S = 0.5, 1.25, 2.0
 
-ROW = Scene(
-    name="row",
-    discs=[
-        Disc(position_m=(0, 0), velocity_m_s=(SPEED, 0), radius_m=LENGTH),
-        Disc(position_m=(3, 0), radius_m=LENGTH),
-        Disc(position_m=(7, 0), radius_m=LENGTH),
-    ],
-    duration_s=END_S,
+ROW = staged(
+    "row", disc_at(0, 0, SPEED, 0, r=LENGTH), disc_at(3, 0, r=LENGTH), disc_at(7, 0, r=LENGTH), duration_s=END_S
 )
 
 #: How a run moves a disc's centre away from where its impacts put it: takes place and time, gives the place shown.

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from tests.planted import carom_planted
 from tests.planted.faults import DT, LENGTH, ROW, SPEED
+from tests.stage import disc_at, staged
 
-from carom import Disc, Results, Scene, cross_check, registry
+from carom import Results, Scene, cross_check, registry
 from carom.comparator import Grade, Verdict
 from carom.runs import scoring
 from carom.runs.job import Status
@@ -18,14 +19,7 @@ from carom.runs.pool import InProcess
 from carom.runs.results import Row
 
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
-FREE = Scene(
-    name="free",
-    discs=[
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=LENGTH),
-        Disc(position_m=(0, 5), velocity_m_s=(1, 1), radius_m=LENGTH),
-    ],
-    duration_s=2.0,
-)
+FREE = staged("free", disc_at(0, 0, 1, 0, r=LENGTH), disc_at(0, 5, 1, 1, r=LENGTH), duration_s=2.0)
 
 #: What must be said of the scene `ROW` beside the grade, with the number that the reason must show.
 SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {

@@ -7,8 +7,8 @@ import pickle
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
-from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
 from carom.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body, wall_index
 
@@ -59,14 +59,12 @@ def test_every_outcome_reads_as_a_sentence() -> None:
 
 def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
     """Masses 2 and 4 at speeds 5 and 1 have 25 J and 2 J, and an immovable disc has none."""
-    scene = Scene(
-        name="energy",
+    scene = staged(
+        "energy",
+        disc_at(0, 0, 3, 4, r=1, m=2),
+        disc_at(9, 0, 0, 1, r=1, m=4),
+        disc_at(0, 9, r=1, m=math.inf),
         duration_s=1,
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(3, 4), radius_m=1, mass_kg=2),
-            Disc(position_m=(9, 0), velocity_m_s=(0, 1), radius_m=1, mass_kg=4),
-            Disc(position_m=(0, 9), radius_m=1, mass_kg=math.inf),
-        ],
     )
     velocity = np.array([disc.velocity_m_s for disc in scene.discs])
     assert kinetic_energy(scene, velocity) == 27.0
@@ -74,14 +72,7 @@ def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
 
 def test_a_trace_survives_pickling() -> None:
     """A worker process can send a whole trace home."""
-    scene = Scene(
-        name="head-on",
-        duration_s=3,
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(3, 0), radius_m=0.5),
-        ],
-    )
+    scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3)
     trace = solve_pic(scene)
     copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 - our own bytes
     assert copy.impacts.tobytes() == trace.impacts.tobytes()

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.stage import disc_at, staged, wall_at
 
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -19,27 +19,6 @@ from carom.trace import Outcome, kinetic_energy
 
 #: Impacts kept at a time.
 _CHUNK = 100_000
-
-
-@dataclass(frozen=True)
-class Check:
-    """One thing that must stand.
-
-    Attributes:
-        name: Short name.
-        states: What must hold.
-        measure: What is measured, and why the limit is what it is.
-        limit: The largest value that holds.
-        scene: Makes the scene.
-        value: Runs the scene for so many impacts and returns the value.
-    """
-
-    name: str
-    states: str
-    measure: str
-    limit: float
-    scene: Callable[[], Scene]
-    value: Callable[[Scene, int], float]
 
 
 def mixed_gas() -> Scene:
@@ -56,24 +35,16 @@ def mixed_gas() -> Scene:
         radius = 0.12 + 0.1 * ((7 * k) % 11) / 11
         place = complex(column + 0.5, row + 0.5) * pitch + 0.02 * direction
         discs.append(
-            Disc(
-                position_m=(place.real, place.imag),
-                velocity_m_s=(direction.real, direction.imag),
-                radius_m=radius,
-                mass_kg=10.0 ** (2 * ((5 * k) % 13) / 13),
-            )
+            disc_at(place.real, place.imag, direction.real, direction.imag, r=radius, m=10.0 ** (2 * (5 * k % 13) / 13))
         )
     width, height = columns * pitch, rows * pitch
-    return Scene(
-        name="stress/gas",
-        description="Thirty discs of unequal radius and mass in a box.",
-        discs=discs,
-        walls=[
-            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-            Wall(point_m=(width, 0.0), normal=(-1.0, 0.0)),
-            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
-            Wall(point_m=(0.0, height), normal=(0.0, -1.0)),
-        ],
+    return staged(
+        "stress/gas",
+        *discs,
+        wall_at(0.0, 0.0, 1.0, 0.0),
+        wall_at(width, 0.0, -1.0, 0.0),
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        wall_at(0.0, height, 0.0, -1.0),
         duration_s=10.0,
     )
 
@@ -89,14 +60,15 @@ def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArra
         run = EventDrivenRun(scene, resume=run.state())
 
 
-def _energy(scene: Scene, impacts: int) -> float:
+def energy(scene: Scene, impacts: int) -> float:
+    """Return by how much energy is off after so many impacts, relative."""
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
     run = EventDrivenRun(scene, record="none")
     run.advance_to(math.inf, impacts)
     return abs(kinetic_energy(scene, run.velocities()) / start - 1.0)
 
 
-def _momentum(scene: Scene, impacts: int) -> float:
+def momentum(scene: Scene, impacts: int) -> float:
     """What the momentum at the end has that neither the start had nor the walls gave, over mass times speed in all."""
     mass = np.array([disc.mass_kg for disc in scene.discs])
     start = np.array([disc.velocity_m_s for disc in scene.discs])
@@ -111,7 +83,7 @@ def _momentum(scene: Scene, impacts: int) -> float:
     return float(np.hypot(*left) / np.sum(mass * np.hypot(*start.T)))
 
 
-def _backwards(scene: Scene, impacts: int) -> float:
+def backwards(scene: Scene, impacts: int) -> float:
     """Seconds by which an impact came before the one ahead of it, at worst."""
     last, worst = 0.0, 0.0
     for _, found in _chunks(scene, impacts):
@@ -121,7 +93,7 @@ def _backwards(scene: Scene, impacts: int) -> float:
     return worst
 
 
-def _overlap(scene: Scene, impacts: int) -> float:
+def overlap(scene: Scene, impacts: int) -> float:
     """Return the deepest overlap of two bodies over what rounding explains, looked for a thousand times on the way.
 
     The run stops at an instant that is a float, within half a unit in its last place of the impact; there each body is
@@ -149,11 +121,7 @@ def galperin(k: int) -> Scene:
     """Return Galperin's billiard with masses 1 and 100^k."""
     return Scene(
         name=f"stress/galperin-{k}",
-        description=f"A disc of 100^{k} kg drives one of 1 kg against a wall: floor(10^{k} pi) impacts.",
-        discs=[
-            Disc(position_m=(3.0, 0.0), radius_m=0.5),
-            Disc(position_m=(6.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5, mass_kg=100.0**k),
-        ],
+        discs=[disc_at(3.0, 0.0), disc_at(6.0, 0.0, -1.0, 0.0, m=100.0**k)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
         duration_s=25.0,  # the slowest, k = 2, has its last impact at 19.3 s
     )
@@ -192,15 +160,13 @@ def galperin_error(scene: Scene) -> float:
 
 def collapsing() -> Scene:
     """Return a scene of inelastic collapse: three discs between two walls that lose nearly all at each impact."""
-    return Scene(
-        name="stress/collapse",
-        description="Three discs between two walls, restitution 1/50.",
-        discs=[
-            Disc(position_m=(0.5, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(2.5, 0.0), radius_m=0.5),
-            Disc(position_m=(4.5, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(5.0, 0.0), normal=(-1.0, 0.0))],
+    return staged(
+        "stress/collapse",
+        disc_at(0.5, 0.0, 1.0, 0.0),
+        disc_at(2.5, 0.0),
+        disc_at(4.5, 0.0, -1.0, 0.0),
+        wall_at(0.0, 0.0, 1.0, 0.0),
+        wall_at(5.0, 0.0, -1.0, 0.0),
         restitution=0.02,
         duration_s=20.0,
     )
@@ -215,71 +181,6 @@ def touching() -> Scene:
             Disc(position_m=(2 * radius * (k - row / 2), 2 * radius * apex * row), radius_m=radius)
             for k in range(row + 1)
         ]
-    return Scene(
-        name="stress/touching",
-        description="Ten touching discs, struck by one that touches.",
-        discs=discs,
-        duration_s=1.0,
+    return staged(
+        "stress/touching", *discs, description="Ten touching discs, struck by one that touches.", duration_s=1.0
     )
-
-
-def _unended(scene: Scene, impacts: int) -> float:
-    """Return 0 where the run ends by itself within so many impacts, its ending named; 1 where it does not."""
-    run = EventDrivenRun(scene, record="none")
-    outcome = run.advance_to(scene.duration_s, impacts)
-    return 0.0 if outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} else 1.0
-
-
-def checks(impacts: int) -> list[Check]:
-    """Return all checks, each of so many impacts."""
-    twelve = "the limit is 1e-12: a million impacts of 2^-53 each add up as their square root to 1e-13"
-    return [
-        Check(
-            "energy",
-            f"Energy stays over {impacts:,} impacts.",
-            f"relative drift; {twelve}",
-            1e-12,
-            mixed_gas,
-            _energy,
-        ),
-        Check(
-            "momentum",
-            f"Momentum stays over {impacts:,} impacts, what the walls give taken out.",
-            f"drift over mass times speed in all; {twelve}",
-            1e-12,
-            mixed_gas,
-            _momentum,
-        ),
-        Check(
-            "overlap",
-            f"No two bodies overlap beyond rounding over {impacts:,} impacts.",
-            "deepest overlap over what rounding of the instant and of places explains; above 1 it does not",
-            1.0,
-            mixed_gas,
-            _overlap,
-        ),
-        Check(
-            "time",
-            f"No impact comes before the one ahead of it, over {impacts:,}.",
-            "seconds backwards; none are allowed",
-            0.0,
-            mixed_gas,
-            _backwards,
-        ),
-        Check(
-            "collapse",
-            "Inelastic collapse comes to an end that has a name.",
-            "1 where the run was still going after as many impacts as are allowed",
-            0.0,
-            collapsing,
-            _unended,
-        ),
-        Check(
-            "touching",
-            "A start in which all discs touch comes to an end that has a name.",
-            "1 where the run was still going after as many impacts as are allowed",
-            0.0,
-            touching,
-            _unended,
-        ),
-    ]

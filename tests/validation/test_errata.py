@@ -11,9 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
 import carom
-from carom import Disc, Scene, Wall
+from carom import Scene, Wall
 
 U = 2.0**-53
 Vector = tuple[float, float]
@@ -280,13 +281,10 @@ def test_other_sign_of_v_rel_drives_the_discs_together() -> None:
 
 def row(*positions: float, first_speed: float, duration_s: float) -> Scene:
     """Return discs of radius .5 on the x axis, of which the first moves."""
-    return Scene(
-        name="row",
+    return staged(
+        "row",
+        *[disc_at(x, 0, first_speed if k == 0 else 0.0, 0) for k, x in enumerate(positions)],
         duration_s=duration_s,
-        discs=[
-            Disc(position_m=(x, 0), velocity_m_s=(first_speed if k == 0 else 0.0, 0), radius_m=0.5)
-            for k, x in enumerate(positions)
-        ],
     )
 
 
@@ -352,14 +350,7 @@ def test_algorithm_2_compares_a_span_with_an_instant() -> None:
 
 def test_pit_does_not_always_detect_in_the_next_frame() -> None:
     """Of PIT it says "it will be detected in the next frame", but the paper's own case 1 is missed altogether."""
-    scene = Scene(
-        name="pass",
-        duration_s=2,
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=0.5),
-            Disc(position_m=(5.5, 0), radius_m=0.5),
-        ],
-    )
+    scene = staged("pass", disc_at(0, 0, 11, 0), disc_at(5.5, 0), duration_s=2)
     assert len(carom.solve_pit(scene, frame_rate_hz=1.0).impacts) == 0
     # The gap of 4.5 m closes at 11 m/s: 2 h/(h - R) = 2.4 and a dozen roundings.
     assert abs(carom.solve_pic(scene).impacts["time_s"][0] - 4.5 / 11) <= 16 * U
@@ -371,14 +362,7 @@ def test_no_frame_rate_is_high_enough_for_pit(rate: float) -> None:
     half_chord = 0.25 / rate  # at 1 m/s the discs approach in contact for a quarter of a frame
     depth = math.sqrt(1 - half_chord**2)
     closest = 2.0 + 0.5 / rate  # and that quarter lies in the middle of a frame
-    scene = Scene(
-        name="oblique",
-        duration_s=4,
-        discs=[
-            Disc(position_m=(-closest, depth), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(0, 0), radius_m=0.5),
-        ],
-    )
+    scene = staged("oblique", disc_at(-closest, depth, 1, 0), disc_at(0, 0), duration_s=4)
     assert len(carom.solve_pic(scene).impacts) == 1
     assert len(carom.solve_pit(scene, frame_rate_hz=rate).impacts) == 0
 
@@ -394,14 +378,7 @@ def test_pic_need_not_look_at_every_frame_nor_cost_more() -> None:
 
 def test_pit_takes_the_normal_where_it_finds_the_discs() -> None:
     """Figure 6: PIT's normal is (.6, .8) at the frame where contact was on (.8, .6), so the directions are wrong."""
-    scene = Scene(
-        name="direction",
-        duration_s=1,
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
-            Disc(position_m=(1.45, 0.6), radius_m=0.5),
-        ],
-    )
+    scene = staged("direction", disc_at(0, 0, 2, 0), disc_at(1.45, 0.6), duration_s=1)
     # Rounding as in the tests of PIC and PIT: 128 units of relative rounding for the normal of PIC, 20 for that of PIT.
     np.testing.assert_allclose(carom.solve_pic(scene).impacts["normal"], [(0.8, 0.6)], rtol=0, atol=128 * U)
     pit = carom.solve_pit(scene, frame_rate_hz=2.0)
@@ -410,10 +387,7 @@ def test_pit_takes_the_normal_where_it_finds_the_discs() -> None:
 
 def test_several_impacts_of_one_pair_in_one_frame_need_a_wall() -> None:
     """Two discs alone collide once; with a wall that sends them back, one frame holds three impacts."""
-    discs = [
-        Disc(position_m=(1.5, 0), velocity_m_s=(2, 0), radius_m=0.5),
-        Disc(position_m=(3.5, 0), radius_m=0.5),
-    ]
+    discs = [disc_at(1.5, 0, 2, 0), disc_at(3.5, 0)]
     walls = [Wall(point_m=(5, 0), normal=(-1, 0))]
     free = carom.solve_pic_framewise(Scene(name="free", duration_s=3, discs=discs), frame_rate_hz=1 / 3)
     walled = carom.solve_pic_framewise(

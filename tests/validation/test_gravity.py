@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.rebuilt import assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
+from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
@@ -45,12 +47,10 @@ def ball(
     """Return a ball at a height above a floor; `slope` is its angle, `drift_m_s` a speed along it."""
     nx, ny = math.sin(slope), math.cos(slope)
     far = height_m + radius_m
-    return Scene(
-        name="ball",
-        discs=[
-            Disc(position_m=(far * nx, far * ny), velocity_m_s=(drift_m_s * ny, -drift_m_s * nx), radius_m=radius_m)
-        ],
-        walls=[Wall(point_m=(0, 0), normal=(nx, ny))],
+    return staged(
+        "ball",
+        disc_at(far * nx, far * ny, drift_m_s * ny, -drift_m_s * nx, r=radius_m),
+        wall_at(0, 0, nx, ny),
         wall_restitution=restitution,
         gravity_m_s2=(0, -G),
         duration_s=duration_s,
@@ -127,13 +127,7 @@ def test_a_ball_that_does_not_bounce_lies_where_it_fell() -> None:
 
 def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
     """A disc that touches a vertical wall slides down along it, to the end of the scene and without impact."""
-    scene = Scene(
-        name="slide",
-        discs=[Disc(position_m=(0.5, 0), radius_m=0.5)],
-        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
-        gravity_m_s2=(0, -8),
-        duration_s=2,
-    )
+    scene = staged("slide", disc_at(0.5, 0), wall_at(0, 0, 1, 0), gravity_m_s2=(0, -8), duration_s=2)
     trace = solve_pic(scene)
     assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 0)
     assert trace.final_position_m.tolist() == [[0.5, -16.0]]
@@ -143,13 +137,14 @@ def test_a_wedge_ends_in_rest_or_standstill() -> None:
     """A ball that bounces ever lower between two slopes ends with a named outcome, not after bounces without end."""
     for seed in range(6):
         rng = np.random.default_rng(seed)
-        scene = Scene(
-            name="wedge",
-            discs=[Disc(position_m=(rng.uniform(-1, 1), 3), velocity_m_s=(rng.uniform(-2, 2), 0), radius_m=0.5)],
-            walls=[Wall(point_m=(0, 0), normal=(1, 1.3)), Wall(point_m=(0, 0), normal=(-1, 2))],
+        scene = staged(
+            "wedge",
+            disc_at(rng.uniform(-1, 1), 3, rng.uniform(-2, 2), 0),
+            wall_at(0, 0, 1, 1.3),
+            wall_at(0, 0, -1, 2),
             wall_restitution=0.8,
             gravity_m_s2=(0, -G),
-            duration_s=1e3,
+            duration_s=1000.0,
         )
         trace = solve_pic(scene, max_impacts=20_000)
         assert trace.outcome in {Outcome.AT_REST, Outcome.STANDSTILL}
@@ -172,9 +167,10 @@ def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:
 def on_top(height_m: float, restitution: float, aside_m: float = 0.0, duration_s: float = 10.0) -> Scene:
     """Return a disc above an immovable one."""
     post = Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf)
-    return Scene(
-        name="on top",
-        discs=[post, Disc(position_m=(aside_m, 0.75 + height_m), radius_m=0.25)],
+    return staged(
+        "on top",
+        post,
+        disc_at(aside_m, 0.75 + height_m, r=0.25),
         restitution=restitution,
         gravity_m_s2=(0, -G),
         duration_s=duration_s,
@@ -197,16 +193,10 @@ def test_an_oblique_bounce_off_an_immovable_disc_is_written_backwards_from_its_i
     pull = complex(0, -G)
     start_velocity = velocity - pull * time
     start = -0.75 * normal - start_velocity * time - pull * time**2 / 2
-    scene = Scene(
-        name="post",
-        discs=[
-            Disc(
-                position_m=(start.real, start.imag),
-                velocity_m_s=(start_velocity.real, start_velocity.imag),
-                radius_m=0.25,
-            ),
-            Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
-        ],
+    scene = staged(
+        "post",
+        disc_at(start.real, start.imag, start_velocity.real, start_velocity.imag, r=0.25),
+        disc_at(0, 0, m=math.inf),
         restitution=0.5,
         gravity_m_s2=(0, -G),
         duration_s=1,
@@ -347,55 +337,15 @@ def test_an_elastic_run_turned_round_retraces_itself() -> None:
 # Symmetries, to the bit -----------------------------------------------------------------------------------------------
 
 
-def changed(scene: Scene, turn: Any, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Scene:
-    """Return the scene with every vector turned and in other units."""
-    speed = length / time
-
-    def vector(v: Vector, unit: float) -> Vector:
-        x, y = turn(v)
-        return (x * unit, y * unit)
-
-    return Scene(
-        name=scene.name,
-        discs=[
-            Disc(
-                position_m=vector(disc.position_m, length),
-                velocity_m_s=vector(disc.velocity_m_s, speed),
-                radius_m=disc.radius_m * length,
-                mass_kg=disc.mass_kg * mass,
-            )
-            for disc in scene.discs
-        ],
-        walls=[Wall(point_m=vector(wall.point_m, length), normal=turn(wall.normal)) for wall in scene.walls],
-        restitution=scene.restitution,
-        wall_restitution=scene.wall_restitution,
-        gravity_m_s2=vector(scene.gravity_m_s2, speed / time),
-        duration_s=scene.duration_s * time,
-        frame_rate_hz=scene.frame_rate_hz / time,
-    )
-
-
-def quarter_turn(v: Vector) -> Vector:
-    return (-v[1], v[0])
-
-
-def mirror(v: Vector) -> Vector:
-    return (v[0], -v[1])
-
-
 SYMMETRIC = [*(entry.scene for entry in ENTRIES), box_scene(5), ball(1.0, 0.5), on_top(1.0, 0.9, 0.01, 2.0)]
 
 
 @each_pic
-@pytest.mark.parametrize("turn", [mirror, quarter_turn])
+@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
 @pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
 def test_a_mirrored_fall_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: Any, solve: Any) -> None:
     """Changing signs and exchanging x and y, gravity's too, does just that to the trace."""
-    plain, other = solve(scene), solve(changed(scene, turn))
-    matrix = np.array([turn((1.0, 0.0)), turn((0.0, 1.0))])
-    assert other.impacts["time_s"].tolist() == plain.impacts["time_s"].tolist()
-    assert np.array_equal(other.impacts["velocity_first_after"], plain.impacts["velocity_first_after"] @ matrix)
-    assert np.array_equal(other.final_position_m, plain.final_position_m @ matrix)
+    assert_mirrored(scene, turn, solve)
 
 
 @pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
@@ -403,13 +353,8 @@ def test_a_mirrored_fall_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: A
 @given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
 def test_units_that_are_powers_of_two_change_no_bit_of_a_fall(scene: Scene, length: int, time: int, mass: int) -> None:
     """Metres, seconds and kilograms are conventions: in others, by powers of two, every bit is the same."""
-    long, late = 2.0**length, 2.0**time
-    plain, other = solve_pic(scene), solve_pic(changed(scene, lambda v: v, long, late, 2.0**mass))
-    assert other.outcome is plain.outcome
-    assert np.array_equal(other.impacts["time_s"], plain.impacts["time_s"] * late)
-    speed = long / late
-    assert np.array_equal(other.impacts["velocity_first_after"], plain.impacts["velocity_first_after"] * speed)
-    assert np.array_equal(other.final_position_m, plain.final_position_m * long)
+    units = {"length": 2.0**length, "time": 2.0**time}
+    assert_scaled(solve_pic(scene), solve_pic(in_units(scene, **units, mass=2.0**mass)), **units)
 
 
 # PIT: the sampling error alone ----------------------------------------------------------------------------------------

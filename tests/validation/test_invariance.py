@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -11,21 +10,21 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.rebuilt import assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned, rebuilt, same, turned
 
-from carom import Disc, Scene, Wall, solve_pic, solve_pic_framewise
+from carom import Scene, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, KnownAnswer, Tag, catalogue, deviation
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from tests.rebuilt import Map
+
     from carom import Trace
     from carom.trace import Vector
 
-    Map = Callable[[Vector], Vector]
-
 ROUNDING = 1e-12
 
-#: Gravity singles out a direction and an acceleration: its own symmetries are in test_gravity.
 #: Symmetries under gravity have tests of their own, in `test_gravity.py`.
 WITHOUT_GRAVITY = [entry for entry in catalogue().values() if Tag.GRAVITY not in entry.tags]
 UNIQUE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.GRAVITY}]
@@ -40,40 +39,6 @@ FEWER = settings(max_examples=settings().max_examples // 5)
 
 each_unique = pytest.mark.parametrize("entry", UNIQUE, ids=lambda entry: entry.name)
 each_pic = pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
-
-
-def same(v: Vector) -> Vector:
-    return v
-
-
-def rebuilt(
-    scene: Scene,
-    position: Map,
-    velocity: Map,
-    normal: Map = same,
-    *,
-    length: float = 1.0,
-    time: float = 1.0,
-    mass: float = 1.0,
-) -> Scene:
-    """Return the scene with every vector mapped, and every unit of measurement changed."""
-    return Scene(
-        name=scene.name,
-        discs=[
-            Disc(
-                position_m=position(disc.position_m),
-                velocity_m_s=velocity(disc.velocity_m_s),
-                radius_m=disc.radius_m * length,
-                mass_kg=disc.mass_kg * mass,
-            )
-            for disc in scene.discs
-        ],
-        walls=[Wall(point_m=position(wall.point_m), normal=normal(wall.normal)) for wall in scene.walls],
-        restitution=scene.restitution,
-        wall_restitution=scene.wall_restitution,
-        duration_s=scene.duration_s * time,
-        frame_rate_hz=scene.frame_rate_hz / time,
-    )
 
 
 def mapped(known: KnownAnswer, position: Map, velocity: Map) -> KnownAnswer:
@@ -93,24 +58,6 @@ def mapped(known: KnownAnswer, position: Map, velocity: Map) -> KnownAnswer:
         final_velocity_m_s=None if velocities is None else tuple(map(velocity, velocities)),
         final_position_m=None if positions is None else tuple(map(position, positions)),
     )
-
-
-def turned(angle: float) -> Map:
-    turn = cmath.rect(1.0, angle)
-
-    def apply(v: Vector) -> Vector:
-        z = complex(*v) * turn
-        return (z.real, z.imag)
-
-    return apply
-
-
-def mirrored(v: Vector) -> Vector:
-    return (v[0], -v[1])
-
-
-def quarter_turned(v: Vector) -> Vector:
-    return (-v[1], v[0])
 
 
 @pytest.mark.parametrize("entry", STABLE, ids=lambda entry: entry.name)
@@ -150,25 +97,16 @@ def test_a_moving_frame_sees_the_same_impacts(entry: CatalogueScene, boost: tupl
 
 
 @each_pic
-@pytest.mark.parametrize("name", ["mirror", "quarter turn"])
+@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
 @pytest.mark.parametrize("entry", WITHOUT_GRAVITY, ids=lambda entry: entry.name)
 def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(
-    entry: CatalogueScene, name: str, solve: Callable[[Scene], Trace]
+    entry: CatalogueScene, turn: Map, solve: Callable[[Scene], Trace]
 ) -> None:
     """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
 
     That holds for scenes without a unique answer too, since the order of body numbers does not change.
     """
-    change = mirrored if name == "mirror" else quarter_turned
-    matrix = np.array([change((1.0, 0.0)), change((0.0, 1.0))])
-    plain, mirror = solve(entry.scene), solve(rebuilt(entry.scene, change, change, change))
-    assert (
-        mirror.impacts[["time_s", "first", "second"]].tolist() == plain.impacts[["time_s", "first", "second"]].tolist()
-    )
-    for part in ("normal", "velocity_first_after", "velocity_second_after"):
-        assert np.array_equal(mirror.impacts[part], plain.impacts[part] @ matrix)
-    assert np.array_equal(mirror.final_position_m, plain.final_position_m @ matrix)
-    assert np.array_equal(mirror.final_velocity_m_s, plain.final_velocity_m_s @ matrix)
+    assert_mirrored(entry.scene, turn, solve)
 
 
 @each_unique
@@ -176,22 +114,9 @@ def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(
 @given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
 def test_units_that_are_powers_of_two_change_no_bit(entry: CatalogueScene, length: int, time: int, mass: int) -> None:
     """Measured in units that differ by powers of two, every time, position and velocity is the same number, scaled."""
-    metre, second = 2.0**length, 2.0**time
-
-    def position(p: Vector) -> Vector:
-        return (p[0] * metre, p[1] * metre)
-
-    def velocity(v: Vector) -> Vector:
-        return (v[0] * metre / second, v[1] * metre / second)
-
-    plain = solve_pic(entry.scene)
-    scaled = solve_pic(rebuilt(entry.scene, position, velocity, length=metre, time=second, mass=2.0**mass))
-    assert scaled.impacts[["first", "second"]].tolist() == plain.impacts[["first", "second"]].tolist()
-    assert np.array_equal(scaled.impacts["time_s"], plain.impacts["time_s"] * second)
-    for name in ("velocity_first_after", "velocity_second_after"):
-        assert np.array_equal(scaled.impacts[name], plain.impacts[name] * (metre / second))
-    assert np.array_equal(scaled.final_position_m, plain.final_position_m * metre)
-    assert np.array_equal(scaled.final_velocity_m_s, plain.final_velocity_m_s * (metre / second))
+    units = {"length": 2.0**length, "time": 2.0**time}
+    other = solve_pic(in_units(entry.scene, **units, mass=2.0**mass))
+    assert_scaled(solve_pic(entry.scene), other, **units)
 
 
 @each_unique

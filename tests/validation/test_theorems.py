@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Outcome, Scene, Wall, solve_pic, solve_pic_framewise
+from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
 
 ROUNDING = 1e-12
 
@@ -18,18 +19,11 @@ ROUNDING = 1e-12
 def galperin(mass_ratio: float, gap_light: float, gap_heavy: float, speed: float, duration_s: float) -> Scene:
     """Stage a light disc at rest between a wall and a heavy one that comes on; gaps exclude radii."""
     radius = 0.1
-    return Scene(
-        name="galperin",
-        discs=[
-            Disc(position_m=(gap_light + radius, 0.0), radius_m=radius),
-            Disc(
-                position_m=(gap_heavy + 3 * radius, 0.0),
-                velocity_m_s=(-speed, 0.0),
-                radius_m=radius,
-                mass_kg=mass_ratio,
-            ),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+    return staged(
+        "galperin",
+        disc_at(gap_light + radius, 0.0, r=radius),
+        disc_at(gap_heavy + 3 * radius, 0.0, -speed, 0.0, r=radius, m=mass_ratio),
+        wall_at(0.0, 0.0, 1.0, 0.0),
         duration_s=duration_s,
     )
 
@@ -126,10 +120,7 @@ def test_three_masses_on_a_line_collide_a_bounded_number_of_times(
 def test_an_immovable_disc_deflects_by_pi_less_twice_the_arcsine(offset: float) -> None:
     """The angle of deflection is pi - 2 asin(b / R) (Landau and Lifshitz, Mechanics, section 18, problem 1)."""
     contact = 0.75
-    discs = [
-        Disc(position_m=(-2.0, -offset * contact), velocity_m_s=(3.0, 0.0), radius_m=0.25),
-        Disc(position_m=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf),
-    ]
+    discs = [disc_at(-2.0, -offset * contact, 3.0, 0.0, r=0.25), disc_at(0.0, 0.0, m=math.inf)]
     trace = solve_pic(Scene(name="deflection", discs=discs, duration_s=1.0))
     vx, vy = trace.final_velocity_m_s[0]
     deflection = math.pi - 2 * math.asin(abs(offset))
@@ -144,10 +135,10 @@ def test_crossings_between_walls_grow_geometrically(e: float, count: int) -> Non
     width, radius, speed = 2.0, 0.25, 4.0
     crossing = (width - 2 * radius) / speed
     end = (width / 2 - radius) / speed + sum(crossing * e**-n for n in range(1, count))
-    scene = Scene(
-        name="ladder",
-        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius)],
-        walls=[Wall(point_m=(x, 0.0), normal=(-x, 0.0)) for x in (-width / 2, width / 2)],
+    scene = staged(
+        "ladder",
+        disc_at(0.0, 0.0, speed, 0.0, r=radius),
+        *[wall_at(x, 0.0, -x, 0.0) for x in (-width / 2, width / 2)],
         wall_restitution=e,
         duration_s=end + crossing / 2,
     )

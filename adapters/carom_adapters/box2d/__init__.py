@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from carom.adapter import Engine, Knob, Profile, Scene, Setting
+from carom.adapter import Engine, Knob, Profile, Setting
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.world import Box2dWorld
+from carom_adapters.engine_adapter import EngineAdapter, located, tuned
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["Box2dAdapter", "adapter"]
+__all__ = ["adapter"]
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
@@ -53,13 +49,11 @@ def _located(dt_s: float) -> dict[str, Setting]:
     return {**_no_ccd(dt_s), "warmStarting": False}
 
 
-class Box2dAdapter:
-    """Box2D as it is shipped (`default`), or made to solve overlaps alone (`tuned`)."""
-
-    name = "box2d"
-    engine = Engine("Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'")
-    capabilities = CAPABILITIES
-    knobs: Mapping[str, Knob] = {
+adapter = EngineAdapter(
+    name="box2d",
+    engine=Engine("Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'"),
+    capabilities=CAPABILITIES,
+    knobs={
         "velocityIterations": Knob(1, 100, log=True),
         "positionIterations": Knob(0, 10),
         "sweep": Knob(choices=("none", "shipped", "fast")),
@@ -67,35 +61,17 @@ class Box2dAdapter:
         "velocity_scale": Knob(choices=(1.0, 2.0**5, 2.0**10, 2.0**15, VELOCITY_SCALE)),
         "polygon_radius_m": Knob(0.0, 0.01),
         "warmStarting": Knob(choices=(False, True)),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
             "scene's restitution and friction.",
             _default,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
         ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: slow contacts bounce, overlaps "
-            "are never pushed apart, and fast discs are swept.",
-            _tuned,
-        ),
-        "located": Profile(
-            "The tuned settings without sweeping, each step cut at the instant from which on Box2D's own contact test "
-            "finds an overlap (Carom's own bisection).",
-            _located,
-            located=True,
-        ),
+        "tuned": tuned("slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _tuned),
+        "located": located("Box2D's own contact test", _located, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what Box2D can do.
-        """
-        return Box2dWorld(scene, settings)
-
-
-adapter = Box2dAdapter()
+    },
+    world=Box2dWorld,
+)

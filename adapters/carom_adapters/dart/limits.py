@@ -1,12 +1,10 @@
-"""What DART can take: its settings by name, its limits, and the refusal of what is beyond them."""
+"""What DART can take: its settings by name, and its limits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from carom.adapter import Capabilities, ContactTimes
 
-from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
-
-__all__ = ["CAPABILITIES", "DETECTORS", "FASTEST_BOUNCE_M_S", "MIXING", "require_usable"]
+__all__ = ["CAPABILITIES", "DETECTORS", "FASTEST_BOUNCE_M_S", "MIXING", "SETTINGS"]
 
 #: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")
@@ -33,15 +31,3 @@ CAPABILITIES = Capabilities(
     max_speed_m_s=FASTEST_BOUNCE_M_S,
     dimensions=3,
 )
-
-
-def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what DART would silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name or value.
-    """
-    require_sound("DART", scene, settings, SETTINGS)
-    detector = settings["collision_detector"]
-    if detector not in DETECTORS:
-        raise AdapterError(f"DART: collision_detector must be one of {', '.join(DETECTORS)}, got {detector!r}")

@@ -17,10 +17,11 @@ from carom.adapter import (
     factored_restitutions,
     oriented_contact,
     pair_of,
+    require_sound,
     require_supported,
     wall_body,
 )
-from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, require_usable
+from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, SETTINGS
 
 __all__ = ["DartWorld"]
 
@@ -29,7 +30,7 @@ class DartWorld:
     """One `World` of spheres on two slides each, which don't turn."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_usable(scene, settings)
+        require_sound("DART", scene, settings, SETTINGS, words={"collision_detector": DETECTORS})
         require_supported("DART", scene, CAPABILITIES, float(settings["dt_s"]))
         import dartpy
 

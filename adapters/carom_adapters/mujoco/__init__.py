@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
-
-from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.engine_adapter import EngineAdapter, located, tuned
 from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.world import MujocoWorld
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["MujocoAdapter", "adapter"]
+__all__ = ["adapter"]
 
 #: Cylinders touch planes and each other off the middle: up to 6.3e-4 of the scene's speed (a disc in a box, at 240
 #: steps a second).
@@ -66,13 +61,11 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "shape": "cylinder", "joints": "free"}
 
 
-class MujocoAdapter:
-    """MuJoCo with the contact spring of its users (`default`), or reversing velocities in one step (`tuned`)."""
-
-    name = "mujoco"
-    engine = Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'")
-    capabilities = CAPABILITIES
-    knobs: Mapping[str, Knob] = {
+adapter = EngineAdapter(
+    name="mujoco",
+    engine=Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'"),
+    capabilities=CAPABILITIES,
+    knobs={
         "joints": Knob(choices=("free", "slide")),
         "stiffness": Knob(choices=(0.0, 1e2, 1e3, 1e4, 1e5, 1e6)),
         # As shipped, and the highest impedance that MuJoCo takes.
@@ -83,25 +76,16 @@ class MujocoAdapter:
         "tolerance": Knob(choices=(0.0, 1e-8)),
         "in_turn": Knob(choices=(False, True)),
         "speculative": Knob(choices=(False, True)),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of MuJoCo gets who asks for a bounce: as shipped, but with the scene's friction and an "
             "undamped contact spring (solref -1000 0), damped for restitution below 1 by the formula of the linear "
             "oscillator.",
             _default,
         ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: a contact is damped so that one "
-            "Euler step reverses the velocity.",
-            _tuned,
-        ),
-        "located": Profile(
-            "The tuned settings without speculation, each step cut at the instant from which on MuJoCo's own collision "
-            "detection finds an overlap (Carom's own bisection).",
-            _located,
-            located=True,
-        ),
+        "tuned": tuned("a contact is damped so that one Euler step reverses the velocity", _tuned),
+        "located": located("MuJoCo's own collision detection", _located, but=" without speculation"),
         "no-ccd": Profile("The tuned settings without continuous detection: no contact is speculated on.", _no_ccd),
         "cylinder": Profile(
             "The tuned settings with cylinders for spheres, kept from tipping over by the slide joints, and their "
@@ -113,15 +97,6 @@ class MujocoAdapter:
             "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
             _cylinder_plain,
         ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Compile a model.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what MuJoCo can do.
-        """
-        return MujocoWorld(scene, settings)
-
-
-adapter = MujocoAdapter()
+    },
+    world=MujocoWorld,
+)

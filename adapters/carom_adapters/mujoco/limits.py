@@ -120,10 +120,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
             are beyond one of MuJoCo's own constants.
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
-    require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0})
-    for name, words in WORDS.items():
-        if name in settings and settings[name] not in words:
-            raise AdapterError(f"MuJoCo: {name} must be one of {', '.join(words)}, got {settings[name]!r}")
+    require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
     if lists_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
         why = "listed_pairs" if settings.get("listed_pairs", False) else "in_turn with friction, which lists all pairs,"
         raise AdapterError(f"MuJoCo: {why} is for at most {MOST_LISTED} discs, got {len(scene.discs)}")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.engine_adapter import EngineAdapter, located, tuned
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -15,10 +14,7 @@ from carom_adapters.pybullet.limits import (
 )
 from carom_adapters.pybullet.world import PybulletWorld
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["PybulletAdapter", "adapter"]
+__all__ = ["adapter"]
 
 #: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
 #: (a cradle with gaps, at 240 steps a second).
@@ -70,19 +66,17 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "shape": "cylinder", "turn": True}
 
 
-class PybulletAdapter:
-    """PyBullet as it is shipped (`default`), or made to solve overlaps alone and exactly (`tuned`)."""
-
-    name = "pybullet"
-    engine = Engine(
+adapter = EngineAdapter(
+    name="pybullet",
+    engine=Engine(
         "PyBullet",
         module="pybullet",
         distribution="pybullet",
         install="pip install 'carom[pybullet]'",
         no_wheel_from=(3, 12),
-    )
-    capabilities = CAPABILITIES
-    knobs: Mapping[str, Knob] = {
+    ),
+    capabilities=CAPABILITIES,
+    knobs={
         "numSolverIterations": Knob(1, 200, log=True),
         "solverResidualThreshold": Knob(choices=(0.0, 1e-7)),
         "restitutionVelocityThreshold": Knob(0.0, 1.0),
@@ -92,8 +86,8 @@ class PybulletAdapter:
         "deterministicOverlappingPairs": Knob(choices=(0, 1)),
         "useMaximalCoordinates": Knob(choices=(False, True)),
         "ccd_radius_fraction": Knob(0.0, 0.95),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of PyBullet gets: all as shipped (a clamp of 100 m/s and rad/s included), but undamped "
             "and with the scene's restitution and friction.",
@@ -106,18 +100,9 @@ class PybulletAdapter:
                 restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
             ),
         ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: overlaps alone are solved and "
-            "never pushed apart, and fast discs are swept.",
-            _tuned,
-        ),
-        "located": Profile(
-            # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
-            "The tuned settings without sweeping, each step cut at the instant from which on Bullet's own collision "
-            "detection finds an overlap (Carom's own bisection).",
-            _no_ccd,
-            located=True,
-        ),
+        "tuned": tuned("overlaps alone are solved and never pushed apart, and fast discs are swept", _tuned),
+        # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.
+        "located": located("Bullet's own collision detection", _no_ccd, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
         "cylinder": Profile(
             "The tuned settings with cylinders for spheres, kept from tipping over by infinite moments of inertia "
@@ -129,15 +114,6 @@ class PybulletAdapter:
             "The tuned settings with cylinders for spheres, free to turn, as a user would have them: they tip over.",
             _cylinder_plain,
         ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world in a client of its own.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what PyBullet can do.
-        """
-        return PybulletWorld(scene, settings)
-
-
-adapter = PybulletAdapter()
+    },
+    world=PybulletWorld,
+)

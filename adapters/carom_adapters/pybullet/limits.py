@@ -1,20 +1,19 @@
-"""What Bullet can take: its settings by name, its limits, and the refusal of what is beyond them."""
+"""What Bullet can take: its settings by name, and its limits."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-
-from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+from carom.adapter import Capabilities, ContactTimes
 
 __all__ = [
     "BODY_SETTINGS",
     "CAPABILITIES",
+    "LEAST",
+    "OTHER_SETTINGS",
+    "SHAPES",
     "SHIPPED_RESTITUTION_THRESHOLD_M_S",
     "SHIPPED_SPEED_CLAMP_M_S",
     "SHIPPED_SPIN_CLAMP_RAD_S",
     "WORLD_SETTINGS",
-    "require_usable",
 ]
 
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
@@ -33,18 +32,22 @@ WORLD_SETTINGS = (
 BODY_SETTINGS = ("linearDamping", "angularDamping", "contactProcessingThreshold")
 
 #: Arguments of other functions: of `createMultiBody`; and `ccdSweptSphereRadius` over the disc's radius, 0 for none.
-#: ``shape`` is "sphere" or "cylinder", the latter as high as it is wide; a disc that may ``turn`` has its shape's
+#: ``shape`` is one of `SHAPES`, a cylinder as high as it is wide; a disc that may ``turn`` has its shape's
 #: moments of inertia, and otherwise infinite ones.
 OTHER_SETTINGS = ("useMaximalCoordinates", "ccd_radius_fraction", "shape", "turn")
-
-#: PyBullet takes a value below these for "not given", and says nothing.
-LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {"numSolverIterations": 1}
+SHAPES = ("sphere", "cylinder")
 
 #: Bullet's SIMD_EPSILON is 2.2e-16. It takes a step below that for none, a body with 1/mass below that for static, and
 #: gives discs that are closer than that a normal of its own.
 SHORTEST_STEP_S = 1e-15
 LARGEST_MASS_KG = 1e15
 SMALLEST_RADIUS_M = 1e-15
+
+#: PyBullet takes a value below these for "not given", and says nothing.
+LEAST = dict.fromkeys((*WORLD_SETTINGS, *BODY_SETTINGS, "ccd_radius_fraction"), 0.0) | {
+    "numSolverIterations": 1,
+    "dt_s": SHORTEST_STEP_S,
+}
 
 #: Below this a quotient of masses may leave the range of 64-bit floats.
 SMALLEST_MASS_KG = 1e-100
@@ -84,18 +87,3 @@ CAPABILITIES = Capabilities(
     max_mass_kg=LARGEST_MASS_KG,
     dimensions=3,
 )
-
-
-def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what Bullet would silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name, or a step is beyond one of Bullet's own
-            constants.
-    """
-    require_sound("PyBullet", scene, settings, (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS), LEAST)
-    if settings.get("shape", "sphere") not in ("sphere", "cylinder"):
-        raise AdapterError(f"PyBullet: shape must be 'sphere' or 'cylinder', got {settings['shape']!r}")
-    dt_s = float(settings["dt_s"])
-    if not SHORTEST_STEP_S <= dt_s < math.inf:
-        raise AdapterError(f"PyBullet: dt_s must be at least {SHORTEST_STEP_S:g}, got {dt_s}")

@@ -24,16 +24,19 @@ from carom.adapter import (
     is_fast,
     oriented_contact,
     pair_of,
+    require_sound,
     require_supported,
     wall_body,
 )
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
+    LEAST,
+    OTHER_SETTINGS,
+    SHAPES,
     SHIPPED_SPEED_CLAMP_M_S,
     SHIPPED_SPIN_CLAMP_RAD_S,
     WORLD_SETTINGS,
-    require_usable,
 )
 
 __all__ = ["PybulletWorld"]
@@ -80,7 +83,8 @@ class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_usable(scene, settings)
+        known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
+        require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
         require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
         self._asked = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom_adapters.engine_adapter import EngineAdapter, located, tuned
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 
-if TYPE_CHECKING:
-    from carom.adapter import World
-
-__all__ = ["RapierAdapter", "adapter"]
+__all__ = ["adapter"]
 
 #: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
@@ -56,21 +53,23 @@ def _located(dt_s: float) -> dict[str, Setting]:
     }
 
 
-class RapierAdapter:
-    """Rapier as it is shipped (`default`), made to solve overlaps alone (`tuned`), or to look ahead (`swept`)."""
+def _world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
+    return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
 
-    name = "rapier"
-    engine = Engine("Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'")
-    capabilities = CAPABILITIES
-    knobs: Mapping[str, Knob] = {
+
+adapter = EngineAdapter(
+    name="rapier",
+    engine=Engine("Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'"),
+    capabilities=CAPABILITIES,
+    knobs={
         "num_solver_iterations": Knob(1, 64, log=True),
         "normalized_prediction_distance": Knob(choices=(0.0, 1e-4, 1e-3, 0.02)),
         "contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
         "soft_ccd_prediction": Knob(choices=(0.0, 0.5, 1e3)),
         "contact_recycling": Knob(choices=(False, True)),
         "warmstart_coefficient": Knob(0.0, 1.0),
-    }
-    profiles: Mapping[str, Profile] = {
+    },
+    profiles={
         "default": Profile(
             "What a user of Rapier gets: all as shipped (contacts are solved from 2 cm away on, speeds clamped to 400 "
             "m/s), but awake and with the scene's restitution.",
@@ -79,9 +78,8 @@ class RapierAdapter:
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
         ),
-        "tuned": Profile(
-            "The most exact fixed-step settings known, from Carom's own measurements: contacts are solved when bodies "
-            "overlap, and overlaps are never pushed apart.",
+        "tuned": tuned(
+            "contacts are solved when bodies overlap, and overlaps are never pushed apart",
             _tuned,
             Accuracy(late_steps=TURNS_LATE),
         ),
@@ -91,22 +89,11 @@ class RapierAdapter:
             _swept,
             capabilities=replace(CAPABILITIES, continuous_detection=True),
         ),
-        "located": Profile(
-            "The tuned settings, each step cut at the instant from which on Rapier's own narrow phase finds an overlap "
-            "(Carom's own bisection), and taken in two parts: bodies that touch bounce in the first and fly in the "
-            "second.",
+        "located": located(
+            "Rapier's own narrow phase",
             _located,
-            located=True,
+            then=", and taken in two parts: bodies that touch bounce in the first and fly in the second",
         ),
-    }
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
-        """Build a world.
-
-        Raises:
-            AdapterError: The scene or a setting is outside what Rapier can do.
-        """
-        return (RapierCuttableWorld if "first_part" in settings else RapierWorld)(scene, settings)
-
-
-adapter = RapierAdapter()
+    },
+    world=_world,
+)

@@ -1,12 +1,10 @@
-"""What Rapier can take: its settings by name, its limits, and the refusal of what is beyond them."""
+"""What Rapier can take: its settings by name, and its limits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from carom.adapter import Capabilities, ContactTimes
 
-from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
-
-__all__ = ["CAPABILITIES", "PARAMETERS", "SHIPPED_SPEED_M_S", "require_usable"]
+__all__ = ["CAPABILITIES", "LEAST", "MOST", "OTHER_SETTINGS", "PARAMETERS", "SHIPPED_SPEED_M_S"]
 
 #: Attributes of `IntegrationParameters`, by Rapier's own names.
 PARAMETERS = (
@@ -22,8 +20,9 @@ PARAMETERS = (
 #: part of a step that is taken first, as a step of its own: see the profile `located`.
 OTHER_SETTINGS = ("contact_natural_frequency", "can_sleep", "soft_ccd_prediction", "first_part")
 
-#: Below these Rapier divides by zero, or makes no sense of them.
-LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {"num_solver_iterations": 1}
+#: Beyond these Rapier divides by zero, or makes no sense of them; the square of a step stays inside 32-bit floats.
+LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {"num_solver_iterations": 1, "dt_s": 1e-12}
+MOST = {"dt_s": 1e12}
 
 #: `normalized_max_linear_velocity` as shipped: a faster body is slowed down to that, in silence.
 SHIPPED_SPEED_M_S = 400.0
@@ -48,15 +47,3 @@ CAPABILITIES = Capabilities(
     float_bits=32,
     dimensions=3,
 )
-
-
-def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
-    """Refuse what Rapier would panic on, or silently get wrong.
-
-    Raises:
-        AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.
-    """
-    require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST)
-    dt_s = float(settings["dt_s"])
-    if not 1e-12 <= dt_s <= 1e12:  # squared, still inside 32-bit floats
-        raise AdapterError(f"Rapier: dt_s must lie in 1e-12 to 1e12, got {dt_s}")

@@ -16,10 +16,11 @@ from carom.adapter import (
     StepClock,
     oriented_contact,
     pair_of,
+    require_sound,
     require_supported,
     wall_body,
 )
-from carom_adapters.rapier.limits import CAPABILITIES, PARAMETERS, require_usable
+from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS
 
 __all__ = ["RapierCuttableWorld", "RapierWorld"]
 
@@ -31,7 +32,7 @@ class RapierWorld:
     """One `PhysicsWorld` of balls that stay in a plane and don't turn."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        require_usable(scene, settings)
+        require_sound("Rapier", scene, settings, (*PARAMETERS, *OTHER_SETTINGS), LEAST, MOST)
         require_supported("Rapier", scene, CAPABILITIES, float(settings["dt_s"]))
         import rapier3d
 

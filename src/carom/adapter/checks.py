@@ -38,6 +38,8 @@ def require_sound(
     settings: Mapping[str, Setting],
     known: Sequence[str],
     at_least: Mapping[str, float] | None = None,
+    at_most: Mapping[str, float] | None = None,
+    words: Mapping[str, Sequence[str]] | None = None,
 ) -> None:
     """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
 
@@ -49,7 +51,9 @@ def require_sound(
         scene: The scene.
         settings: The settings asked for.
         known: Names of all settings but ``dt_s``.
-        at_least: Least values of settings that have one.
+        at_least: Least values of settings that have one, ``dt_s`` among them.
+        at_most: Greatest values, likewise.
+        words: What settings may be that are one of some words.
 
     Raises:
         AdapterError: Names the field or setting, and its value.
@@ -59,8 +63,13 @@ def require_sound(
             raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
         if setting != setting:
             raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
-        if not isinstance(setting, str) and at_least and not setting >= at_least.get(name, -math.inf):
-            raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+        if words and name in words and setting not in words[name]:
+            raise AdapterError(f"{engine}: {name} must be one of {', '.join(words[name])}, got {setting!r}")
+        if not isinstance(setting, str):
+            if at_least and not setting >= at_least.get(name, -math.inf):
+                raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+            if at_most and not setting <= at_most.get(name, math.inf):
+                raise AdapterError(f"{engine}: {name} must be at most {at_most[name]:g}, got {setting}")
     dt_s = settings["dt_s"]
     if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
         raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")

@@ -8,11 +8,11 @@ from pathlib import Path
 from carom.comparator.thresholds import THRESHOLDS
 from carom.folders import write_files
 from carom.report import tables, wording
+from carom.report.divergences import pictures
 from carom.report.document import Document
 from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
 from carom.report.overview import first_replay, overview
-from carom.report.picture import pictures
 from carom.report.price import price_section, prices
 from carom.report.records import junit, records
 from carom.report.reference import known_section, reference_section

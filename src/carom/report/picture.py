@@ -1,24 +1,17 @@
-"""Runs as pictures, each beside its reference: which are shown, and the paths of the discs with their impacts."""
+"""Runs as pictures, each beside its reference: the paths of the discs with their impacts."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.report import wording
-from carom.report.document import ON_PAPER, Pair, Pairs, Section, Text
-from carom.report.grid import Grid, GridCell, Mark
 from carom.report.paths import Paths, Stand, exact_paths, observed_paths
 from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
-from carom.report.tables import mark_cell
-from carom.runs.execute import MOST_DISCS_DRAWN
-from carom.runs.results import Results
 from carom.trace import Trace
 
 if TYPE_CHECKING:
@@ -26,30 +19,9 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = [
-    "Divergence",
-    "caption",
-    "divergences",
-    "draw_pair",
-    "draw_start",
-    "draw_trace",
-    "draw_walls",
-    "limits_of",
-    "pictures",
-]
+__all__ = ["draw_pair", "draw_start", "draw_trace", "draw_walls", "limits_of"]
 
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
-
-#: The source paper's four cases are always shown, under the method that the paper shows them of.
-PAPER_GROUP = "paper"
-WORST_SHOWN = 3
-_RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.WRONG: 3}
-
-PICTURE_NOTE = (
-    "The reference beside the run, drawn to one scale. Outline with a number: a disc at the start; tinted: at an "
-    "impact; filled: at the end. Dots are the frames that a run looks at; dashed: those just before and just after "
-    "what is missed. Where everything moves along one line, position is drawn against time."
-)
 
 _WIDTH_IN = 3.3
 #: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
@@ -66,114 +38,27 @@ _MOST_MISSES = 4
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
 
 
-@dataclass(frozen=True)
-class Divergence:
-    """One run beside its reference."""
-
-    cell: GridCell
-    reference: Trace
-    observed: Trace
-
-    @property
-    def scene_name(self) -> str:
-        """Name of the scene."""
-        return self.reference.scene.name
-
-
-def pictures(results: Results, grid: Grid) -> Iterator[Section]:
-    """Yield the runs that are shown as pictures."""
-    paper, worst = divergences(results, grid)
-    if paper or worst:
-        yield Section("What goes wrong", (Text(PICTURE_NOTE, ON_PAPER),))
-    for heading, shown in (("The source paper's cases, by PIT", paper), ("The worst of the other scenes", worst)):
-        if shown:
-            yield Section(heading, (Pairs(tuple(map(_pair, shown))),), level=3)
-
-
-def caption(entry: Divergence) -> str:
-    """Return what a picture shows: who ran it, at which step, and every verdict with its numbers."""
-    row = entry.cell.row
-    dt = wording.step(row.job.dt_s) if row else ""
-    return f"{entry.cell.column.name} at {dt}: {'; '.join(entry.cell.reasons)}."
-
-
-def _pair(entry: Divergence) -> Pair:
-    said = caption(entry)
-    labels = (f"What must happen in {entry.scene_name}, by PIC", f"{entry.scene_name}: {said}")
-    return Pair(
-        entry.scene_name,
-        mark_cell(entry.cell.mark),
-        (
-            f"PIC: {wording.count(len(entry.reference.impacts), 'impact')}",
-            f"{entry.cell.column.name}: {wording.count(len(entry.observed.impacts), 'impact')}",
-        ),
-        partial(draw_pair, entry, labels),
-        tuple(filter(None, (entry.reference.scene.description, said))),
-    )
-
-
-def divergences(
-    results: Results, grid: Grid, *, most_discs: int = MOST_DISCS_DRAWN
-) -> tuple[tuple[Divergence, ...], tuple[Divergence, ...]]:
-    """Return the paper's cases under PIT, and the worst runs of other scenes, no scene twice, the worst first.
+def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
+    """Return a run beside its reference, as SVG and to one scale.
 
     Args:
-        results: The cross-check.
-        grid: Its grid.
-        most_discs: Scenes of more discs are left out.
+        reference: What must happen.
+        observed: The run.
+        missed: Which impacts of the reference it missed.
+        labels: The drawings' accessible names.
     """
-    drawn = [row for row in grid.rows if len(row.scene.discs) <= most_discs]
-    cells = [cell for row in drawn for cell in row.cells]
-    of_paper = [cell for row in drawn if row.scene.name.startswith(f"{PAPER_GROUP}/") for cell in row.cells]
-    paper = [cell for cell in of_paper if cell.column.engine == "pit"]
-    taken = {cell.row.job.scene.name for cell in paper if cell.row is not None}
-    worst: dict[str, GridCell] = {}
-    for cell in sorted(cells, key=_badness, reverse=True):
-        name = cell.row.job.scene.name if cell.row else ""
-        if _badness(cell)[0] and name not in taken:
-            worst.setdefault(name, cell)
-    return (_with_traces(results, paper), _with_traces(results, list(worst.values())[:WORST_SHOWN]))
-
-
-def _badness(cell: GridCell) -> tuple[int, float, bool, float, float]:
-    """Order of shame: grade, share of impacts missed or invented, engines before PIT, velocity, energy."""
-    score = cell.row.score if cell.row is not None else None
-    rank = _RANK.get(cell.mark, 0)
-    if score is None or not rank:
-        return (0, 0.0, False, 0.0, 0.0)
-    counted = (len(score.missed) + len(score.spurious)) / max(1, score.expected)
-    velocity = 0.0 if math.isnan(score.total.velocity) else score.total.velocity
-    return (rank, counted, not cell.column.own, velocity, abs(score.total.energy))
-
-
-def _with_traces(results: Results, cells: list[GridCell]) -> tuple[Divergence, ...]:
-    return tuple(
-        Divergence(cell, results.references[cell.row.job.scene.name], cell.row.trace)
-        for cell in cells
-        if cell.row is not None and cell.row.trace is not None and cell.row.job.scene.name in results.references
-    )
-
-
-def draw_pair(divergence: Divergence, labels: tuple[str, str]) -> tuple[str, str]:
-    """Return a run beside its reference, as SVG and to one scale; `labels` are their accessible names."""
-    scene = divergence.reference.scene
-    reference, observed = exact_paths(divergence.reference), observed_paths(divergence.observed)
-    score = divergence.cell.row.score if divergence.cell.row else None
-    missed = score.missed if score is not None else ()
-    misses = _missed_frames(divergence, observed, missed) if len(missed) <= _MOST_MISSES else []
-    axis = _line_of_motion(reference, scene)
+    scene, right, found = reference.scene, exact_paths(reference), observed_paths(observed)
+    axis, limits = _line_of_motion(right, scene), limits_of(scene, right, found)
     if axis is not None:
-        limits = limits_of(scene, reference, observed)
-        pictures = [
-            _over_time(scene, paths, axis, limits, label)
-            for paths, label in zip((reference, observed), labels, strict=True)
-        ]
-        return pictures[0], pictures[1]
-    limits = limits_of(scene, reference, observed)
-    dotted = max(len(reference.stands), len(observed.stands)) > _MOST_STANDS
+        first, second = (
+            _over_time(scene, paths, axis, limits, label) for paths, label in zip((right, found), labels, strict=True)
+        )
+        return first, second
+    misses = _missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
+    dotted = max(len(right.stands), len(found.stands)) > _MOST_STANDS
     return (
-        _in_the_plane(scene, reference, [], limits, labels[0], dotted=dotted),
-        _in_the_plane(scene, observed, misses, limits, labels[1], dotted=dotted),
+        _in_the_plane(scene, right, [], limits, labels[0], dotted=dotted),
+        _in_the_plane(scene, found, misses, limits, labels[1], dotted=dotted),
     )
 
 
@@ -223,15 +108,13 @@ def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
     return low - margin, high + margin
 
 
-def _missed_frames(
-    divergence: Divergence, observed: Paths, missed: Sequence[int]
-) -> list[tuple[int, NDArray[np.float64]]]:
+def _missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> list[tuple[int, NDArray[np.float64]]]:
     """Return the discs of each missed impact at the frames just before and just after it."""
     if observed.frame_times is None or observed.frame_positions is None:
         return []
     found = []
     for index in missed:
-        impact = divergence.reference.impacts[index]
+        impact = reference.impacts[index]
         after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
         for frame in (after - 1, after):
             if 0 <= frame < len(observed.frame_times):
@@ -308,10 +191,7 @@ def _draw_paths(
     if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
         for k, disc in enumerate(scene.discs):
             if not disc.immovable:
-                points = paths.frame_positions[:, k]
-                axes.plot(
-                    points[:, 0], points[:, 1], linestyle="", marker=".", markersize=3.2, color=_colour(k), zorder=4
-                )
+                _dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
     for k, stands in _by_disc(scene, paths):
         if dotted:
             _dots(axes, np.array([stand.position_m for stand in stands]), k)
@@ -330,8 +210,8 @@ def _by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
             yield k, stands
 
 
-def _dots(axes: Axes, points: NDArray[np.float64], disc: int) -> None:
-    axes.plot(points[:, 0], points[:, 1], linestyle="", marker="o", markersize=2.8, color=_colour(disc), zorder=4)
+def _dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
+    axes.plot(*points.T, linestyle="", marker=marker, markersize=size, color=_colour(disc), zorder=4)
 
 
 def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:

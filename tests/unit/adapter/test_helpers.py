@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.stage import disc_at, staged
 
 from carom.adapter import (
     Disc,
@@ -63,10 +64,7 @@ def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) 
 
 def test_no_disc_gets_beyond_the_reach() -> None:
     """A light disc that a heavy one drives away stays within the reach of their scene."""
-    discs = [
-        Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5, mass_kg=100.0),
-        Disc(position_m=(2.0, 0.0), radius_m=0.5),
-    ]
+    discs = [disc_at(0.0, 0.0, 1.0, 0.0, m=100.0), disc_at(2.0, 0.0)]
     scene = Scene(name="driven", discs=discs, duration_s=10.0)
     (x, y), radius = reach(scene, 0.0)
     end = solve_pic(scene).final_position_m[1]
@@ -93,13 +91,7 @@ def test_a_push_out_of_the_plane_is_flattened() -> None:
 def test_frictions_are_factored_as_restitutions_are() -> None:
     """The products of the factors are the scene's coefficients, also where discs have none and walls have."""
     for friction, wall_friction in ((0.25, 3.0), (0.0, 0.5), (0.1, 0.0), (0.0, 0.0)):
-        scene = Scene(
-            name="x",
-            discs=[Disc(position_m=(0, 0), radius_m=1)],
-            friction=friction,
-            wall_friction=wall_friction,
-            duration_s=1,
-        )
+        scene = staged("x", disc_at(0, 0, r=1), friction=friction, wall_friction=wall_friction, duration_s=1)
         disc, wall = factored_frictions(scene)
         assert disc * disc == pytest.approx(friction, rel=1e-15)
         assert disc * wall == pytest.approx(wall_friction, rel=1e-15)

@@ -5,12 +5,14 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall, resolve_impact, solve_pic, solve_pit
+from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench.adviser import RESOLUTION, Cause, Demand, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
+from carom.report.small import advice_document
 from carom.runs.pool import InProcess
 
 DEGREE = math.radians(1)
@@ -19,12 +21,10 @@ angles = st.floats(0, math.tau)
 
 def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
     """Two discs, the second off centre by `miss`."""
-    return Scene(
-        name="pair",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(speed, 0), radius_m=radius, mass_kg=mass),
-            Disc(position_m=(4 * radius, miss), radius_m=radius),
-        ],
+    return staged(
+        "pair",
+        disc_at(0, 0, speed, 0, r=radius, m=mass),
+        disc_at(4 * radius, miss, r=radius),
         duration_s=6 * radius / speed,
     )
 
@@ -116,12 +116,7 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     fast = hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
     assert fast.cause is Cause.FAST
     assert fast.limit.dt_s == pytest.approx(0.02 / 100)
-    walled = Scene(
-        name="walled",
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)],
-        walls=[Wall(point_m=(2, 0), normal=(-1, 0))],
-        duration_s=3.0,
-    )
+    walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
@@ -158,11 +153,24 @@ def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str)
         Demand(*demand)
 
 
-def test_a_scene_with_friction_is_refused() -> None:
-    """What a step costs is known in closed form without friction only; a spin that rubs on nothing is no matter."""
-    rough = Scene(**{**dict(pair()), "friction": 0.1})
-    with pytest.raises(InputError, match="'pair' has friction"):
-        advise(rough, Demand(DEGREE), InProcess(), ["pit"])
+def test_with_friction_steps_are_tried() -> None:
+    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the next one it is not."""
+    rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
+    advice = advise(rough, Demand(DEGREE), InProcess(), ["pit"])
+    assert advice.closed_form_s is None
+    (answer,) = advice.answers
+    assert answer.passes is not None
+    assert answer.fails is not None
+    assert answer.reason == ""
+    assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
+    for step, right in ((answer.passes.dt_s, True), (answer.fails.dt_s, False)):
+        found, worst = direction_errors(rough, step, step * 0.999)
+        assert (found == 1 and worst <= DEGREE) is right
+    assert "were there no friction" in " ".join(advice_document(advice).lead)
+
+
+def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
+    """Discs that spin and do not rub have the closed form of those that do not spin."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
     spinning = Scene(**{**dict(pair()), "discs": discs})
     steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form_s for scene in (pair(), spinning)]

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 from typer.testing import CliRunner
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.bench.axes import ErrorKind
 from carom.bench.bench_plan import BenchPlan, geometric_steps
 from carom.bench.convergence import Convergence
@@ -48,14 +49,7 @@ radius_m = 0.5
 
 @pytest.fixture
 def scene() -> Scene:
-    return Scene(
-        name="oblique",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(1.4, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=0.5,
-    )
+    return staged("oblique", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5)
 
 
 def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:

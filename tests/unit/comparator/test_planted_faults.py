@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from tests.planted import faults
 from tests.planted.faults import DT
+from tests.rebuilt import in_units
 
-from carom import Disc, Scene, Trace, Wall, compare, solve_pic
+from carom import Trace, compare, solve_pic
 from carom.comparator import Grade, Score, Verdict
 from carom.scenes import catalogue
 
@@ -178,28 +179,6 @@ def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
         assert score.local.restitution[at] == pytest.approx(-0.1, abs=1e-9)
 
 
-def scaled(scene: Scene, length: float, time: float) -> Scene:
-    """The same scene in other units: lengths times one factor, times times another."""
-    speed = length / time
-    return Scene(
-        name="scaled",
-        discs=[
-            Disc(
-                position_m=tuple(length * c for c in disc.position_m),
-                velocity_m_s=tuple(speed * c for c in disc.velocity_m_s),
-                radius_m=length * disc.radius_m,
-                mass_kg=disc.mass_kg,
-            )
-            for disc in scene.discs
-        ],
-        walls=[Wall(point_m=tuple(length * c for c in wall.point_m), normal=wall.normal) for wall in scene.walls],
-        restitution=scene.restitution,
-        wall_restitution=scene.wall_restitution,
-        duration_s=time * scene.duration_s,
-        frame_rate_hz=scene.frame_rate_hz / time,
-    )
-
-
 @pytest.mark.parametrize(("length", "time"), [(1000.0, 1.0), (1.0, 1e-3), (1e-6, 1e3)])
 @pytest.mark.parametrize("name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/deflection"])
 def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
@@ -210,7 +189,7 @@ def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: floa
     from carom import solve_pit
 
     scene = catalogue()[name].scene
-    other = scaled(scene, length, time)
+    other = in_units(scene, length=length, time=time)
     plain, again = (
         compare(solve_pic(s), pit, sampling=pit) for s, pit in ((scene, solve_pit(scene)), (other, solve_pit(other)))
     )

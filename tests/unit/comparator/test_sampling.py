@@ -9,22 +9,16 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import DT, ROW, delayed, faithful, faster, replayed, tunnelling
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, Score, Trace, compare, solve_pic, solve_pit
+from carom import Disc, Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scenes import catalogue
 
 RADII, OFFSET, SPEED, START = 1.0, 0.6, 4.0, 3.01
 
-OBLIQUE = Scene(
-    name="oblique",
-    discs=[
-        Disc(position_m=(0, 0), velocity_m_s=(SPEED, 0), radius_m=RADII / 2),
-        Disc(position_m=(START, OFFSET), radius_m=RADII / 2),
-    ],
-    duration_s=2.0,
-)
+OBLIQUE = staged("oblique", disc_at(0, 0, SPEED, 0, r=RADII / 2), disc_at(START, OFFSET, r=RADII / 2), duration_s=2.0)
 REFERENCE = solve_pic(OBLIQUE)
 
 

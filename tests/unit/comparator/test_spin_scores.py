@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, wall_at
 
 from carom import Disc, Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
@@ -193,10 +194,7 @@ def test_the_corner_has_two_outcomes_with_friction() -> None:
 
 def test_spin_alone_costs_sampling_nothing() -> None:
     """Without friction a spin stays what it was: PIT is late, and its spins are right to the bit."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5, spin_rad_s=3.0),
-        Disc(position_m=(3, 0.25), radius_m=0.5, spin_rad_s=-1.0),
-    ]
+    discs = [disc_at(0, 0, 4, 0, spin_rad_s=3.0), disc_at(3, 0.25, spin_rad_s=-1.0)]
     scene = Scene(name="smooth", discs=discs, duration_s=2.0)
     truth, pit = solve_pic(scene), solve_pit(scene)
     result = compare(truth, pit, sampling=pit)
@@ -219,12 +217,7 @@ def test_horizons_end_where_spins_part() -> None:
         for x in range(4)
         for y in range(4)
     ]
-    walls = [
-        Wall(point_m=(-1, -1), normal=(1, 0)),
-        Wall(point_m=(-1, -1), normal=(0, 1)),
-        Wall(point_m=(7, 7), normal=(-1, 0)),
-        Wall(point_m=(7, 7), normal=(0, -1)),
-    ]
+    walls = [wall_at(-1, -1, 1, 0), wall_at(-1, -1, 0, 1), wall_at(7, 7, -1, 0), wall_at(7, 7, 0, -1)]
     rough = {"friction": 10.0, "wall_friction": 10.0, "tangential_restitution": 1.0, "wall_tangential_restitution": 1.0}
     gas = Scene(name="gas", discs=discs, walls=walls, duration_s=60.0, **rough)
     horizon = estimate_horizon(solve_pic(gas))

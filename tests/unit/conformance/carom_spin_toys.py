@@ -9,7 +9,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation, Scene, Setting
-from carom_adapters.pymunk import PymunkAdapter, PymunkWorld
+from carom_adapters.engine_adapter import EngineAdapter
+from carom_adapters.pymunk import PymunkWorld, adapter
 
 
 class Honest(PymunkWorld):
@@ -112,43 +113,37 @@ class Hides(Seen):
         return dataclasses.replace(seen, contacts=seen.contacts if self._clock.now_s < 1.0 else ())
 
 
-class Toy(PymunkAdapter):
-    """Prepares what pymunk does, in another world."""
+class Forgets(Honest):
+    """Leaves out in silence what pymunk can't do."""
 
-    def __init__(self, name: str, world: type[PymunkWorld] = Honest) -> None:
-        self.name, self.world = name, world
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> PymunkWorld:
-        """Build the world."""
-        return self.world(scene, settings)
+    def staged(self, scene: Scene) -> Scene:
+        return scene.model_copy(update={"tangential_restitution": 0.0, "wall_tangential_restitution": 0.0})
 
 
-class Claims(Toy):
-    """Declares what it likes, and leaves out in silence what pymunk can't do."""
-
-    def __init__(self, name: str, **capabilities: Any) -> None:
-        super().__init__(name)
-        self.capabilities = dataclasses.replace(PymunkAdapter.capabilities, **capabilities)
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> PymunkWorld:
-        """Build the world of a scene without what is not known."""
-        none = {"tangential_restitution": 0.0, "wall_tangential_restitution": 0.0}
-        return super().prepare(scene.model_copy(update=none), settings)
+def toy(name: str, world: type[PymunkWorld] = Honest) -> EngineAdapter:
+    """Return an adapter that prepares what pymunk does, in another world."""
+    return dataclasses.replace(adapter, name=name, world=world)
 
 
-honest = Toy("honest")
-one_friction = Toy("one-friction", OneFriction)
-rough = Toy("rough", Rough)
-spheres = Toy("spheres", Spheres)
-clamps = Toy("clamps", Clamps)
-damps = Toy("damps", Damps)
-clockwise = Toy("clockwise", Clockwise)
-tells_none = Toy("tells-none", TellsNone)
-turns_rubs = Toy("turns-rubs", TurnsRubs)
-doubles_rubs = Toy("doubles-rubs", DoublesRubs)
-hides = Toy("hides", Hides)
-claims_nothing = Claims("claims-nothing", spin=False, friction=(0.0, 0.0))
-claims_limits = Claims(
+def claims(name: str, **capabilities: Any) -> EngineAdapter:
+    """Return one that declares what it likes."""
+    declared = dataclasses.replace(adapter.capabilities, **capabilities)
+    return dataclasses.replace(adapter, name=name, world=Forgets, capabilities=declared)
+
+
+honest = toy("honest")
+one_friction = toy("one-friction", OneFriction)
+rough = toy("rough", Rough)
+spheres = toy("spheres", Spheres)
+clamps = toy("clamps", Clamps)
+damps = toy("damps", Damps)
+clockwise = toy("clockwise", Clockwise)
+tells_none = toy("tells-none", TellsNone)
+turns_rubs = toy("turns-rubs", TurnsRubs)
+doubles_rubs = toy("doubles-rubs", DoublesRubs)
+hides = toy("hides", Hides)
+claims_nothing = claims("claims-nothing", spin=False, friction=(0.0, 0.0))
+claims_limits = claims(
     "claims-limits", max_spin_rad_s=10.0, friction=(0.01, 5.0), min_inertia_factor=0.1, tangential_restitution=False
 )
-claims_turns = Claims("claims-turns", max_turn_rad=1.0)
+claims_turns = claims("claims-turns", max_turn_rad=1.0)

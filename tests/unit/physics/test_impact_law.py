@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -31,9 +31,24 @@ coefficients = st.floats(0, 1)
 normals = velocities.filter(lambda n: math.hypot(*n) > 1e-3)
 
 Exact = tuple[Fraction, Fraction]
+Vector = tuple[float, float]
 
 
-def exact(vector: NDArray[np.float64] | tuple[float, float]) -> Exact:
+class Impact(NamedTuple):
+    """The arguments of `resolve_impact`."""
+
+    v1: Vector
+    m1: float
+    v2: Vector
+    m2: float
+    normal: Vector
+    e: float
+
+
+impacts = st.builds(Impact, velocities, masses, velocities, masses, normals, coefficients)
+
+
+def exact(vector: NDArray[np.float64] | Vector) -> Exact:
     """Return the vector in rational numbers."""
     return Fraction(float(vector[0])), Fraction(float(vector[1]))
 
@@ -48,12 +63,12 @@ def minus(a: Exact, b: Exact) -> Exact:
     return a[0] - b[0], a[1] - b[1]
 
 
-def span(*vectors: tuple[float, float]) -> Fraction:
+def span(*vectors: Vector) -> Fraction:
     """Sum of the lengths, rounded up: the S of the tolerances."""
     return Fraction(sum(math.hypot(*vector) for vector in vectors)) * Fraction(101, 100) + Fraction(1, 10**300)
 
 
-def approach(v1: tuple[float, float], v2: tuple[float, float], normal: tuple[float, float]) -> Fraction:
+def approach(v1: Vector, v2: Vector, normal: Vector) -> Fraction:
     """Approach speed times the length of the normal, exactly."""
     return dot(minus(exact(v1), exact(v2)), exact(normal))
 
@@ -61,48 +76,35 @@ def approach(v1: tuple[float, float], v2: tuple[float, float], normal: tuple[flo
 # Known answers --------------------------------------------------------------------------------------------------------
 
 
-def test_equal_masses_exchange_their_velocities_head_on() -> None:
-    """Of two equal elastic discs on one line each takes the other's velocity."""
-    after1, after2 = resolve_impact([3, 0], 2, [-1, 0], 2, [1, 0])
-    np.testing.assert_array_equal(after1, [-1, 0])
-    np.testing.assert_array_equal(after2, [3, 0])
-
-
-def test_masses_and_restitution_head_on() -> None:
-    """2 kg at 3 m/s against 1 kg at rest with e = 1/2 hand over 3 N s: 1.5 and 3 m/s remain."""
-    after1, after2 = resolve_impact([3, 0], 2, [0, 0], 1, [1, 0], 0.5)
-    np.testing.assert_array_equal(after1, [1.5, 0])
-    np.testing.assert_array_equal(after2, [3, 0])
+@pytest.mark.parametrize(
+    ("impact", "after"),
+    [
+        pytest.param(Impact((3, 0), 2, (-1, 0), 2, (1, 0), 1.0), [(-1, 0), (3, 0)], id="equal masses exchange"),
+        # 2 kg at 3 m/s against 1 kg at rest with e = 1/2 hand over 3 N s.
+        pytest.param(Impact((3, 0), 2, (0, 0), 1, (1, 0), 0.5), [(1.5, 0), (3, 0)], id="masses and restitution"),
+        # At e = 0 both go on along the normal as one, and keep what they had across it.
+        pytest.param(Impact((4, 5), 1, (0, 7), 3, (1, 0), 0.0), [(1, 5), (1, 7)], id="no restitution"),
+    ],
+)
+def test_head_on(impact: Impact, after: list[Vector]) -> None:
+    """On one line every number is known, and exact."""
+    np.testing.assert_array_equal(resolve_impact(*impact), after)
 
 
 def test_oblique_3_4_5() -> None:
     """At 2 m/s along x on a normal of (.8, .6) the struck disc leaves along the normal, the other at a right angle."""
-    after1, after2 = resolve_impact([2, 0], 1, [0, 0], 1, [4, 3])
     tolerance = float(ROUNDINGS * 2 * U)
-    np.testing.assert_allclose(after1, [0.72, -0.96], rtol=0, atol=tolerance)
-    np.testing.assert_allclose(after2, [1.28, 0.96], rtol=0, atol=tolerance)
-
-
-def test_no_restitution_leaves_the_centre_of_mass_velocity_along_the_normal() -> None:
-    """At e = 0 both go on along the normal as one, and keep what they had across it."""
-    after1, after2 = resolve_impact([4, 5], 1, [0, 7], 3, [1, 0], 0.0)
-    np.testing.assert_array_equal(after1, [1, 5])
-    np.testing.assert_array_equal(after2, [1, 7])
+    found = resolve_impact([2, 0], 1, [0, 0], 1, [4, 3])
+    np.testing.assert_allclose(found, [(0.72, -0.96), (1.28, 0.96)], rtol=0, atol=tolerance)
 
 
 # Laws -----------------------------------------------------------------------------------------------------------------
 
 
-@given(velocities, masses, velocities, masses, normals, coefficients)
-def test_momentum_is_conserved(
-    v1: tuple[float, float],
-    m1: float,
-    v2: tuple[float, float],
-    m2: float,
-    normal: tuple[float, float],
-    e: float,
-) -> None:
+@given(impacts)
+def test_momentum_is_conserved(impact: Impact) -> None:
     """Total momentum is the same before and after, at any restitution, to the rounding derived above."""
+    v1, m1, v2, m2, normal, e = impact
     after1, after2 = (exact(v) for v in resolve_impact(v1, m1, v2, m2, normal, e))
     before1, before2 = exact(v1), exact(v2)
     # Besides the momentum handed over, each new velocity (3 S at most) is rounded once, and weighed with its mass.
@@ -112,16 +114,10 @@ def test_momentum_is_conserved(
         assert abs(change) <= tolerance
 
 
-@given(velocities, masses, velocities, masses, normals, coefficients)
-def test_the_normal_relative_velocity_turns_into_minus_e_times_itself(
-    v1: tuple[float, float],
-    m1: float,
-    v2: tuple[float, float],
-    m2: float,
-    normal: tuple[float, float],
-    e: float,
-) -> None:
+@given(impacts)
+def test_the_normal_relative_velocity_turns_into_minus_e_times_itself(impact: Impact) -> None:
     """Newton's law of restitution holds along the normal, and across it neither velocity changes."""
+    v1, m1, v2, m2, normal, e = impact
     before = approach(v1, v2, normal)
     after1, after2 = (exact(v) for v in resolve_impact(v1, m1, v2, m2, normal, e))
     n = exact(normal)
@@ -137,16 +133,10 @@ def test_the_normal_relative_velocity_turns_into_minus_e_times_itself(
     assert abs(dot(minus(after2, exact(v2)), across)) <= tolerance
 
 
-@given(velocities, masses, velocities, masses, normals, coefficients)
-def test_the_energy_lost_is_that_of_the_restitution(
-    v1: tuple[float, float],
-    m1: float,
-    v2: tuple[float, float],
-    m2: float,
-    normal: tuple[float, float],
-    e: float,
-) -> None:
+@given(impacts)
+def test_the_energy_lost_is_that_of_the_restitution(impact: Impact) -> None:
     """Kinetic energy falls by half the reduced mass times (1 - e^2) times the approach speed squared: not at e = 1."""
+    v1, m1, v2, m2, normal, e = impact
     mass1, mass2, s = Fraction(m1), Fraction(m2), span(v1, v2)
     n = exact(normal)
     approach_squared = max(approach(v1, v2, normal), Fraction(0)) ** 2 / dot(n, n)
@@ -161,7 +151,7 @@ def test_the_energy_lost_is_that_of_the_restitution(
 
 @given(velocities, velocities, masses, normals, coefficients)
 def test_an_immovable_body_keeps_its_velocity_and_reflects_the_other(
-    v1: tuple[float, float], v2: tuple[float, float], m: float, normal: tuple[float, float], e: float
+    v1: Vector, v2: Vector, m: float, normal: Vector, e: float
 ) -> None:
     """Infinite mass does not change its velocity by a bit; the other's mass does not matter."""
     after1, after2 = resolve_impact(v1, m, v2, math.inf, normal, e)
@@ -177,17 +167,10 @@ def test_an_immovable_body_keeps_its_velocity_and_reflects_the_other(
     np.testing.assert_array_equal(mirrored2, v2)
 
 
-@given(velocities, masses, velocities, masses, normals, coefficients, velocities)
-def test_a_moving_observer_sees_the_same_impact(
-    v1: tuple[float, float],
-    m1: float,
-    v2: tuple[float, float],
-    m2: float,
-    normal: tuple[float, float],
-    e: float,
-    boost: tuple[float, float],
-) -> None:
+@given(impacts, velocities)
+def test_a_moving_observer_sees_the_same_impact(impact: Impact, boost: Vector) -> None:
     """Adding one velocity to both bodies adds it to both results (Galilean invariance)."""
+    v1, m1, v2, m2, normal, e = impact
     still = resolve_impact(v1, m1, v2, m2, normal, e)
     moved = resolve_impact(np.add(v1, boost), m1, np.add(v2, boost), m2, normal, e)
     # Two results of 40 roundings each, and the rounding of the boosted inputs, which an impact at most triples; where
@@ -198,17 +181,10 @@ def test_a_moving_observer_sees_the_same_impact(
             assert abs(exact(one)[axis] + exact(boost)[axis] - exact(other)[axis]) <= tolerance
 
 
-@given(velocities, masses, velocities, masses, normals, coefficients, st.integers(-60, 60))
-def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(
-    v1: tuple[float, float],
-    m1: float,
-    v2: tuple[float, float],
-    m2: float,
-    normal: tuple[float, float],
-    e: float,
-    k: int,
-) -> None:
+@given(impacts, st.integers(-60, 60))
+def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(impact: Impact, k: int) -> None:
     """Scaling the normal, or both masses, by a power of two changes no bit."""
+    v1, m1, v2, m2, normal, e = impact
     scale = 2.0**k
     plain = resolve_impact(v1, m1, v2, m2, normal, e)
     scaled = resolve_impact(v1, m1 * scale, v2, m2 * scale, np.multiply(normal, scale), e)
@@ -216,7 +192,7 @@ def test_neither_the_length_of_the_normal_nor_the_unit_of_mass_matters(
 
 
 @pytest.mark.parametrize("v1", [(-1.0, 0.0), (0.0, 0.0), (0.0, 5.0)])
-def test_bodies_that_do_not_approach_are_returned_as_they_were(v1: tuple[float, float]) -> None:
+def test_bodies_that_do_not_approach_are_returned_as_they_were(v1: Vector) -> None:
     """Separating, at rest or sliding along each other, there is no impact."""
     after1, after2 = resolve_impact(v1, 1, [0, 0], 2, [1, 0])
     np.testing.assert_array_equal(after1, v1)

@@ -177,16 +177,10 @@ def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("speed", [1e-100, 1e-9, 1e9, 1e100])
+@pytest.mark.parametrize("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
 def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None:
-    """A gap of 1 is crossed in 1/speed, however slow or fast."""
+    """A gap of 1 is crossed in 1/speed, however slow or fast, also where the square of the speed underflows."""
     assert abs(form(2.0, 0.0, -speed, 0.0, 1.0) * speed - 1) <= 8 * U
-
-
-@pytest.mark.parametrize("form", FORMS)
-def test_a_speed_whose_square_underflows_hits(form: PairTime) -> None:
-    """A gap of 1 is crossed at 1e-170 m/s, too, in 1e170 s."""
-    assert abs(form(2.0, 0.0, -1e-170, 0.0, 1.0) * 1e-170 - 1) <= 8 * U
 
 
 # Approaching, touching, overlapping, never ----------------------------------------------------------------------------

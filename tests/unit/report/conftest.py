@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import pytest
+from tests.stage import disc_at, staged, wall_at
 
 from carom.comparator import compare
 from carom.registry import EngineInfo, load_adapter
@@ -14,7 +15,7 @@ from carom.runs.job import Job, Method, Status
 from carom.runs.observe import observe_run
 from carom.runs.results import Results, Row
 from carom.runs.timing import Timing
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Scene
 from carom.scenes import KnownAnswer
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace
@@ -44,29 +45,15 @@ def not_run() -> Mapping[str, tuple[Status, str]]:
 
 
 def _scenes() -> list[Scene]:
-    oblique = [
-        Disc(position_m=(-1.0, 0.0), velocity_m_s=(3.0, 0.2), radius_m=0.3),
-        Disc(position_m=(1.0, 0.2), velocity_m_s=(-2.0, 0.0), radius_m=0.3),
-    ]
+    oblique = [disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3)]
     # At 5 frames a second the discs pass through each other between two frames: PIT misses the impact.
-    missed = [
-        Disc(position_m=(-1.0, 0.0), velocity_m_s=(10.0, 0.0), radius_m=0.1),
-        Disc(position_m=(0.0, 0.1), radius_m=0.1),
-    ]
-    head_on = [
-        Disc(position_m=(-1.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.25),
-        Disc(position_m=(0.5, 0.0), radius_m=0.25),
-    ]
+    missed = [disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)]
+    head_on = [disc_at(-1.0, 0.0, 1.0, 0.0, r=0.25), disc_at(0.5, 0.0, r=0.25)]
     return [
         Scene(name="paper/late", description="Late.", discs=oblique, duration_s=1.0, frame_rate_hz=24.0),
         Scene(name="paper/missed", description="Missed.", discs=missed, duration_s=1.0, frame_rate_hz=5.0),
-        Scene(
-            name=NASTY,
-            description="<b>bold</b>",
-            discs=head_on,
-            walls=[Wall(point_m=(1.0, 0.0), normal=(-1.0, 0.0))],
-            duration_s=2.0,
-            frame_rate_hz=24.0,
+        staged(
+            NASTY, *head_on, wall_at(1.0, 0.0, -1.0, 0.0), description="<b>bold</b>", duration_s=2.0, frame_rate_hz=24.0
         ),
     ]
 

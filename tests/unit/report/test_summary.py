@@ -6,6 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from tests.stage import disc_at, staged
 
 import carom
 from carom import Disc, Scene, Wall
@@ -98,14 +99,7 @@ def test_results_count_what_became_of_each_method() -> None:
 
 def test_a_certified_trace_shows_proven_digits_only() -> None:
     """The impact at 1/3 s is told with as many threes as were asked for, and the end that was reached."""
-    thirds = Scene(
-        name="thirds",
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(3.0, 0.0), radius_m=0.5),
-            Disc(position_m=(2.0, 0.0), radius_m=0.5),
-        ],
-        duration_s=1.0,
-    )
+    thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
     text = repr(carom.certify(thirds, digits=30))
     assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits asked for\n")
     assert "certified to the end of the scene" in text

@@ -16,10 +16,10 @@ from carom.comparator import Grade, compare
 from carom.registry import EngineInfo
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
+from carom.report.divergences import divergences
 from carom.report.document import Cell, Lines, Medium, Section, Table
 from carom.report.grid import Mark, build_grid, reasons_of
 from carom.report.paths import exact_paths, observed_paths
-from carom.report.picture import divergences
 from carom.report.price import prices
 from carom.report.records import junit
 from carom.report.render import html, markdown, terminal

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
@@ -28,14 +29,7 @@ pytestmark = pytest.mark.usefixtures("hostile")
 @pytest.fixture
 def scene() -> Scene:
     """Two discs that meet head-on after one second."""
-    return Scene(
-        name="meeting",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=2.0,
-    )
+    return staged("meeting", disc_at(0, 0, 1, 0), disc_at(3, 0, -1, 0), duration_s=2.0)
 
 
 def statuses(results: carom.Results) -> dict[str, Status]:
@@ -290,10 +284,11 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
     monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
-    endless = Scene(
-        name="endless",
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(1000, 0), radius_m=0.25)],
-        walls=[Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(0.5, 0), normal=(-1, 0))],
+    endless = staged(
+        "endless",
+        disc_at(0, 0, 1000, 0, r=0.25),
+        wall_at(-0.5, 0, 1, 0),
+        wall_at(0.5, 0, -1, 0),
         duration_s=1e9,
     )
     row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]

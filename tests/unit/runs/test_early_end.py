@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, Wall, solve_pic, time_of_impact
+from carom import Scene, Wall, solve_pic, time_of_impact
 from carom.adapter import Observation
 from carom.registry import load_adapter
 from carom.runs.early_end import FreeFlight, near_after
@@ -21,15 +22,7 @@ DT = 1 / 60
 
 
 def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
-    return Scene(
-        name="pair",
-        discs=[
-            Disc(position_m=(0, 0), radius_m=0.5),
-            Disc(position_m=(1 + gap, aside), velocity_m_s=(velocity, 0), radius_m=0.5),
-        ],
-        walls=walls,
-        duration_s=10.0,
-    )
+    return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
 
 
 def begins_after(scene: Scene, steps: int = 5) -> bool:

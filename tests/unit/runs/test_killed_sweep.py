@@ -10,8 +10,8 @@ import time
 from pathlib import Path
 
 import pytest
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene
 from carom.runs.job import Job, Method
 from carom.runs.journal import canonical
 from carom.runs.pool import LocalPool
@@ -22,14 +22,7 @@ STEPS = 20
 
 
 def cheap_jobs(count: int) -> list[Job]:
-    scene = Scene(
-        name="campaign",
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(3.0, 0.3), velocity_m_s=(-1.0, 0.0), radius_m=0.5),
-        ],
-        duration_s=2.0,
-    )
+    scene = staged("campaign", disc_at(0.0, 0.0, 1.0, 0.0), disc_at(3.0, 0.3, -1.0, 0.0), duration_s=2.0)
     kinds = itertools.product(range(count), ("pit", "pic"), ("default", "tuned"), (0.0, 0.25, 0.5, 0.75))
     return [
         Job(scene, Method(engine, profile), scene.duration_s / (STEPS + 0.01 * k), 0, phase)

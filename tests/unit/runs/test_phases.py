@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall, solve_pic
+from carom import Scene, solve_pic
 from carom.comparator.shift import begun_earlier, even_phases, shifted_references
 from carom.errors import InputError
 from carom.runs.phases import phase_values, pit_miss_probability
@@ -38,28 +39,14 @@ def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
 
 def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
     """Where the way ahead is shorter than a step, the start is moved back by the rest of it."""
-    scene = Scene(
-        name="near",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(1.25, 0), radius_m=0.5),
-        ],
-        duration_s=2.0,
-    )
+    scene = staged("near", disc_at(0, 0, 1, 0), disc_at(1.25, 0), duration_s=2.0)
     (one,) = shifted_references(solve_pic(scene), 0.5, [0.75])
     assert one.impacts["time_s"].tolist() == [0.25 + 0.125]
 
 
 def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
     """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
-    scene = Scene(
-        name="oblique",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=2.0,
-    )
+    scene = staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
     now, earlier = solve_pic(scene), solve_pic(begun_earlier(scene, 0.01))
     assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
     assert earlier.impacts["normal"] == pytest.approx(now.impacts["normal"], abs=1e-14)
@@ -68,15 +55,7 @@ def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
 
 def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
     """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
-    parting = Scene(
-        name="parting",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-            Disc(position_m=(1, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(5, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=3.0,
-    )
+    parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
     shifted = begun_earlier(parting, 0.1)
     assert shifted.duration_s == pytest.approx(2.9)
     assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
@@ -93,13 +72,11 @@ def test_even_phases_are_spread_over_a_step() -> None:
 
 def dropped() -> Scene:
     """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; one that can't move stands aside."""
-    return Scene(
-        name="dropped",
-        discs=[
-            Disc(position_m=(0.0, 1.0), velocity_m_s=(2.0, 0.0), radius_m=0.5),
-            Disc(position_m=(-8.0, 1.0), radius_m=0.5, mass_kg=math.inf),
-        ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+    return staged(
+        "dropped",
+        disc_at(0.0, 1.0, 2.0, 0.0),
+        disc_at(-8.0, 1.0, m=math.inf),
+        wall_at(0.0, 0.0, 0.0, 1.0),
         gravity_m_s2=(0.0, -4.0),
         duration_s=1.0,
     )
@@ -128,12 +105,10 @@ def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:
 
 def missing(offset: float, advance: float) -> Scene:
     """Two discs of contact distance 1 at 10 frames a second, the relative advance a frame in contact distances."""
-    return Scene(
-        name="passing",
-        discs=[
-            Disc(position_m=(-4.0 * advance, 0.0), velocity_m_s=(10 * advance, 0.0), radius_m=0.5),
-            Disc(position_m=(0.0, offset), radius_m=0.5),
-        ],
+    return staged(
+        "passing",
+        disc_at(-4.0 * advance, 0.0, 10 * advance, 0.0),
+        disc_at(0.0, offset),
         duration_s=1.0,
         frame_rate_hz=10.0,
     )

@@ -6,8 +6,9 @@ import signal
 from pathlib import Path
 
 import pytest
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.runs import scoring
 from carom.runs.job import Job, Method, Status
 from carom.runs.journal import canonical
@@ -18,14 +19,7 @@ from carom.runs.scoring import Scored, batches, job_key, score_journal, sweep
 @pytest.fixture
 def scene() -> Scene:
     """Two discs that meet obliquely, after a second or so."""
-    return Scene(
-        name="oblique",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=2.0,
-    )
+    return staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
 
 
 def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:

@@ -6,9 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.stage import disc_at
 
 import carom
-from carom import Disc, Scene
+from carom import Scene
 from carom.adapter import Knob
 from carom.errors import InputError, UnknownNameError
 from carom.report.cross_check import cross_check_document
@@ -29,10 +30,7 @@ from carom.trace import Setting
 @pytest.fixture
 def scene() -> Scene:
     """Two discs that meet off their centres after about half a second."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
-        Disc(position_m=(2, 0.6), velocity_m_s=(0, 0), radius_m=0.5),
-    ]
+    discs = [disc_at(0, 0, 2, 0), disc_at(2, 0.6, 0, 0)]
     return Scene(name="aside", discs=discs, duration_s=1.5)
 
 
@@ -111,10 +109,7 @@ def test_an_unknown_setting_is_refused_with_those_that_there_are(scene: Scene) -
 
 def test_what_a_profile_declares_of_its_own_settings_holds_for_no_others() -> None:
     """PyBullet's shipped settings lose slow bounces, and are skipped there; with the threshold lifted they are run."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(0.1, 0), radius_m=0.5),
-        Disc(position_m=(1.05, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    ]
+    discs = [disc_at(0, 0, 0.1, 0), disc_at(1.05, 0, 0, 0)]
     scene = Scene(name="slow", discs=discs, duration_s=2.0)
     with InProcess() as pool:
         own, tried = (

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 
 from carom.scene import Disc, Scene, Wall
 
@@ -32,17 +33,12 @@ def scenes(draw: st.DrawFn, *, max_discs: int = 5) -> Scene:
             velocity = (draw(st.integers(-300, 300)) / 97 - pull * x, draw(st.integers(-300, 300)) / 97 - pull * y)
         radius = draw(st.integers(20, 97)) / 97
         discs.append(Disc(position_m=(x, y), velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
-    box = [
-        Wall(point_m=(-5, 0), normal=(1, 0)),
-        Wall(point_m=(5, 0), normal=(-1, 0)),
-        Wall(point_m=(0, -5), normal=(0, 1)),
-        Wall(point_m=(0, 5), normal=(0, -1)),
-    ]
+    box = [wall_at(-5, 0, 1, 0), wall_at(5, 0, -1, 0), wall_at(0, -5, 0, 1), wall_at(0, 5, 0, -1)]
     oblique = [Wall(point_m=(-10, 0), normal=(3, 4))]
-    return Scene(
-        name="random",
-        discs=discs,
-        walls=draw(st.sampled_from([[], box, box[:2], oblique])),
+    return staged(
+        "random",
+        *discs,
+        *draw(st.sampled_from([[], box, box[:2], oblique])),
         restitution=draw(st.sampled_from([1.0, 1.0, 0.9, 0.5, 0.0])),
         wall_restitution=draw(st.sampled_from([1.0, 1.0, 0.9, 0.5, 0.0])),
         duration_s=3.0,
@@ -51,12 +47,9 @@ def scenes(draw: st.DrawFn, *, max_discs: int = 5) -> Scene:
 
 def line(*positions: float, velocities: tuple[float, ...], restitution: float = 1.0, duration_s: float = 10.0) -> Scene:
     """Return discs of 1 kg and radius 0.5 on the x axis."""
-    return Scene(
-        name="line",
-        discs=[
-            Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5)
-            for x, v in zip(positions, velocities, strict=True)
-        ],
+    return staged(
+        "line",
+        *[disc_at(x, 0.0, v, 0.0) for x, v in zip(positions, velocities, strict=True)],
         restitution=restitution,
         duration_s=duration_s,
     )

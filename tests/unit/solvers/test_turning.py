@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.forms import needs_extension, plain_form
+from tests.stage import disc_at
 
 from carom import Disc, DiscArrays, Scene, Wall, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
@@ -21,19 +22,13 @@ from carom.trace import Outcome, kinetic_energy
 
 def pair(**fields: Any) -> Scene:
     """Return two discs, of which the first, spinning, hits the other off its centre."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5, spin_rad_s=3.0),
-        Disc(position_m=(3, 0.5), velocity_m_s=(0, 0), radius_m=0.75, mass_kg=2.0),
-    ]
+    discs = [disc_at(0, 0, 4, 0, spin_rad_s=3.0), disc_at(3, 0.5, 0, 0, r=0.75, m=2.0)]
     return Scene(**{"name": "pair", "discs": discs, "duration_s": 2.0, **fields})
 
 
 def in_box(**fields: Any) -> Scene:
     """Return a disc that falls into a corner of two walls, and another above."""
-    discs = [
-        Disc(position_m=(2, 3), velocity_m_s=(-3, -2), radius_m=0.5, spin_rad_s=-1.0),
-        Disc(position_m=(4, 3), velocity_m_s=(-4, -2), radius_m=0.5),
-    ]
+    discs = [disc_at(2, 3, -3, -2, spin_rad_s=-1.0), disc_at(4, 3, -4, -2)]
     walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
     return Scene(**{"name": "box", "discs": discs, "walls": walls, "duration_s": 3.0, **fields})
 
@@ -217,7 +212,7 @@ def test_who_has_no_friction_and_spin_yet_says_so(fields: dict[str, float]) -> N
     rows = [
         DiscArrays(friction=start.friction, **{name: getattr(start, name)[k : k + 1] for name in names}) for k in (0, 1)
     ]
-    with pytest.raises(InputError, match="neither friction nor spin yet"):
+    with pytest.raises(InputError, match="neither friction nor spin, since its rows hold no spins"):
         pic_ensemble(TwoDiscEnsemble(*rows))
     assert "spinning discs, which this method does not support" in unsupported_reason(scene, Capabilities(), 1 / 60)
 

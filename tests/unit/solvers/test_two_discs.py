@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.forms import plain_form
+from tests.stage import disc_at, staged
 
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
@@ -65,14 +66,7 @@ def test_the_closed_form_is_the_event_driven_run(
 @pytest.mark.parametrize("form", ["compiled or not", "plain"])
 def test_two_discs_meet_at_the_instant_that_the_formula_gives(form: str) -> None:
     """Discs of radius .5 with 3 m between their centres, at 1 m/s, meet at 2 s and exchange velocities."""
-    scene = Scene(
-        name="head-on",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(3, 0), radius_m=0.5),
-        ],
-        duration_s=5.0,
-    )
+    scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=5.0)
     if form == "plain":
         with plain_form():
             trace = solve_pic(scene)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
 from carom import Disc, Scene
 from carom.scenes import CatalogueScene, Tag, catalogue
@@ -28,14 +29,7 @@ def test_the_true_motion_is_the_known_answer(entry: CatalogueScene) -> None:
 
 def graze(offset_m: float) -> Scene:
     """Stage two discs of contact distance 1 whose paths pass at this offset."""
-    return Scene(
-        name="graze",
-        discs=[
-            Disc(position_m=(-2.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            Disc(position_m=(0.0, offset_m), radius_m=0.5),
-        ],
-        duration_s=4.0,
-    )
+    return staged("graze", disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, offset_m), duration_s=4.0)
 
 
 def test_the_last_bit_decides_a_graze() -> None:

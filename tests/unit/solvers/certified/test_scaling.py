@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.forms import plain_form
+from tests.rebuilt import in_units
 
-from carom import Disc, Scene, Wall, certify
+from carom import Scene, certify
 from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
 from carom.solvers.certified.result import CertifiedTrace
@@ -22,27 +22,7 @@ MOST = 25
 
 def scaled(scene: Scene, length: int, speed: int) -> Scene:
     """Return a scene whose lengths and speeds are multiplied by powers of two."""
-
-    def times(vector: tuple[float, float], power: int) -> tuple[float, float]:
-        return math.ldexp(vector[0], power), math.ldexp(vector[1], power)
-
-    return Scene(
-        name=scene.name,
-        discs=[
-            Disc(
-                position_m=times(disc.position_m, length),
-                velocity_m_s=times(disc.velocity_m_s, speed),
-                radius_m=math.ldexp(disc.radius_m, length),
-                mass_kg=disc.mass_kg,
-            )
-            for disc in scene.discs
-        ],
-        walls=[Wall(point_m=times(wall.point_m, length), normal=wall.normal) for wall in scene.walls],
-        restitution=scene.restitution,
-        wall_restitution=scene.wall_restitution,
-        gravity_m_s2=times(scene.gravity_m_s2, 2 * speed - length),
-        duration_s=math.ldexp(scene.duration_s, length - speed),
-    )
+    return in_units(scene, length=2.0**length, time=2.0 ** (length - speed))
 
 
 def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[str, Any]:

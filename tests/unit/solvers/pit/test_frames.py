@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.strategies import line
 
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 
@@ -24,15 +24,7 @@ def test_algorithm_1_by_hand_with_its_wrong_normal() -> None:
     By hand: at .5 s the centres are (.45, .6) apart, so the approach speed is 2 * .6 = 1.2 and equal masses exchange it
     along (.6, .8). None of these numbers is above 2, and it takes fewer than 20 roundings to get to any of them.
     """
-    scene = Scene(
-        name="3-4-5",
-        duration_s=1,
-        frame_rate_hz=2,
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
-            Disc(position_m=(1.45, 0.6), radius_m=0.5),
-        ],
-    )
+    scene = staged("3-4-5", disc_at(0, 0, 2, 0), disc_at(1.45, 0.6), duration_s=1, frame_rate_hz=2)
     trace = solve_pit(scene)
     (impact,) = trace.impacts
     tolerance = 20 * 2 * U
@@ -75,14 +67,12 @@ def test_pit_finds_the_first_frame_between_entry_and_closest_approach(
     """
     closest = ahead / speed
     duration = math.ceil(closest) + 1.0
-    scene = Scene(
-        name="two",
+    scene = staged(
+        "two",
+        disc_at(-ahead / 8, aside / 8, speed / 8, 0, r=contact / 16),
+        disc_at(0, 0, r=contact / 16),
         duration_s=duration,
         frame_rate_hz=rate,
-        discs=[
-            Disc(position_m=(-ahead / 8, aside / 8), velocity_m_s=(speed / 8, 0), radius_m=contact / 16),
-            Disc(position_m=(0, 0), radius_m=contact / 16),
-        ],
     )
     expected = []
     for frame in range(int(duration * rate)):
@@ -117,15 +107,8 @@ def test_several_impacts_of_one_frame_are_taken_in_the_order_of_indices() -> Non
 
 def test_discs_come_before_walls_in_a_frame() -> None:
     """Discs that overlap a wall and each other at one frame meet each other first, then each the wall."""
-    scene = Scene(
-        name="wall",
-        duration_s=1,
-        frame_rate_hz=2,
-        discs=[
-            Disc(position_m=(1, 0), velocity_m_s=(-2, 0), radius_m=0.5),
-            Disc(position_m=(2.5, 0), velocity_m_s=(-4, 0), radius_m=0.5),
-        ],
-        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+    scene = staged(
+        "wall", disc_at(1, 0, -2, 0), disc_at(2.5, 0, -4, 0), wall_at(0, 0, 1, 0), duration_s=1, frame_rate_hz=2
     )
     trace = solve_pit(scene)
     assert [(int(i["first"]), int(i["second"])) for i in trace.impacts] == [(0, 1), (0, -1), (1, -1)]

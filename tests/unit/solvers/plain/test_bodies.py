@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 from hypothesis import given
+from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.strategies import line, scenes
 
 from carom.physics.impact_law import resolve_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.plain.bodies import Bodies
 from carom.trace import wall_body
@@ -36,13 +37,7 @@ def test_a_pair_is_predicted_from_the_later_clock() -> None:
 
 def test_a_wall_is_predicted_and_reflects() -> None:
     """A disc of radius 1/2 at 2 m/s reaches a wall 3 m away after 1.25 s and comes back with the wall's restitution."""
-    scene = Scene(
-        name="wall",
-        duration_s=9,
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(2, 1), radius_m=0.5)],
-        walls=[Wall(point_m=(3, 7), normal=(-1, 0))],
-        wall_restitution=0.5,
-    )
+    scene = staged("wall", disc_at(0, 0, 2, 1), wall_at(3, 7, -1, 0), duration_s=9, wall_restitution=0.5)
     bodies = Bodies(scene)
     assert bodies.wall_impact_time(0, 0) == 1.25
     record = bodies.collide(0, wall_body(0), 1.25)
@@ -52,14 +47,7 @@ def test_a_wall_is_predicted_and_reflects() -> None:
 
 def test_an_immovable_disc_keeps_its_clock_and_the_record_the_time() -> None:
     """An impact on an immovable disc is recorded at its time, and changes nothing of the immovable disc."""
-    scene = Scene(
-        name="peg",
-        duration_s=9,
-        discs=[
-            Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
-            Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-    )
+    scene = staged("peg", disc_at(0, 0, m=math.inf), disc_at(3, 0, -1, 0), duration_s=9)
     bodies = Bodies(scene)
     record = bodies.collide(0, 1, 2.0)
     assert record.time_s == 2.0
@@ -89,15 +77,7 @@ def test_a_pair_that_has_just_met_meets_again_only_after_another_impact() -> Non
 
 def test_whom_an_immovable_disc_has_met_since_does_not_matter() -> None:
     """A disc on the path that an immovable disc gave it will not meet that one again, whoever else has met it since."""
-    scene = Scene(
-        name="peg",
-        duration_s=9,
-        discs=[
-            Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
-            Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-            Disc(position_m=(-4, 0), velocity_m_s=(1, 0), radius_m=0.5),
-        ],
-    )
+    scene = staged("peg", disc_at(0, 0, m=math.inf), disc_at(3, 0, -1, 0), disc_at(-4, 0, 1, 0), duration_s=9)
     bodies = Bodies(scene)
     bodies.collide(0, 1, 2.0)
     bodies.collide(0, 2, 3.0)
@@ -123,14 +103,7 @@ def test_pit_asks_whether_approaching_and_then_whether_overlapping(x: float, vel
     bodies = Bodies(line(0.0, 9.0, velocities=(0.0, velocity)))
     bodies.x[1] = x
     assert bodies.pair_approaches_and_overlaps(0, 1) is found
-    walled = Bodies(
-        Scene(
-            name="wall",
-            duration_s=1,
-            discs=[Disc(position_m=(9, 0), velocity_m_s=(velocity, 0), radius_m=0.5)],
-            walls=[Wall(point_m=(0, 0), normal=(1, 0))],
-        )
-    )
+    walled = Bodies(staged("wall", disc_at(9, 0, velocity, 0), wall_at(0, 0, 1, 0), duration_s=1))
     walled.x[0] = x - 0.5
     assert walled.wall_approaches_and_overlaps(0, 0) is found
 

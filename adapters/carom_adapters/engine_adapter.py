@@ -1,0 +1,62 @@
+"""What the adapters of Python packages have in common: an adapter around a class of worlds, and words of profiles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from carom.adapter import Accuracy, Capabilities, Engine, Knob, Profile, Scene, Setting
+
+if TYPE_CHECKING:
+    from carom.adapter import World
+
+__all__ = ["EngineAdapter", "located", "tuned"]
+
+Settings = Mapping[str, Setting]
+
+#: The promise of a method without an error of its own.
+SOUND = Accuracy()
+
+
+@dataclass(frozen=True)
+class EngineAdapter:
+    """An engine that is a Python package.
+
+    Attributes:
+        name: The one given to ``--engine``.
+        engine: The engine.
+        capabilities: What it can do.
+        knobs: Settings that may be searched, and how far, by name.
+        profiles: Its profiles, by name.
+        world: Makes a world of a scene and settings; raises AdapterError where one is outside what the engine can do.
+    """
+
+    name: str
+    engine: Engine
+    capabilities: Capabilities
+    knobs: Mapping[str, Knob]
+    profiles: Mapping[str, Profile]
+    world: Callable[[Scene, Settings], World]
+
+    def prepare(self, scene: Scene, settings: Settings) -> World:
+        """Build a world.
+
+        Raises:
+            AdapterError: The scene or a setting is outside what the engine can do.
+        """
+        return self.world(scene, settings)
+
+
+def tuned(means: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND) -> Profile:
+    """Return the profile `tuned`; `means` says what its settings do."""
+    said = f"The most exact fixed-step settings known, from Carom's own measurements: {means}."
+    return Profile(said, settings, accuracy)
+
+
+def located(
+    finder: str, settings: Callable[[float], Settings], accuracy: Accuracy = SOUND, but: str = "", then: str = ""
+) -> Profile:
+    """Return the profile `located`; `but` says what sets it apart from `tuned`, `then` what becomes of its steps."""
+    said = f"The tuned settings{but}, each step cut at the instant from which on {finder} finds an overlap"
+    return Profile(f"{said} (Carom's own bisection){then}.", settings, accuracy, located=True)

@@ -1,0 +1,28 @@
+"""Scenes of a few bodies in as few lines: SI units, as everywhere."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carom import Disc, Scene, Wall
+
+__all__ = ["disc_at", "staged", "wall_at"]
+
+
+def disc_at(
+    x: float, y: float, vx: float = 0.0, vy: float = 0.0, *, r: float = 0.5, m: float = 1.0, **more: Any
+) -> Disc:
+    """Return a disc at a place with a velocity, a radius and a mass; `more` is spin and inertia."""
+    return Disc(position_m=(x, y), velocity_m_s=(vx, vy), radius_m=r, mass_kg=m, **more)
+
+
+def wall_at(x: float, y: float, nx: float, ny: float) -> Wall:
+    """Return a wall through a point, with the normal that points into the free side."""
+    return Wall(point_m=(x, y), normal=(nx, ny))
+
+
+def staged(name: str, *bodies: Disc | Wall, **fields: Any) -> Scene:
+    """Return the scene of some bodies; `fields` are the others of a scene."""
+    discs = [body for body in bodies if isinstance(body, Disc)]
+    walls = [body for body in bodies if isinstance(body, Wall)]
+    return Scene(name=name, discs=discs, walls=walls, **fields)
