@@ -105,12 +105,12 @@ def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(browser: Browser, report: Path, scheme: Literal["light", "dark"]) -> None:
+def test_axe_finds_nothing_serious(browser: Browser, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
     """No rule of accessibility that axe calls serious or critical is broken, on the page and in a replay."""
     from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
 
     page = browser.new_page(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    page.goto(report.as_uri())
+    page.goto(wide_report.as_uri())
     for key in ("", MISSED):
         if key:
             opened(page, key)
