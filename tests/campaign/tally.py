@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from tests.campaign.gases import Kind
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.campaign.gases import Gas
-    from tests.checker import Report
+from tests.campaign.gases import Gas, Kind
+from tests.checker import Report
 
 __all__ = ["Count", "Finding", "Tally"]
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.campaign.gases import Kind, draw
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
@@ -20,12 +21,7 @@ from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.trace import IMPACT_DTYPE
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Break = Callable[[NDArray[np.void], int], None]
+Break = Callable[[NDArray[np.void], int], None]
 
 #: The impact that is tampered with.
 ROW = 150

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom import DiscArrays
+from carom.solvers.run import Run
 from carom.trace import Outcome
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from numpy.typing import NDArray
-
-    from carom import DiscArrays
-    from carom.solvers.run import Run
-
-    Floats = NDArray[np.float64]
-
-    RunT = TypeVar("RunT", bound=Run)
+Floats = NDArray[np.float64]
+RunT = TypeVar("RunT", bound=Run)
 
 __all__ = ["Stretch", "watch"]
 

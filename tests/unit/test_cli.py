@@ -204,19 +204,8 @@ def test_help_imports_nothing_heavy() -> None:
 def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
     """Ctrl-C in a long run ends it with exit code 130 and a sentence, leaves no report and no process behind."""
     report = tmp_path / "report"
-    command = [
-        sys.executable,
-        "-m",
-        "carom",
-        "run",
-        str(scene_file),
-        "-e",
-        "pit",
-        "--dt",
-        "1e-7",
-        "--report",
-        str(report),
-    ]
+    options = ("-e", "pit", "--dt", "1e-7", "--report", str(report))
+    command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     )

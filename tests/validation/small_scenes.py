@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING
 
 from carom import Disc, Scene, SceneError, Wall
-
-if TYPE_CHECKING:
-    from carom.trace import Vector
+from carom.trace import Vector
 
 __all__ = ["impacts_of", "small_scene"]
 

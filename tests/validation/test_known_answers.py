@@ -1,17 +1,12 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import pytest
 
-from carom import Outcome, solve_pic, solve_pic_framewise
+from carom import Outcome, Scene, Trace, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, Tag, catalogue, deviation
 from carom.trace import kinetic_energy
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from carom import Scene, Trace
 
 ENTRIES = list(catalogue().values())
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
