@@ -72,10 +72,7 @@ ATTACKS = {
         "garbage in journals", "read, or refused in a sentence and left as it is", 2_000, journals.garbage
     ),
     "reports": Attack(
-        "report killed at each call that changes the disk",
-        "the old files or the new ones, whole",
-        500,
-        reports.attack,
+        "report killed at each call that changes the disk", "the old files or the new ones, whole", 500, reports.attack
     ),
     "options": Attack("values of options", "taken, or refused in a sentence with exit code 2", 2_000, options.attack),
     "kills": Attack(

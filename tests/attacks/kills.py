@@ -61,11 +61,7 @@ WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
         "--out",
         _bench,
     ),
-    "timing": (
-        ("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"),
-        "--out",
-        _timed,
-    ),
+    "timing": (("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"), "--out", _timed),
     "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _stress),
 }
 

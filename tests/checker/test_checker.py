@@ -239,11 +239,7 @@ def test_an_overlooked_impact_of_a_gas_is_found() -> None:
     """A disc that nobody sees is passed through again and again, and no other rule is broken."""
     start = random_start(np.random.default_rng(6), 40, spread=1.5)
     seen = DiscArrays(
-        start.position_m[:-1],
-        start.velocity_m_s[:-1],
-        start.radius_m[:-1],
-        start.mass_kg[:-1],
-        start.walls,
+        start.position_m[:-1], start.velocity_m_s[:-1], start.radius_m[:-1], start.mass_kg[:-1], start.walls
     )
     still = np.arange(40) == 39
     ghost = replace(

@@ -73,10 +73,7 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved() -> None:
         (("run", "paper/missed", "--dt", "-1"), "--dt must be above 0"),
         (("run", "paper/missed", "--profile", "best", "-e", "pit"), "no engine asked for has a profile 'best'"),
         (("run", "paper/missed", "--time-limit", "0"), "time_limit_s must be a positive number"),
-        (
-            ("run", "paper/missed", "--report", "/dev/null/report"),
-            "Not a directory; name another folder by --report",
-        ),
+        (("run", "paper/missed", "--report", "/dev/null/report"), "Not a directory; name another folder by --report"),
         (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
         (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "time_limit_s must be a positive"),
         (("run", "paper/missed", "-e", "pymunk", "--set", "iterations"), "--set must be NAME=VALUE"),

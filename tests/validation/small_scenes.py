@@ -63,10 +63,7 @@ def _anywhere(rng: random.Random, number: int) -> Scene:
 
 def _disc(place: Vector, velocity: Vector, radius: float, mass: float) -> Disc:
     return Disc(
-        position_m=place,
-        velocity_m_s=(0.0, 0.0) if mass == math.inf else velocity,
-        radius_m=radius,
-        mass_kg=mass,
+        position_m=place, velocity_m_s=(0.0, 0.0) if mass == math.inf else velocity, radius_m=radius, mass_kg=mass
     )
 
 

@@ -161,10 +161,7 @@ def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_bey
 
 def test_a_falling_disc_and_a_fixed_one_are_refused() -> None:
     """The error names the disc and the field."""
-    discs = [
-        Disc(position_m=(0.0, 3.0), radius_m=0.25),
-        Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=math.inf),
-    ]
+    discs = [Disc(position_m=(0.0, 3.0), radius_m=0.25), Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=math.inf)]
     scene = Scene(name="peg", discs=discs, gravity_m_s2=(0.0, -9.81), duration_s=1.0)
     with pytest.raises(InputError, match=r"discs\[1\] is immovable and gravity_m_s2 is \(0.0, -9.81\)"):
         carom.certify(scene)

@@ -26,10 +26,7 @@ def test_pic_reproduces_the_known_answer(entry: CatalogueScene, solve: Callable[
 
 
 @each_pic
-@pytest.mark.parametrize(
-    "entry",
-    [pytest.param(entry, id=entry.name) for entry in ENTRIES],
-)
+@pytest.mark.parametrize("entry", [pytest.param(entry, id=entry.name) for entry in ENTRIES])
 def test_pic_says_where_there_is_no_unique_answer(entry: CatalogueScene, solve: Callable[[Scene], Trace]) -> None:
     """An impact is reported as ambiguous in the scenes of shared simultaneous contact, and in no other."""
     assert bool(solve(entry.scene).ambiguous) == (Tag.CONVENTION in entry.tags)

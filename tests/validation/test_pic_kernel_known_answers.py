@@ -87,8 +87,7 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
     there.advance_to(math.inf, 500 * impacts_per_disc)
     time_s = there.time_s
     back = EventDrivenRun(
-        DiscArrays(there.positions(), -there.velocities(), start.radius_m, start.mass_kg, start.walls),
-        record="none",
+        DiscArrays(there.positions(), -there.velocities(), start.radius_m, start.mass_kg, start.walls), record="none"
     )
     back.advance_to(time_s)
     assert np.max(np.abs(back.positions() - start.position_m)) < (1e-12 if impacts_per_disc == 1 else 1e-10)

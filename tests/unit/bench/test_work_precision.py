@@ -229,10 +229,7 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("bench",), "name the scenes to bench"),
-        (
-            ("bench", "paper/missed", "--axes", "time-error"),
-            "'time-error' is not one of 'error-time', 'error-dt'",
-        ),
+        (("bench", "paper/missed", "--axes", "time-error"), "'time-error' is not one of 'error-time', 'error-dt'"),
         (("bench", "paper/missed", "--dt", "1/60..x"), "--dt must be a number of seconds"),
         (("bench", "--grow", "paper/missed"), "takes no scene, got 'paper/missed'"),
         (("advise", "paper/missed", "--direction-error", "1"), "--direction-error must be an angle such as 1deg"),

@@ -285,11 +285,7 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
     monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
     endless = staged(
-        "endless",
-        disc_at(0, 0, 1000, 0, r=0.25),
-        wall_at(-0.5, 0, 1, 0),
-        wall_at(0.5, 0, -1, 0),
-        duration_s=1e9,
+        "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
     )
     row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED
