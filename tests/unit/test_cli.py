@@ -8,7 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
+import tomli_w
 import typer
+from tests.stage import disc_at, staged
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 
@@ -16,20 +18,7 @@ import carom
 from carom.cli import app
 from carom.cli.shared import resumable
 
-SCENE = """
-name = "mine"
-duration_s = 2.0
-
-[[discs]]
-position_m = [0.0, 0.0]
-velocity_m_s = [1.0, 0.0]
-radius_m = 0.5
-
-[[discs]]
-position_m = [3.0, 0.3]
-velocity_m_s = [-1.0, 0.0]
-radius_m = 0.5
-"""
+SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 
 
 @pytest.fixture

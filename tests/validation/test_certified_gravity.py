@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, falling_scene
 
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
@@ -17,7 +16,6 @@ from carom.runs.reference import reference_of
 from carom.scenes import catalogue
 from carom.solvers.certified.result import Degenerate, Ending
 
-IMPACTS = 20
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 
 
@@ -103,17 +101,6 @@ def test_a_falling_pair_meets_as_it_would_without_gravity() -> None:
             assert gained == pytest.approx(g * t, rel=1e-15, abs=1e-15)
     fallen = falling.trace.final_position_m - straight.trace.final_position_m
     assert fallen == pytest.approx(np.tile(g * end**2 / 2, (2, 1)), rel=1e-15, abs=1e-15)
-
-
-@pytest.mark.parametrize("seed", range(12))
-def test_a_certified_run_under_gravity_never_contradicts_one_of_400_digits(seed: int) -> None:
-    """Thrown discs of many masses, in turned boxes or by a wall: same impacts, all numbers within their radii."""
-    scene = falling_scene(seed)
-    certified = carom.certify(scene, max_impacts=IMPACTS)
-    with mp.workdps(DIGITS):
-        happened = brute_force(scene, IMPACTS)
-        assert contradictions(certified, happened) == []
-    assert len(certified) == len(happened)
 
 
 def test_a_ball_that_comes_to_rest_ends_as_a_collapse_where_its_bounces_end() -> None:

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import pytest
 from mpmath import mp
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene
+from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, falling_scene, mixed_scene
 
 import carom
 
-IMPACTS = 40
+#: Makers of scenes, how many impacts are followed, and how many scenes are made: masses of 1e-3 to infinity, e from .2
+#: to 1, turned boxes; and discs of many masses that fall, in such boxes or by a wall.
+KINDS = {"mixed": (mixed_scene, 40, 24), "falling": (falling_scene, 20, 12)}
 
 
-@pytest.mark.parametrize("seed", range(24))
-def test_a_certified_run_never_contradicts_one_of_400_digits(seed: int) -> None:
-    """Masses of 1e-3 to infinity, e from .2 to 1, turned boxes: same impacts, all numbers within their radii."""
-    scene = mixed_scene(seed)
-    certified = carom.certify(scene, max_impacts=IMPACTS)
+@pytest.mark.parametrize(
+    ("kind", "seed"), [(kind, seed) for kind, (*_, seeds) in KINDS.items() for seed in range(seeds)]
+)
+def test_a_certified_run_never_contradicts_one_of_400_digits(kind: str, seed: int) -> None:
+    """The impacts are the same, and all numbers within their radii."""
+    make, impacts, _ = KINDS[kind]
+    scene = make(seed)
+    certified = carom.certify(scene, max_impacts=impacts)
     with mp.workdps(DIGITS):
-        happened = brute_force(scene, IMPACTS)
+        happened = brute_force(scene, impacts)
         assert contradictions(certified, happened) == []
     assert len(certified) == len(happened)
 
