@@ -162,7 +162,7 @@ class DiscArrays:
         """Whether friction can act at all."""
         return self.rubs_discs or self.rubs_walls
 
-    @property
+    @cached_property  # which the solving of two discs would spend a quarter of its time on
     def turns(self) -> bool:
         """Whether discs spin or can come to spin: without that a run keeps no spins."""
         return self.rubs or bool(np.any(self.spins))

@@ -9,8 +9,9 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +25,24 @@ from carom.stress.breaking import NotRunError, save_as
 from carom.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
-__all__ = ["HOLDS", "Relation", "base_scene", "relation_spot", "relations"]
+__all__ = ["HOLDS", "Relation", "base_scene", "relation_spot", "relations", "rough_scene", "superballs"]
 
 #: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
 #: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
 HOLDS = 1e-9
 
+#: A coefficient at which no impact of `superballs` slides, within what every engine simulates.
+_GRIP = 10.0
+
 Run = Callable[[Scene], Trace]
-State = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+class State(NamedTuple):
+    """Where discs are and how they move: metres, metres and radians a second; shapes ``(n, 2)`` twice, and ``(n,)``."""
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    spin: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,12 +55,14 @@ class Relation:
         deviation: Has a base scene and another run by a method; returns how far that method is off, over the scene's
             length or speed, whichever is worse. Raises SceneError where the state that the first run left is none that
             a scene can start from.
+        base: Makes the scene that is changed.
         of_runs: Whether the other scene is made from the method's own first run.
     """
 
     name: str
     states: str
     deviation: Callable[[Scene, Run], float]
+    base: Callable[[], Scene]
     of_runs: bool = False
 
 
@@ -73,6 +86,36 @@ def base_scene() -> Scene:
     )
 
 
+def rough_scene() -> Scene:
+    """Return the base scene with spins and with friction: its first and last impact slide, the second grips."""
+    turning = zip(base_scene().discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
+    return Scene(
+        **{
+            **dict(base_scene()),
+            "name": "stress/rough-relations",
+            "description": "Four unequal discs that spin, three oblique impacts with friction.",
+            "discs": [
+                disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": inertia})
+                for disc, spin, inertia in turning
+            ],
+            "friction": 0.1,
+        }
+    )
+
+
+def superballs() -> Scene:
+    """Return the rough scene with so much friction that all impacts grip, and give all of their slip back."""
+    return Scene(
+        **{
+            **dict(rough_scene()),
+            "name": "stress/superball-relations",
+            "description": "Four unequal superballs that spin, and their oblique impacts.",
+            "friction": _GRIP,
+            "tangential_restitution": 1.0,
+        }
+    )
+
+
 def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
     return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
@@ -82,24 +125,29 @@ def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: f
     return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
 
 
-def _from_state(base: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64], duration_s: float) -> Scene:
+def _from_state(base: Scene, state: State, duration_s: float) -> Scene:
     discs = [
-        Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v)})
-        for disc, p, v in zip(base.discs, position.tolist(), velocity.tolist(), strict=True)
+        Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v), "spin_rad_s": w})
+        for disc, p, v, w in zip(base.discs, *(part.tolist() for part in state), strict=True)
     ]
     return _with(base, discs, duration_s=duration_s)
 
 
 def _apart(base: Scene, found: State, expected: State) -> float:
-    length = max(disc.radius_m for disc in base.discs)
-    speed = max(math.hypot(*disc.velocity_m_s) for disc in base.discs)
-    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found, expected, strict=True))
-    deviation = float(np.maximum(place / length, velocity / speed))
+    start = base.arrays
+    rims = np.abs(start.surface_speed_m_s)
+    speed = max(*np.hypot(*start.velocity_m_s.T), *rims)
+    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found[:2], expected[:2], strict=True))
+    rim = np.max(start.radius_m * np.abs(found.spin - expected.spin))
+    deviation = float(np.maximum(place / start.radius_m.max(), np.maximum(velocity, rim) / speed))
     return math.inf if math.isnan(deviation) else deviation
 
 
 def _end(trace: Trace) -> State:
-    return trace.final_position_m, trace.final_velocity_m_s
+    spin = trace.final_spin_rad_s
+    if spin is None:  # where something turns the harness lets no trace pass that does not tell
+        spin = np.zeros(len(trace.scene.discs))
+    return State(trace.final_position_m, trace.final_velocity_m_s, spin)
 
 
 def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
@@ -109,20 +157,22 @@ def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Cal
         first = _end(run(base))
         return _apart(base, undo(_end(run(change(base)))), first)
 
-    return Relation(name, states, deviation)
+    return Relation(name, states, deviation, base_scene)
 
 
 def _reversal(base: Scene, run: Run) -> float:
-    place, velocity = _end(run(base))
-    back, velocity_back = _end(run(_from_state(base, place, -velocity, base.duration_s)))
-    start = np.array([disc.position_m for disc in base.discs]), np.array([disc.velocity_m_s for disc in base.discs])
-    return _apart(base, (back, -velocity_back), start)
+    place, velocity, spin = _end(run(base))
+    back, velocity_back, spin_back = _end(run(_from_state(base, State(place, -velocity, -spin), base.duration_s)))
+    start = base.arrays
+    return _apart(
+        base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
+    )
 
 
 def _split(base: Scene, run: Run, at_s: float = 1.0) -> float:
     whole = _end(run(base))
     half = _end(run(_with(base, base.discs, duration_s=at_s)))
-    return _apart(base, _end(run(_from_state(base, *half, base.duration_s - at_s))), whole)
+    return _apart(base, _end(run(_from_state(base, half, base.duration_s - at_s))), whole)
 
 
 def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
@@ -136,12 +186,13 @@ def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, ma
                 "velocity_m_s": (disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
                 "radius_m": disc.radius_m * length,
                 "mass_kg": disc.mass_kg * mass,
+                "spin_rad_s": disc.spin_rad_s / time,
             },
             duration_s=scene.duration_s * time,
             frame_rate_hz=scene.frame_rate_hz / time,
         )
 
-    return _changed(name, states, change, lambda state: (state[0] / length, state[1] / speed))
+    return _changed(name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time))
 
 
 def _boost(velocity: tuple[float, float]) -> Relation:
@@ -150,8 +201,8 @@ def _boost(velocity: tuple[float, float]) -> Relation:
     def faster(disc: Disc) -> dict[str, object]:
         return {"velocity_m_s": (disc.velocity_m_s[0] + u, disc.velocity_m_s[1] + v)}
 
-    def undo(state: State) -> State:
-        return state[0] - np.array(velocity) * base_scene().duration_s, state[1] - np.array(velocity)
+    def undo(at: State) -> State:
+        return State(at.position - np.array(velocity) * base_scene().duration_s, at.velocity - velocity, at.spin)
 
     states = f"A common velocity of ({u:g}, {v:g}) m/s changes nothing else."
     return _changed("boost", states, lambda scene: _each(scene, faster), undo)
@@ -168,56 +219,86 @@ def _rotation(angle_rad: float) -> Relation:
         z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
         return np.stack([z.real, z.imag], axis=1)
 
+    def undo(at: State) -> State:
+        return State(back(at.position), back(at.velocity), at.spin)
+
     states = f"Turning the scene by {angle_rad:g} rad turns its answer."
-    return _changed("rotation", states, lambda scene: _each(scene, turned), lambda at: (back(at[0]), back(at[1])))
+    return _changed("rotation", states, lambda scene: _each(scene, turned), undo)
 
 
 def _mirrored(disc: Disc) -> dict[str, object]:
     (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-    return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v)}  # and 0 stays 0, not -0
+    # And 0 stays 0, not -0.
+    return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
 
 
 def relations() -> list[Relation]:
-    """Return all relations, in the order of the table."""
+    """Return all relations, in the order of the table: first those of smooth discs, then those of rough ones."""
+    turned = np.array([1.0, -1.0])
+    mirror = _changed(
+        "mirror",
+        "The mirror image of the scene has the mirror image of its answer.",
+        lambda scene: _each(scene, _mirrored),
+        lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
+    )
+    relabelling = _changed(
+        "relabelling",
+        "Listing the discs the other way round changes nothing.",
+        lambda scene: _with(scene, scene.discs[::-1]),
+        lambda at: State(*(part[::-1] for part in at)),
+    )
+    units_of_two = _units(
+        "units-of-two",
+        "Units of 2^10 m, 2^6 s and 2^-10 kg change every number by a power of two and no digit.",
+        length=2.0**-10,
+        time=2.0**-6,
+        mass=2.0**10,
+    )
+    reversal = Relation(
+        "reversal",
+        "With all velocities reversed at the end, the start comes back.",
+        _reversal,
+        base_scene,
+        of_runs=True,
+    )
     far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
+    far_disc = _changed(
+        "far-disc",
+        "A disc a kilometre away, at rest, changes nothing.",
+        lambda scene: _with(scene, [*scene.discs, far]),
+        lambda at: State(*(part[:-1] for part in at)),
+    )
+    split = Relation(
+        "split",
+        "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
+        _split,
+        base_scene,
+        of_runs=True,
+    )
+    general = [_boost((11.0, -7.0)), _rotation(0.7), mirror, relabelling, units_of_two]
     return [
-        _boost((11.0, -7.0)),
-        _rotation(0.7),
-        _changed(
-            "mirror",
-            "The mirror image of the scene has the mirror image of its answer.",
-            lambda scene: _each(scene, _mirrored),
-            lambda state: (state[0] * [1.0, -1.0], state[1] * [1.0, -1.0]),
-        ),
-        _changed(
-            "relabelling",
-            "Listing the discs the other way round changes nothing.",
-            lambda scene: _with(scene, scene.discs[::-1]),
-            lambda state: (state[0][::-1], state[1][::-1]),
-        ),
-        _units(
-            "units-of-two",
-            "Units of 2^10 m, 2^6 s and 2^-10 kg change every number by a power of two and no digit.",
-            length=2.0**-10,
-            time=2.0**-6,
-            mass=2.0**10,
-        ),
+        *general,
         _units("kilometres", "Measured in kilometres, nothing but the unit changes.", length=1e-3),
         _units("millimetres", "Measured in millimetres, nothing but the unit changes.", length=1e3),
         _units("slow-motion", "A thousandfold slower, frames and all, nothing but the unit of time changes.", time=1e3),
         _units("light", "Masses a millionfold smaller change nothing.", mass=1e-6),
-        _changed(
-            "far-disc",
-            "A disc a kilometre away, at rest, changes nothing.",
-            lambda scene: _with(scene, [*scene.discs, far]),
-            lambda state: (state[0][:-1], state[1][:-1]),
+        far_disc,
+        reversal,
+        split,
+        *(
+            replace(
+                relation,
+                name=f"rough-{relation.name}",
+                states=f"With friction and spin: {relation.states}",
+                base=rough_scene,
+            )
+            for relation in (*general, split)
         ),
-        Relation("reversal", "With all velocities reversed at the end, the start comes back.", _reversal, of_runs=True),
-        Relation(
-            "split",
-            "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
-            _split,
-            of_runs=True,
+        replace(
+            reversal,
+            name="superball-reversal",
+            states="With the velocities and spins of superballs reversed at the end, the start comes back.",
+            base=superballs,
         ),
     ]
 
@@ -239,7 +320,7 @@ def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: P
 
     value = None
     try:
-        value = relation.deviation(base_scene(), run)
+        value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
     except NotRunError as error:
         return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error))
@@ -260,6 +341,12 @@ def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -
     files = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
-        name, shows = (own, f"{scene.description} {relation.states}") if k else ("relations-base", scene.description)
+        name, shows = (
+            (own, f"{scene.description} {relation.states}") if k else (_name_of_base(scene), scene.description)
+        )
         files.append(save_as(name, scene, shows, scenes))
     return tuple(files)
+
+
+def _name_of_base(scene: Scene) -> str:
+    return f"{scene.name.partition('/')[2]}-base"

@@ -13,7 +13,7 @@ from carom.bench.points import Point
 from carom.comparator import Errors
 from carom.runs.scoring import Measures
 from carom.scenes import catalogue
-from carom.stress.relations import base_scene, relations
+from carom.stress.relations import base_scene, relations, rough_scene
 
 FIELDS = ["final_position_m", "final_velocity_m_s"]
 
@@ -35,6 +35,25 @@ def test_a_relation_does_not_hold_for_what_is_no_number(field: str, disc: int) -
     for relation in relations():
         if not relation.of_runs:  # from what is no number no second run can start
             assert relation.deviation(base, run) == math.inf, relation.name
+
+
+def test_a_relation_does_not_hold_for_a_spin_that_is_no_number() -> None:
+    """Where discs spin, a spin of NaN is infinitely far off, too."""
+    base = rough_scene()
+
+    def run(scene: Scene) -> Trace:
+        trace = solve_pic(scene)
+        if scene is base:
+            return trace
+        assert trace.final_spin_rad_s is not None
+        spins = trace.final_spin_rad_s.copy()
+        spins[2] = math.nan
+        return dataclasses.replace(trace, final_spin_rad_s=spins)
+
+    rough = [relation for relation in relations() if relation.base is rough_scene and not relation.of_runs]
+    assert rough
+    for relation in rough:
+        assert relation.deviation(base, run) == math.inf, relation.name
 
 
 def test_an_infinite_error_is_no_sound_point() -> None:
