@@ -1,7 +1,7 @@
 """The adviser: the largest step at which PIT, and each engine measured, meets a demand; and the hardest impact.
 
-For two discs PIT's answer is a closed form (`carom.bench.sampling_limit`). For everything else steps are tried: each at
-starts spread over a step, and at the unlucky ones that look just before the hardest impacts.
+For two smooth discs PIT's answer is a closed form (`carom.bench.sampling_limit`). For everything else steps are tried:
+each at starts spread over a step, and at the unlucky ones that look just before the hardest impacts.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class HardImpact:
         time_s: When it is.
         first: The disc.
         second: The other disc, or a wall.
-        limit: What it allows.
+        limit: What it allows; were the discs smooth, where they rub: that is near enough to begin a search.
         cause: Why it allows no more.
     """
 
@@ -144,7 +144,7 @@ class Advice:
         demand: What was asked for.
         impacts: Impacts of the reference.
         hardest: Its hardest impacts, the hardest first.
-        closed_form_s: PIT's largest step by closed form; None but for two discs without a wall.
+        closed_form_s: PIT's largest step by closed form; None but for two discs without a wall and friction.
         answers: One entry an engine's profile.
         phases: Starts that each step was tried at, aimed ones not counted.
     """
@@ -209,22 +209,18 @@ def advise(
         progress: Called with (done, all, what).
 
     Raises:
-        InputError: A number of the demand is out of range, or the scene has friction, or no reference.
+        InputError: A number of the demand is out of range, or the scene has no reference or no impact.
         UnknownNameError: There is no such engine.
     """
     started = time.perf_counter()
-    if scene.arrays.rubs:
-        raise InputError(
-            f"{scene.name!r} has friction: what a step may cost an impact is known in closed form without it only; "
-            "`carom run --phases` tells what steps cost such a scene"
-        )
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
         raise InputError(f"there is nothing to hold a step against: {reference}")
     if not len(reference.impacts):
         raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
     hardest = hardest_impacts(reference, demand)
-    closed_form = hardest[0].limit.dt_s if len(scene.discs) == 2 and not scene.walls else None
+    alone = len(scene.discs) == 2 and not scene.walls and not scene.arrays.rubs_discs
+    closed_form = hardest[0].limit.dt_s if alone else None
     guess = min(hardest[0].limit.dt_s, scene.duration_s / 4)
     searches = {}
     infos = to_run(engines(engine_names, pool=pool), engine_names)

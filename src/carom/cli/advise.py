@@ -41,8 +41,8 @@ def advise(
 ) -> None:
     """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
 
-    For two discs PIT's answer is a closed form; for all else steps are tried. Each answer stands beside a step that
-    was run and passes and one that was run and fails.
+    For two smooth discs PIT's answer is a closed form; for all else steps are tried. Each answer stands beside a step
+    that was run and passes and one that was run and fails.
 
     Examples: `carom advise my-scene.toml`, `carom advise paper/missed --direction-error 5deg --miss-probability 0.1`.
     """

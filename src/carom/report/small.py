@@ -192,7 +192,7 @@ def _sentences(advice: Advice) -> Iterator[str]:
         yield f"Take {method.engine} ({method.profile}), which needs the fewest steps: {_at_least(dt_s)}."
     elif engines:
         yield f"No engine's search ended in a step to take: {engines[0].reason}."
-    yield _hardest(advice.hardest[0], advice.impacts)
+    yield _hardest(advice.hardest[0], advice.impacts, rough=advice.scene.arrays.rubs_discs)
 
 
 def _at_least(dt_s: float) -> str:
@@ -203,7 +203,7 @@ def _rate(trial: StepTrial | None) -> str:
     return "none" if trial is None else wording.number(1.0 / trial.dt_s, 4)
 
 
-def _hardest(impact: HardImpact, impacts: int) -> str:
+def _hardest(impact: HardImpact, impacts: int, *, rough: bool) -> str:
     where = f"{body_name(impact.first)} and {body_name(impact.second)} at {wording.number(impact.time_s, 4)} s"
     which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
     window = impact.limit.window
@@ -222,6 +222,8 @@ def _hardest(impact: HardImpact, impacts: int) -> str:
         if math.isinf(late)
         else f"and found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
     )
+    if rough:  # how friction turns with the line of centres has no closed form
+        direction += ", were there no friction"
     return (
         f"{which} is that of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, "
         f"{direction}."

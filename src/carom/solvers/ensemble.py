@@ -85,7 +85,10 @@ class TwoDiscEnsemble:
             InputError: Discs have either.
         """
         if self.first.turns or self.second.turns or self.first.friction or self.second.friction:
-            raise InputError("an ensemble has neither friction nor spin yet: solve its scenes with carom.solve_pic")
+            raise InputError(
+                "an ensemble has neither friction nor spin, since its rows hold no spins: "
+                "solve its scenes with carom.solve_pic"
+            )
 
     def __len__(self) -> int:
         return len(self.first)

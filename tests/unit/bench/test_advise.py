@@ -12,6 +12,7 @@ from carom.bench.adviser import RESOLUTION, Cause, Demand, advise, hardest_impac
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
+from carom.report.small import advice_document
 from carom.runs.pool import InProcess
 
 DEGREE = math.radians(1)
@@ -152,11 +153,24 @@ def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str)
         Demand(*demand)
 
 
-def test_a_scene_with_friction_is_refused() -> None:
-    """What a step costs is known in closed form without friction only; a spin that rubs on nothing is no matter."""
-    rough = Scene(**{**dict(pair()), "friction": 0.1})
-    with pytest.raises(InputError, match="'pair' has friction"):
-        advise(rough, Demand(DEGREE), InProcess(), ["pit"])
+def test_with_friction_steps_are_tried() -> None:
+    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the next one it is not."""
+    rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
+    advice = advise(rough, Demand(DEGREE), InProcess(), ["pit"])
+    assert advice.closed_form_s is None
+    (answer,) = advice.answers
+    assert answer.passes is not None
+    assert answer.fails is not None
+    assert answer.reason == ""
+    assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
+    for step, right in ((answer.passes.dt_s, True), (answer.fails.dt_s, False)):
+        found, worst = direction_errors(rough, step, step * 0.999)
+        assert (found == 1 and worst <= DEGREE) is right
+    assert "were there no friction" in " ".join(advice_document(advice).lead)
+
+
+def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
+    """Discs that spin and do not rub have the closed form of those that do not spin."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
     spinning = Scene(**{**dict(pair()), "discs": discs})
     steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form_s for scene in (pair(), spinning)]

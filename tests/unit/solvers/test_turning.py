@@ -209,7 +209,7 @@ def test_who_has_no_friction_and_spin_yet_says_so(fields: dict[str, float]) -> N
     rows = [
         DiscArrays(friction=start.friction, **{name: getattr(start, name)[k : k + 1] for name in names}) for k in (0, 1)
     ]
-    with pytest.raises(InputError, match="neither friction nor spin yet"):
+    with pytest.raises(InputError, match="neither friction nor spin, since its rows hold no spins"):
         pic_ensemble(TwoDiscEnsemble(*rows))
     assert "spinning discs, which this method does not support" in unsupported_reason(scene, Capabilities(), 1 / 60)
 
