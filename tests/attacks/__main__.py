@@ -17,8 +17,6 @@ from random import Random
 
 from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes
 
-__all__ = ["ATTACKS", "Attack", "main"]
-
 Tries = Callable[[Random, Path], Iterator[str]]
 
 #: An attack is broken off for another after so many seconds.

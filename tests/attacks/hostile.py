@@ -24,8 +24,6 @@ from carom.runs.job import Status
 from carom.runs.plan import Options, plan_of
 from carom.runs.pool import LocalPool
 
-__all__ = ["attack"]
-
 MARK = "CAROM_ATTACK=hostile"
 #: An act that does not hang must answer by then; the machine may be busy with other attacks.
 PATIENT_S = 4.0 * LIMIT_S

@@ -17,8 +17,6 @@ from tests.attacks.guard import left_over
 
 from carom.runs.journal import canonical
 
-__all__ = ["MARK", "attack", "carom"]
-
 #: In the environment of all that is started, so that what is left over can be told.
 MARK = "CAROM_ATTACK=kills"
 #: Kills of one piece of work; then it is let end.

@@ -21,8 +21,6 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.runs.pool import InProcess
 
-__all__ = ["attack"]
-
 #: A command that is quickly done, and options of it that take a value.
 COMMANDS = {
     ("run", "paper/missed", "-e", "pit", "--no-timing"): (

@@ -16,8 +16,6 @@ from carom.scene import load_scene, save_scene
 from carom.scenes import all_scenes
 from carom.text import visible
 
-__all__ = ["attack", "mutated"]
-
 #: Values and pieces that break readers.
 PIECES = [
     *b'0 -0.0 1e308 1e-320 nan -inf "inf" true [] {} [[ ]] " \' """ \\ = . , # 1979-05-27 07:32:00'.split(),

@@ -14,8 +14,6 @@ from carom import DiscArrays
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Gas", "Kind", "draw"]
-
 LEAST_DISCS, MOST_DISCS = 64, 10_000
 LEAST_PACKING, MOST_PACKING = 0.1, 0.7
 #: Radii differ by this factor at most.

@@ -17,8 +17,6 @@ from tests.checker import Report, check, watch
 
 from carom.solvers.event_driven.run import EventDrivenRun
 
-__all__ = ["checked", "run_campaign"]
-
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.
 LONGEST_S = 1e6

@@ -9,8 +9,6 @@ from pathlib import Path
 from tests.campaign.gases import Gas, Kind
 from tests.checker import Report
 
-__all__ = ["Count", "Finding", "Tally"]
-
 #: Findings that are kept: a broken kernel makes them by the thousand.
 _KEPT = 100
 

@@ -19,8 +19,6 @@ from tests.checker.watch import Stretch
 Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
 
-__all__ = ["UNIT", "Flights", "flights_of", "spans"]
-
 #: Unit roundoff.
 UNIT = 2.0**-53
 

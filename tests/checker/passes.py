@@ -21,8 +21,6 @@ from carom import DiscArrays
 Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
 
-__all__ = ["Overlap", "disc_overlaps", "wall_overlaps"]
-
 #: Impacts a disc in a window: fewer make smaller circles, more make fewer of them.
 IMPACTS_PER_WINDOW = 0.3
 #: Discs in all windows that are dealt with at a time: what is computed of them still fits into a cache.

@@ -18,8 +18,6 @@ from carom import DiscArrays
 
 Floats = NDArray[np.float64]
 
-__all__ = ["Rub", "rub_of"]
-
 
 @dataclass(frozen=True)
 class Rub:

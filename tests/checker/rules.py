@@ -16,8 +16,6 @@ from carom import DiscArrays
 Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
 
-__all__ = ["RULES", "Report", "Violation", "check"]
-
 #: Smallest float above 0: what an underflow may cost.
 SMALLEST = float(np.finfo(float).smallest_subnormal)
 

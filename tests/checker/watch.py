@@ -16,8 +16,6 @@ from carom.trace import Outcome
 Floats = NDArray[np.float64]
 RunT = TypeVar("RunT", bound=Run)
 
-__all__ = ["Stretch", "watch"]
-
 #: Impacts a disc between two looks at the state. Few, since rounding adds up in the books from look to look; but a look
 #: costs as much as some impacts.
 IMPACTS_PER_LOOK = 4

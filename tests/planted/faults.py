@@ -21,8 +21,6 @@ from carom import Trace
 from carom.comparator import Grade, Verdict
 from carom.trace import STATE_DTYPE
 
-__all__ = ["DT", "END_S", "FAULTS", "FIRST_S", "LAST_S", "LENGTH", "ROW", "SPEED", "Expected", "Fault", "faithful"]
-
 Array = NDArray[np.float64]
 Rows = NDArray[np.void]
 

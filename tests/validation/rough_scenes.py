@@ -13,8 +13,6 @@ from tests.validation.small_scenes import small_scene
 
 from carom import DiscArrays, Scene, Trace
 
-__all__ = ["body_of", "law_of", "length_of", "rough_scene", "worst_law_error", "worst_of_impact"]
-
 #: Units in the last place of 1.
 ULP = 2.0**-52
 #: Below this speed what underflows counts.

@@ -8,8 +8,6 @@ import random
 from carom import Disc, Scene, SceneError, Wall
 from carom.trace import Vector
 
-__all__ = ["impacts_of", "small_scene"]
-
 #: Lengths of the box, metres.
 SIDES = [8, 12]
 #: Directions of walls; with these lengths most are not representable exactly.
