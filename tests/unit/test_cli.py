@@ -153,7 +153,7 @@ def test_the_schema_is_printed_as_json() -> None:
 
 
 def test_engines_lists_each_with_version_or_reason() -> None:
-    """`carom engines` names all five built-in methods, each with a version or why it is unavailable."""
+    """`carom engines` names every method that is known, each with a version or why it is unavailable."""
     output = carom_command("engines").output
     for info in carom.engines():
         assert info.name in output

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import AbstractContextManager, nullcontext
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -107,6 +108,9 @@ def run(
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`,
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
+    from carom.folders import claimed
+    from carom.report import require_report_extra
+    from carom.report.cross_check import PURPOSE
     from carom.runs.explain import explain as explained
     from carom.runs.plan import Options, plan_of
     from carom.runs.pool import LocalPool
@@ -129,7 +133,12 @@ def run(
     named = shared.scenes_named(scenes or [])
     if report is None and (resume or retry):
         raise InputError("--resume goes on with what lies in the folder of --report: name it")
-    with LocalPool(jobs, time_limit, memory_limit) as pool:
+    if report is None or explain:
+        folder: AbstractContextManager[None] = nullcontext()
+    else:
+        require_report_extra()
+        folder = claimed(report, PURPOSE, "--report")  # before engines are asked, which takes seconds
+    with LocalPool(jobs, time_limit, memory_limit) as pool, folder:
         plan = plan_of(named, options, pool)
         if explain:
             for line in explained(plan):
@@ -143,9 +152,8 @@ def run(
 
 def _carried_out(plan: Plan, pool: Pool, report: Path | None, *, resume: bool, retry: bool, verbose: bool) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
-    from carom.folders import claimed
-    from carom.report import require_report_extra, write_report
-    from carom.report.cross_check import PURPOSE, cross_check_document
+    from carom.report import write_report
+    from carom.report.cross_check import cross_check_document
     from carom.runs.execute import execute
     from carom.runs.observed import observed_journal
 
@@ -154,10 +162,8 @@ def _carried_out(plan: Plan, pool: Pool, report: Path | None, *, resume: bool, r
             results = execute(plan, pool, progress=progress, command=shared.command_line())
         shared.print_document(cross_check_document(results), full=verbose)
         return results
-    require_report_extra()
     path = report / "journal.jsonl"
     with (
-        claimed(report, PURPOSE, "--report"),
         shared.resumable(path),
         observed_journal(path, plan.options, resume=resume or retry, retry=retry) as journal,
         shared.progress_bar() as progress,

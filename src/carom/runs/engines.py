@@ -1,7 +1,8 @@
 """What adapters declare, asked in worker processes: an adapter is somebody else's code from its import on.
 
-Only those that a command needs are asked, all at once. One that hangs, ends its process or describes itself wrongly is
-unavailable with that reason, and costs no other.
+Only those that a command needs are asked, those of one distribution in one process, since starting a process takes
+longer than asking. One that hangs, ends its process or describes itself wrongly is unavailable with that reason, and
+costs no other.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from itertools import groupby
 from types import MappingProxyType
 from typing import Any, ClassVar
 
@@ -41,7 +43,8 @@ class Describe:
     """Ask an adapter what it declares; its engine is looked for, and not imported."""
 
     least_limit_s: ClassVar[float] = LEAST_LIMIT_S
-    engine: str
+    name: str
+    engine: str  # in whose process it is asked
 
     def carry_out(self) -> EngineInfo:
         """Return what is known of it.
@@ -49,7 +52,7 @@ class Describe:
         Raises:
             AdapterError: It can't be loaded, or what it declares is not what the seam asks.
         """
-        adapter, distribution = load_adapter(self.engine), distribution_of(self.engine)
+        adapter, distribution = load_adapter(self.name), distribution_of(self.name)
         try:
             declared = sound_adapter(adapter)
             reason = plain_text(why_unavailable(adapter), "unavailable()")
@@ -57,10 +60,10 @@ class Describe:
         except AdapterError:
             raise
         except Exception as error:
-            message = f"the adapter {self.engine!r} can't describe itself: {type(error).__name__}: {error}"
+            message = f"the adapter {self.name!r} can't describe itself: {type(error).__name__}: {error}"
             raise AdapterError(message) from error
         return EngineInfo(
-            name=self.engine,
+            name=self.name,
             engine=declared.engine.name,
             version="" if reason else version,
             unavailable=reason,
@@ -101,7 +104,9 @@ def engines(
         own: AbstractContextManager[Pool]
         own = LocalPool(time_limit_s=time_limit_s) if pool is None else nullcontext(pool)
         with own as asked:
-            for found in asked.each(((name, name) for name in todo), _describe):
+            # A manifest that is known by itself has no distribution, and its own process.
+            groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
+            for found in asked.each(((names[0], names) for names in groups), _describe):
                 _KNOWN.update(((info.name, points[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
@@ -119,15 +124,23 @@ def engine_of(name: str) -> EngineInfo:
     return known or engines([name])[0]
 
 
-def _describe(name: str, asker: Asker) -> Iterator[EngineInfo]:
-    answer = asker.ask(Describe(name))
-    if answer.value is not None and answer.value.name == name:
-        yield answer.value
-        return
-    reason = answer.reason
-    if answer.status is not Status.FAILED:
-        reason = f"its adapter was asked what it declares, and {answer.status.value}: {answer.reason}"
-    yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
+def _brought_by(name: str) -> tuple[str, str]:
+    distribution = distribution_of(name)
+    return distribution, "" if distribution else name
+
+
+def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
+    answers = list(asker.ask_each([Describe(name, names[0]) for name in names]))
+    for name, told in zip(names, answers, strict=True):
+        # Where one fails, those that were asked before it in the same process may be the cause.
+        answer = asker.ask(Describe(name, name)) if told.status in (Status.FAILED, Status.CRASHED) else told
+        if answer.value is not None and answer.value.name == name:
+            yield answer.value
+            continue
+        reason = answer.reason
+        if answer.status is not Status.FAILED:
+            reason = f"its adapter was asked what it declares, and {answer.status.value}: {answer.reason}"
+        yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
 
 
 #: At each step the settings, or why there are none.

@@ -164,7 +164,8 @@ class LocalPool(Pool):
         for lane in self._lanes:
             lane.close()
         for thread in self._threads:
-            thread.join()
+            if thread.is_alive():  # a signal may have come before it was started
+                thread.join()
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks carried out in the first lane."""

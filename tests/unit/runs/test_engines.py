@@ -116,6 +116,21 @@ def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
         assert words in found[name].unavailable
 
 
+def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Install) -> None:
+    """They are asked in one process; one that fails there for what another did is asked alone, and is available."""
+    spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
+    fails = "def version():\n    assert not hasattr(builtins, 'spoilt')\n    return 'alone'\n"
+    install(
+        f"{ADAPTER}\nimport builtins\ndef __getattr__(name):\n    exec({spoils!r}, globals())\n    return first\n"
+        f"{fails}second, third = made(version=lambda: str(os.getpid())), made(version=version)\n",
+        {"a-first": "first", "b-second": "second", "c-third": "third"},
+    )
+    with LocalPool(2) as pool:
+        found = {info.name: info for info in engines(["a-first", "b-second", "c-third"], pool=pool)}
+    assert found["a-first"].version == found["b-second"].version != ""
+    assert found["c-third"].version == "alone", found["c-third"].unavailable
+
+
 def test_an_engine_that_is_not_installed_is_run_only_where_it_is_asked_for() -> None:
     """By default it is left out; by name it is a row with the reason; an adapter that is broken is a row always."""
     there = EngineInfo("there", "There", "1", "", Capabilities(), {"tuned": ""}, "")

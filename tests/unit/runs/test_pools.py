@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
@@ -97,3 +98,21 @@ def test_a_pool_alters_nothing(where: str, expected: CameOf) -> None:
         assert ended is status
         assert words in str(reason)
     assert found == {name: one for name, one in expected.items() if name != "raises"}
+
+
+@pytest.mark.parametrize("first", [1, 2])
+def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What interrupts the start of a thread leaves the pool as it came, with nothing of the pool at work."""
+    started: list[threading.Thread] = []
+
+    def start(thread: threading.Thread) -> None:
+        started.append(thread)
+        if len(started) == first:
+            raise KeyboardInterrupt
+        begin(thread)
+
+    begin = threading.Thread.start
+    monkeypatch.setattr(threading.Thread, "start", start)
+    with pytest.raises(KeyboardInterrupt), LocalPool(2, LIMIT_S) as pool:
+        list(pool.each([("pit", 1), ("pic", 2)], lambda item, _: [item]))
+    assert not any(thread.is_alive() for thread in started)
