@@ -32,6 +32,7 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "normalized_prediction_distance": 0.0,
         # Bodies that overlap are not pushed apart.
         "contact_natural_frequency": 0.0,
+        "static_contact_natural_frequency": 0.0,
         # As shipped, faster bodies are slowed down to 400 m/s.
         "normalized_max_linear_velocity": CAPABILITIES.max_speed_m_s,
     }
@@ -65,6 +66,7 @@ adapter = EngineAdapter(
         "num_solver_iterations": Knob(1, 64, log=True),
         "normalized_prediction_distance": Knob(choices=(0.0, 1e-4, 1e-3, 0.02)),
         "contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
+        "static_contact_natural_frequency": Knob(choices=(0.0, 1.0, 10.0, 30.0, 60.0)),
         "soft_ccd_prediction": Knob(choices=(0.0, 0.5, 1e3)),
         "contact_recycling": Knob(choices=(False, True)),
         "warmstart_coefficient": Knob(0.0, 1.0),

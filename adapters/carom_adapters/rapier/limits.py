@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from carom.adapter import Capabilities, ContactTimes
 
-__all__ = ["CAPABILITIES", "LEAST", "MOST", "OTHER_SETTINGS", "PARAMETERS", "SHIPPED_SPEED_M_S"]
+__all__ = ["CAPABILITIES", "LEAST", "MOST", "OTHER_SETTINGS", "PARAMETERS", "SHIPPED_SPEED_M_S", "SOFTNESSES"]
 
 #: Attributes of `IntegrationParameters`, by Rapier's own names.
 PARAMETERS = (
+    "length_unit",
     "num_solver_iterations",
     "normalized_prediction_distance",
     "normalized_max_linear_velocity",
@@ -15,13 +16,22 @@ PARAMETERS = (
     "warmstart_coefficient",
 )
 
-#: ``contact_natural_frequency`` (Hz) is that of both contact softnesses, at which overlaps are pushed apart.
+#: Frequencies (Hz) at which overlaps are pushed apart: of contacts between moving bodies, and of those with fixed ones.
+SOFTNESSES = {
+    "contact_natural_frequency": "contact_softness",
+    "static_contact_natural_frequency": "static_contact_softness",
+}
+
 #: ``can_sleep`` and ``soft_ccd_prediction`` (metres) are of every disc, by Rapier's own names. ``first_part`` is the
 #: part of a step that is taken first, as a step of its own: see the profile `located`.
-OTHER_SETTINGS = ("contact_natural_frequency", "can_sleep", "soft_ccd_prediction", "first_part")
+OTHER_SETTINGS = (*SOFTNESSES, "can_sleep", "soft_ccd_prediction", "first_part")
 
 #: Beyond these Rapier divides by zero, or makes no sense of them; the square of a step stays inside 32-bit floats.
-LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {"num_solver_iterations": 1, "dt_s": 1e-12}
+LEAST = dict.fromkeys((*PARAMETERS, *OTHER_SETTINGS), 0.0) | {
+    "num_solver_iterations": 1,
+    "length_unit": 2.0**-126,
+    "dt_s": 1e-12,
+}
 MOST = {"dt_s": 1e12}
 
 #: `normalized_max_linear_velocity` as shipped: a faster body is slowed down to that, in silence.

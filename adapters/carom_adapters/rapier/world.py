@@ -20,7 +20,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS
+from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
 __all__ = ["RapierCuttableWorld", "RapierWorld"]
 
@@ -54,12 +54,11 @@ class RapierWorld:
         for name in PARAMETERS:
             if name in asked:
                 setattr(parameters, name, asked[name])
-        if "contact_natural_frequency" in asked:
-            # Read, changed and assigned: what the property gives is a copy.
-            for name in ("contact_softness", "static_contact_softness"):
-                softness = getattr(parameters, name)
-                softness.natural_frequency = asked["contact_natural_frequency"]
-                setattr(parameters, name, softness)
+        for name, of in SOFTNESSES.items():
+            if name in asked:
+                softness = getattr(parameters, of)  # a copy
+                softness.natural_frequency = asked[name]
+                setattr(parameters, of, softness)
         handles, number = [], {}
         for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, states, strict=True)):
             body = rapier.RigidBody.fixed() if disc.immovable else rapier.RigidBody.dynamic()
@@ -89,7 +88,7 @@ class RapierWorld:
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._step_s()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
-        read["contact_natural_frequency"] = parameters.contact_softness.natural_frequency
+        read |= {name: getattr(parameters, of).natural_frequency for name, of in SOFTNESSES.items()}
         body = self._bodies[0]
         # A body that can't sleep has a negative threshold of sleep.
         read["can_sleep"] = body.activation.linear_threshold >= 0

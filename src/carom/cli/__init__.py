@@ -55,14 +55,20 @@ def _options(
     del version  # its callback has done all there is to do
 
 
-def command() -> None:
-    """Run the command, and end the process with its exit code, whatever becomes of the output."""
+def command() -> str | int | None:
+    """Run the command, and return its exit code, whatever becomes of the output.
+
+    Raises:
+        KeyboardInterrupt: A signal came before the command or after it.
+    """
     out = sys.stdout
     try:
         try:
             app()
             code: str | int | None = 0
         except SystemExit as end:
+            if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
+                raise signal from None  # Typer says nothing of it, and takes each for Ctrl-C
             code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
         out.flush()  # here, where what goes wrong can still be told
     except BrokenPipeError:  # the reader, `head` say, has seen enough
@@ -72,4 +78,4 @@ def command() -> None:
             shared.say(f"carom: output: {error.strerror or error}", apart=True)
         code = shared.EXIT_BAD_INPUT
     shared.drop_unwritten(out, sys.stderr)
-    sys.exit(code)
+    return code
