@@ -15,11 +15,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-
-from carom.trace import impact_array, spin_array
+from carom.solvers.rows import Rows
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, impact_array, spin_array
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import NDArray
 
     from carom.scene import Scene
@@ -76,10 +76,10 @@ class ImpactLog:
 
     def __init__(self, scene: Scene) -> None:
         self.records: list[ImpactRecord] = []
-        self._array = impact_array([])
+        self._impacts = Rows(IMPACT_DTYPE)
         self._ambiguous: list[int] = []
         self._turns = scene.arrays.turns
-        self._spins = spin_array([])
+        self._spins = Rows(SPIN_DTYPE)
         self._rubs_discs, self._rubs_walls = scene.arrays.rubs_discs, scene.arrays.rubs_walls
         self._recent = [None if disc.immovable else Recent() for disc in scene.discs]
         self._instant = -1.0
@@ -107,17 +107,15 @@ class ImpactLog:
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
-        if len(self._array) < len(self.records):
-            self._array = np.concatenate([self._array, impact_array(self.records[len(self._array) :])])
-            self._array.flags.writeable = False
-        return self._array
+        if len(self._impacts) < len(self.records):
+            self._impacts.add(impact_array(self.records[len(self._impacts) :]))
+        return self._impacts.array()
 
     def spins(self) -> NDArray[np.void] | None:
         """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
         if self._turns and len(self._spins) < len(self.records):
-            self._spins = np.concatenate([self._spins, spin_array(self.records[len(self._spins) :])])
-            self._spins.flags.writeable = False
-        return self._spins if self._turns else None
+            self._spins.add(spin_array(self.records[len(self._spins) :]))
+        return self._spins.array() if self._turns else None
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that are ambiguous."""

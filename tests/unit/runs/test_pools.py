@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -116,3 +118,12 @@ def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkey
     with pytest.raises(KeyboardInterrupt), LocalPool(2, LIMIT_S) as pool:
         list(pool.each([("pit", 1), ("pic", 2)], lambda item, _: [item]))
     assert not any(thread.is_alive() for thread in started)
+
+
+def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An hour that passes between two looks at a clock is none that an engine has worked: its answer is waited for."""
+    hours = itertools.count()
+    monkeypatch.setattr("carom.runs.process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
+    with LocalPool(1, LIMIT_S) as pool:
+        (row,) = execute(plan_of([scene()], options(("pit",)), pool), pool).rows
+    assert row.status is Status.RAN

@@ -13,6 +13,7 @@ from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.resolution import too_far_out
+from carom.solvers.rows import Rows
 from carom.solvers.run import require_time
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
@@ -47,8 +48,8 @@ class RecordedImpacts:
     def __init__(self, run: kernel.Kernel) -> None:
         self.ambiguous = run.ambiguous
         self._kernel = run
-        self._taken = np.empty(0, IMPACT_DTYPE)
-        self._spins = None if run.spins is None else np.empty(0, SPIN_DTYPE)
+        self._taken = Rows(IMPACT_DTYPE)
+        self._spins = None if run.spins is None else Rows(SPIN_DTYPE)
 
     def __len__(self) -> int:
         return self._kernel.recorded
@@ -57,21 +58,15 @@ class RecordedImpacts:
         """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
         if len(self._taken) < self._kernel.recorded:
             impacts, spins = self._kernel.take_impacts()
-            self._taken = _joined(self._taken, impacts)
+            self._taken.add(impacts)
             if self._spins is not None and spins is not None:
-                self._spins = _joined(self._spins, spins)
-        return self._taken
+                self._spins.add(spins)
+        return self._taken.array()
 
     def spins(self) -> NDArray[np.void] | None:
         """Return the spins around the impacts so far; None where nothing turns."""
         self.array()
-        return self._spins
-
-
-def _joined(earlier: NDArray[np.void], later: NDArray[np.void]) -> NDArray[np.void]:
-    joined = np.concatenate([earlier, later]) if len(earlier) else later
-    joined.flags.writeable = False
-    return joined
+        return None if self._spins is None else self._spins.array()
 
 
 class EventDrivenRun:
