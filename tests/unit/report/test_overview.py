@@ -19,8 +19,14 @@ def results() -> Results:
     """The paper's four cases, and two scenes of no group of which one's name begins with the other's."""
     scene = find_scenes(["paper/late"])[0].scene
     own = [scene.model_copy(update={"name": name}) for name in ("mine", "mine-too")]
-    scenes = [*find_scenes(["paper"]), *own]
-    return carom.cross_check(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"], timing=False, pool=InProcess())
+    return carom.cross_check(
+        [*find_scenes(["paper"]), *own],
+        ["pic", "pit"],
+        dts=[1 / 24],
+        profiles=["tuned"],
+        timing=False,
+        pool=InProcess(),
+    )
 
 
 def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:
