@@ -10,7 +10,7 @@ from tests.validation.test_friction_law import ULPS, drawn_pair
 
 from carom import DiscArrays
 from carom.physics.impact_law import resolve_impact
-from carom.physics.rough_impact import RoughBodies, resolve_rough_impact
+from carom.physics.rough_impact import Grips, RoughBodies, resolve_rough_impact
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 
@@ -35,8 +35,8 @@ def test_impacts_as_arrays_are_those_of_the_exact_law() -> None:
         one, two = bodies_of(start)
         line = (start.position_m[1] - start.position_m[0])[None]
         normal = line / np.hypot(*line[0])
-        numbers = (np.array([x]) for x in (start.restitution, start.friction, start.tangential_restitution))
-        first, second = resolve_rough_impact(one, two, normal, *numbers)
+        e, *grip = (np.array([x]) for x in (start.restitution, start.friction, start.tangential_restitution))
+        first, second = resolve_rough_impact(one, two, normal, e, Grips(*grip))
         impact, spins = np.zeros(1, IMPACT_DTYPE), np.zeros(1, SPIN_DTYPE)
         impact["second"], impact["normal"] = 1, normal[0]
         for name, before, after, radius in (
@@ -58,7 +58,7 @@ def test_without_friction_the_velocities_are_the_smooth_ones_to_the_bit() -> Non
         start = drawn_pair(rng)
         one, two = bodies_of(start)
         line, e = (start.position_m[1] - start.position_m[0])[None], np.array([start.restitution])
-        first, second = resolve_rough_impact(one, two, line, e, nothing, nothing)
+        first, second = resolve_rough_impact(one, two, line, e, Grips(nothing, nothing))
         smooth = resolve_impact(one.velocity, one.mass, two.velocity, two.mass, line, e)
         assert np.array_equal(first.velocity, smooth[0])
         assert np.array_equal(second.velocity, smooth[1])

@@ -14,7 +14,7 @@ from carom.physics.impact_law import resolve_impact
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Branches", "RoughBodies", "branches", "resolve_rough_impact"]
+__all__ = ["Branches", "Grips", "RoughBodies", "branches", "resolve_rough_impact"]
 
 
 class RoughBodies(NamedTuple):
@@ -31,6 +31,13 @@ class RoughBodies(NamedTuple):
     rim: NDArray[np.float64]
     mass: NDArray[np.float64]
     inertia: NDArray[np.float64]
+
+
+class Grips(NamedTuple):
+    """How the bodies of `m` impacts rub against each other, as `carom.physics.friction.Grip`; shape ``(m,)`` each."""
+
+    friction: NDArray[np.float64]
+    restitution: NDArray[np.float64]
 
 
 class Branches(NamedTuple):
@@ -55,23 +62,16 @@ def branches(
     second: RoughBodies,
     tangent: NDArray[np.float64],
     pressed: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    tangential_restitution: NDArray[np.float64],
+    grips: Grips,
 ) -> Branches:
-    """Return both branches of friction for bodies that are pressed together by the impulses J.
+    """Return both branches of friction for bodies that are pressed together by the impulses J, shape ``(m,)``.
 
-    Args:
-        first: The first bodies, before.
-        second: The second ones.
-        tangent: The unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
-        pressed: J, 0 or more, shape ``(m,)``.
-        friction: Coulomb's coefficient, shape ``(m,)``.
-        tangential_restitution: b, shape ``(m,)``.
+    `tangent` is the unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
     """
     slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
     yielding = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass
-    held = (1.0 + tangential_restitution) * slip / yielding
-    return Branches(held, np.copysign(friction * pressed, held))
+    held = (1.0 + grips.restitution) * slip / yielding
+    return Branches(held, np.copysign(grips.friction * pressed, held))
 
 
 def resolve_rough_impact(
@@ -79,27 +79,19 @@ def resolve_rough_impact(
     second: RoughBodies,
     normal: NDArray[np.float64],
     restitution: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    tangential_restitution: NDArray[np.float64],
+    grips: Grips,
 ) -> tuple[RoughBodies, RoughBodies]:
     """Return the bodies just after; those that do not approach are as before.
 
-    Without friction the velocities are those of `carom.resolve_impact`, to the bit.
-
-    Args:
-        first: The first bodies, before.
-        second: The second ones.
-        normal: From first to second, of any length above 0, shape ``(m, 2)``.
-        restitution: e, 0 to 1, shape ``(m,)``.
-        friction: Coulomb's coefficient f, 0 or more, shape ``(m,)``.
-        tangential_restitution: b, -1 to 1, shape ``(m,)``.
+    Without friction the velocities are those of `carom.resolve_impact`, to the bit. `normal` is from first to second,
+    of any length above 0, shape ``(m, 2)``; `restitution` that along it, shape ``(m,)``.
     """
     v1, v2 = resolve_impact(first.velocity, first.mass, second.velocity, second.mass, normal, restitution)
     unit = normal / np.hypot(normal[:, 0], normal[:, 1])[:, None]
     tangent = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     approach = np.sum((first.velocity - second.velocity) * unit, axis=1)
     pressed = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
-    rub = branches(first, second, tangent, pressed, friction, tangential_restitution).law
+    rub = branches(first, second, tangent, pressed, grips).law
     return (
         first._replace(
             velocity=v1 - (rub / first.mass)[:, None] * tangent, rim=first.rim - rub / (first.inertia * first.mass)
