@@ -26,7 +26,10 @@ def table(path: Path = SAMPLE) -> str:
     head, rows = read_records(path)
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
-    lines = ["| method | " + " | ".join(GRADES) + " | price paid, median |", "| --- |" + " --- |" * (len(GRADES) + 1)]
+    lines = [
+        "| method | " + " | ".join(GRADES) + " | price paid in velocity, median |",
+        "| --- |" + " --- |" * (len(GRADES) + 1),
+    ]
     for engine in dict.fromkeys(row["engine"] for row in rows):
         own = [r for r in rows if r["engine"] == engine and r["profile"] == "tuned" and r["refinement"] == 0]
         count = Counter(row["grade"] for row in own)

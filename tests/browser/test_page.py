@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -37,6 +38,36 @@ def test_the_heat_map_of_four_engines_fits_the_first_screen(browser: Browser, wi
     page.close()
 
 
+def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(browser: Browser, wide_report: Path) -> None:
+    """The first screen says in words what goes wrong; one click from there plays a run that misses an impact."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.goto(wide_report.as_uri())
+    chart = page.locator(".charts svg").first
+    assert chart.evaluate("chart => chart.getBoundingClientRect().bottom") < 900
+    said = page.locator("header .about").inner_text()
+    assert all(word in said for word in ("once a step", "PIT", "PIC", "late"))
+    page.locator("header .about a").click()
+    page.wait_for_selector("#replay[open]")
+    assert "missed" in page.locator("table.impacts").inner_text()
+    page.close()
+
+
+def test_no_words_of_the_first_chart_run_into_each_other(browser: Browser, wide_report: Path) -> None:
+    """No two texts of the chart of what sampling costs overlap, as large as it is drawn and on a phone."""
+    page = browser.new_page()
+    for width in (360, 1280):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.goto(wide_report.as_uri())
+        texts = page.locator(".charts svg").first.locator("text")
+        boxes = texts.evaluate_all(
+            "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
+        )
+        assert len(boxes) > 14
+        pairs = combinations(boxes, 2)
+        assert not [1 for a, b in pairs if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]]
+    page.close()
+
+
 def test_filters_leave_what_was_asked_for(page: Page) -> None:
     """Engine, profile, grade and group each cut the table down, and say how much of it is left."""
     page.locator(".filters").get_by_label(re.compile("^engine")).select_option("pymunk")  # a group has the word, too
@@ -50,7 +81,12 @@ def test_filters_leave_what_was_asked_for(page: Page) -> None:
     for text in rows.all_inner_texts():
         assert text.startswith("paper/")
         assert "wrong" in text
-    assert page.locator(".filters output").inner_text().startswith(f"{rows.count()} of ")
+    every = page.locator("table.grid tbody tr").count()
+    assert page.locator(".filters output").inner_text() == f"{rows.count()} of {every} scenes"
+    assert rows.first.inner_text().startswith("paper/missed")  # the table's first row is a scene like any other
+    page.locator(".filters").get_by_label("group").select_option("gravity")
+    page.locator(".filters").get_by_label("grade").select_option("")
+    assert all(text.startswith("gravity/") for text in rows.all_inner_texts())
 
 
 def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
@@ -60,17 +96,21 @@ def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
     heading.click()
     column = page.locator("table.grid thead th").all_inner_texts().index("PIT\ntuned")
     assert "wrong" in page.locator(f"table.grid tbody tr:first-child td:nth-child({column + 1})").inner_text()
+    page.locator("table.grid thead th").first.get_by_role("button").click()
+    assert page.locator("table.grid tbody th .word, table.grid tbody th").first.inner_text() != names[0]
+    page.locator("table.grid thead th").first.get_by_role("button").click()
+    heading.click()
     heading.click()
     assert page.locator("table.grid tbody th").all_inner_texts() == names
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(browser: Browser, report: Path, scheme: Literal["light", "dark"]) -> None:
+def test_axe_finds_nothing_serious(browser: Browser, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
     """No rule of accessibility that axe calls serious or critical is broken, on the page and in a replay."""
     from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
 
     page = browser.new_page(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    page.goto(report.as_uri())
+    page.goto(wide_report.as_uri())
     for key in ("", MISSED):
         if key:
             opened(page, key)

@@ -129,11 +129,26 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
     assert clock(page) == 0.25
 
 
+def test_both_pictures_are_in_sight_and_level(browser: Browser, report: Path) -> None:
+    """Opened on a phone, both pictures and the line of time stand in the window; side by side they stand level."""
+    for width, height in ((360, 740), (768, 900), (1280, 900)):
+        page = browser.new_page(viewport={"width": width, "height": height}, reduced_motion="reduce")
+        page.goto(report.as_uri())
+        opened(page, "paper/multiple/pymunk/tuned")
+        boxes = [one.bounding_box() for one in page.locator("#replay canvas").all()]
+        truth, seen, line = (box for box in boxes if box)
+        assert truth["y"] > 0
+        assert line["y"] + line["height"] < height
+        assert truth["y"] == seen["y"] or truth["x"] == seen["x"]
+        page.close()
+
+
 def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
     """A missed impact is in the table, with its cause; clicking it leads there; command and scene can be copied."""
     opened(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
+    assert row.locator("td").last.inner_text() == "looking once a step"
     row.get_by_role("button").click()
     assert clock(page) == pytest.approx(0.425, abs=1e-3)
     page.get_by_text("Run it yourself").click()

@@ -42,7 +42,7 @@ class Score(Shown):
         sampling: The same of PIT at the same step against the reference: what sampling costs at this phase. None where
             PIT was not given.
         against_pit: The same of the observed trace against that PIT. None where PIT was not given.
-        pit_missed: How many impacts that PIT misses; None where it was not given.
+        pit_missed: Indices of reference impacts that PIT misses; None where it was not given.
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
             the price of sampling; 0: none of it; above 1: it does worse than looking once a step. NaN where PIT was not
@@ -70,7 +70,7 @@ class Score(Shown):
     total: Errors
     sampling: Errors | None
     against_pit: Errors | None
-    pit_missed: int | None
+    pit_missed: tuple[int, ...] | None
     price_paid: float
     findings: tuple[Finding, ...]
     grade: Grade
@@ -180,7 +180,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         total=measured.largest,
         sampling=None if sampled is None else sampled.largest,
         against_pit=None if against_pit is None else against_pit.largest,
-        pit_missed=None if sampled is None else len(sampled.alignment.missed),
+        pit_missed=None if sampled is None else sampled.alignment.missed,
         price_paid=_price_paid(evidence),
         findings=findings(evidence),
         grade=grade(evidence),

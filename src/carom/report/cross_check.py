@@ -12,7 +12,7 @@ from carom.report.divergences import pictures
 from carom.report.document import Document
 from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
-from carom.report.overview import overview
+from carom.report.overview import first_replay, overview
 from carom.report.price import price_section, prices
 from carom.report.records import junit, records
 from carom.report.reference import known_section, reference_section
@@ -22,6 +22,12 @@ from carom.runs.plan import default_dts
 from carom.runs.results import Results
 
 __all__ = ["PURPOSE", "cross_check_document", "write_report"]
+
+ABOUT = (
+    "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
+    "interference test), finds an impact late and turns the discs from the wrong place in the wrong direction, or "
+    "never sees them touch. PIC (predicted instant of collision) solves for the instant: it is the reference here."
+)
 
 #: What a folder of a cross-check is for.
 PURPOSE = "cross-check"
@@ -48,6 +54,8 @@ def cross_check_document(results: Results) -> Document:
             tables.settings_section(results, grid),
             *tables.cell_sections(results, grid),
         ),
+        about=ABOUT,
+        watch=first_replay(grid),
     )
 
 

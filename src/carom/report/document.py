@@ -172,10 +172,17 @@ class Text:
 
 @dataclass(frozen=True)
 class Lines:
-    """A list of sentences."""
+    """A list of sentences.
+
+    Attributes:
+        items: They.
+        only: The media that show it.
+        folded: What a page shows of it until it is opened; empty where it is open.
+    """
 
     items: tuple[str, ...]
     only: Media = EVERYWHERE
+    folded: str = ""
 
 
 @dataclass(frozen=True)
@@ -204,10 +211,17 @@ class Code:
 
 @dataclass(frozen=True)
 class Figure:
-    """A drawing: made when a page needs it, as SVG."""
+    """A drawing: made when a page needs it, as SVG.
+
+    Attributes:
+        draw: Makes it.
+        caption: Sentences below it.
+        title: What stands above it, where neither the drawing nor the section says so.
+    """
 
     draw: Callable[[], str]
     caption: str
+    title: str = ""
 
 
 @dataclass(frozen=True)
@@ -266,12 +280,14 @@ class Section:
         blocks: What it holds, in order.
         level: 2, or 3 for a part of the section before it.
         only: The media that show it.
+        short: What a list of the sections calls it, where the heading is long.
     """
 
     heading: str
     blocks: tuple[Block, ...]
     level: int = 2
     only: Media = EVERYWHERE
+    short: str = ""
 
     def shown(self, medium: Medium) -> tuple[Block, ...]:
         """Return the blocks that a medium shows."""
@@ -280,11 +296,21 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A document: its title, the sentences that matter most, and its sections."""
+    """A document.
+
+    Attributes:
+        title: Its title.
+        lead: The sentences that matter most.
+        sections: Its parts.
+        about: What is compared, for who reads such a document for the first time; no terminal shows it.
+        watch: The one replay to begin with, which a page leads to; None for none.
+    """
 
     title: str
     lead: tuple[str, ...]
     sections: tuple[Section, ...]
+    about: str = ""
+    watch: Cell | None = None
 
     def shown(self, medium: Medium) -> Iterable[Section]:
         """Return the sections that a medium shows; one without anything to show is left out."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Iterator
 from functools import singledispatch
 from html import escape
@@ -141,11 +142,14 @@ def _score_rows(score: Score) -> Iterator[str]:
         "impacts expected": str(score.expected),
         "missed": str(len(score.missed)),
         "invented": str(len(score.spurious)),
-        "price of sampling paid": wording.number(score.price_paid),
     }
+    if not math.isnan(score.price_paid):  # what was not measured has no row
+        rows["price of sampling paid"] = wording.number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")
-        rows[metric.metadata["name"]] = wording.number(getattr(score.total, metric.name)) + unit
+        error = getattr(score.total, metric.name)
+        if not math.isnan(error):
+            rows[metric.metadata["name"]] = wording.number(error) + unit
     rows |= {finding.verdict.value: finding.reason for finding in score.findings}
     for name, value in rows.items():
         yield f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(value)}</td></tr>'

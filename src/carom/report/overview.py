@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -25,27 +26,27 @@ from carom.report.document import (
     Text,
 )
 from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark
-from carom.report.price import PRICE_CAPTION, EnginePrice, price_chart
+from carom.report.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
 from carom.report.replay import impact_rows, replay_link
-from carom.report.tables import legend
+from carom.report.tables import legend, mark_cell
 from carom.runs.results import Results
 
-__all__ = ["overview"]
+__all__ = ["first_replay", "overview"]
 
 #: From best to worst.
 _GRADED = (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG)
-#: With more impacts, a terminal's screen is no place to read them one by one.
-MOST_IMPACTS, MOST_VERDICTS = 40, 2
+#: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods.
+MOST_IMPACTS, MOST_BESIDE, MOST_VERDICTS = 40, 4, 2
 
 HEAT_NOTE = (
-    "Each cell tells the worst grade of a method in a group, of how many of its scenes, and leads to the worst of "
-    "them, played beside the reference; the bar below shows all grades."
+    "A cell tells a method's worst grade in a group, in how many of its scenes, and plays the worst of them; the bar "
+    "shows all grades."
 )
 METHOD_NOTE = (
     "Missed and invented impacts are counted over all scenes. The error is the largest velocity error over PIT's at "
     "worst over the phases of the same step, median over scenes: 1 pays the price of looking once a step, 0 none of it."
 )
-METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, median, by PIT's at worst"
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, {median}by PIT's at worst"
 
 
 def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
@@ -55,26 +56,29 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
         return
     others = [method for method in methods if method.engine != "pic"]  # what PIC is worth, the known answers say
     alone = grid.rows[0] if len(grid.rows) == 1 else None
-    title = f"{f'{alone.scene.name}: every' if alone else 'Every'} method against PIC, at {grid.step_phrase}"
-    signs = {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
-    chart = Figure(partial(price_chart, found, "What sampling costs each engine, and what is its own"), PRICE_CAPTION)
+    every = f"{alone.scene.name}: every" if alone else "Every"
+    impacts = _impacts_of(results, alone) if alone else ()
+    beside = impacts if len(impacts) <= MOST_BESIDE else ()
+    signs = {} if alone else {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
+    chart = Figure(partial(price_chart, found, PRICE_TITLE), PRICE_CAPTION, PRICE_TITLE)
     blocks: tuple[Block, ...] = (
         _group_table(grid, methods),
         legend(grid, PAGE),
         Text(HEAT_NOTE, PAGE),
-        *((Figures((chart,)),) if any(price.own for price in found) else ()),
-        _method_table(grid, others or methods),
-        Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),
-        Text(METHOD_SHORT, TERMINAL),
+        *((Figures((chart,), large=True),) if any(price.own for price in found) else ()),
+        _method_table(grid, others or methods, beside),
+        *((Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),) if signs else ()),
+        Text(METHOD_SHORT.format(median="" if alone else "median, "), TERMINAL),
         Text(METHOD_NOTE, ON_PAPER),
     )
-    yield Section(title, blocks)
+    yield Section(f"{every} method against PIC, at {grid.step_phrase}", blocks, short="Every method")
     if alone:
         # The verdicts of one method, or of two, are for reading; those of many stand in full elsewhere.
         said = [(cell.column.name, reason) for cell in alone.cells if cell.plays for reason in cell.reasons]
         few = said if len(methods) <= MOST_VERDICTS else ()
         verdicts = tuple(reason if len(methods) == 1 else f"{name}: {reason}" for name, reason in few)
-        shown = (_impact_table(results, grid), Lines(verdicts, TERMINAL))
+        table = () if beside else (_impact_table(alone, impacts),)
+        shown = (*table, *((Lines(verdicts, TERMINAL),) if verdicts else ()))
         yield Section("Its impacts, every method beside the others", shown, level=3)
 
 
@@ -100,16 +104,44 @@ def _scene_of(cell: GridCell) -> str:
     return cell.row.job.scene.name if cell.row else ""
 
 
-def _method_table(grid: Grid, methods: list[GridColumn]) -> Table:
-    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst."""
+def first_replay(grid: Grid) -> Cell | None:
+    """Return the way to the replay that says most in least: of the engines' worst cells, that of fewest impacts."""
+    cells = [cell for column in grid.columns.values() for cell in grid.cells(column)]
+    graded = [cell for cell in cells if cell.mark in _GRADED and cell.mark.css != Mark.EXACT.css]
+    engines = [cell for cell in graded if not cell.column.own] or graded
+    if not engines:
+        return None
+
+    def order(cell: GridCell) -> tuple[int, bool, int]:
+        score = cell.row.score if cell.row else None
+        return (-_GRADED.index(cell.mark), not (score and score.missed), score.expected if score else 0)
+
+    cell = min(engines, key=order)
+    missed = cell.row is not None and cell.row.score is not None and cell.row.score.missed
+    does = "miss an impact" if missed else f"at {_scene_of(cell)}"
+    return Cell(f"Watch {cell.column.name} {does}", link=replay_link(cell))
+
+
+def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impact]) -> Table:
+    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst.
+
+    Of a scene alone, what became of each of these impacts.
+    """
+    alone = len(grid.rows) == 1
     columns = (
         Column("method", lambda method: method.name),
-        Column("scenes by grade", partial(_bar, grid)),
+        Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
         Column("impacts", partial(_counted, grid), "- +", number=True),
         Column("error", partial(_paid, grid), "by PIT's", number=True),
-        Column("worst scene", partial(_worst_scene, grid)),
+        *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
+        *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
     )
     return Table(columns, methods, css="methods")
+
+
+def _grade(grid: Grid, method: GridColumn) -> Cell:
+    (cell,) = grid.cells(method)
+    return replace(mark_cell(cell.mark), title="; ".join(cell.reasons), link=replay_link(cell))
 
 
 def _bar(grid: Grid, method: GridColumn) -> Cell:
@@ -186,24 +218,37 @@ class _Impact(NamedTuple):
     time_s: float | None
     became: dict[GridColumn, str]
 
+    @property
+    def when(self) -> str:
+        """The time in seconds; empty where it is not known."""
+        return "" if self.time_s is None else f"{self.time_s:.6g}"
 
-def _impact_table(results: Results, grid: Grid) -> Table:
-    """Return the impacts of the one scene that was run, a column a method."""
-    row = grid.rows[0]
+
+def _held(row: GridRow) -> list[GridCell]:
+    """Return what is held against PIC; PIC itself where nothing else ran."""
     ran = [cell for cell in row.cells if cell.plays]
-    cells = [cell for cell in ran if cell.column.engine != "pic"] or ran
+    return [cell for cell in ran if cell.column.engine != "pic"] or ran
+
+
+def _impacts_of(results: Results, row: GridRow) -> tuple[_Impact, ...]:
+    """Return the impacts of a scene in order of time, those that a method invents as well."""
     found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
-    for cell in cells:
+    for cell in _held(row):
         if cell.row is not None and cell.row.trace is not None and cell.row.score is not None:
             for impact in impact_rows(results.references[row.scene.name], cell.row.trace, cell.row.score):
                 when = impact.get("true", impact.get("reported"))
                 found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
-    impacts = sorted((_Impact(*key, became) for key, became in found.items()), key=lambda one: one.time_s or 0.0)
+    impacts = (_Impact(*key, became) for key, became in found.items())
+    return tuple(sorted(impacts, key=lambda one: one.time_s or 0.0))
+
+
+def _impact_table(row: GridRow, impacts: Sequence[_Impact]) -> Table:
+    """Return the impacts of the one scene that was run, a column a method."""
     columns = [
         Column("bodies", lambda impact: impact.bodies),
-        Column("time, s", lambda impact: "" if impact.time_s is None else f"{impact.time_s:.6g}", number=True),
+        Column("time, s", lambda impact: impact.when, number=True),
     ]
-    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in cells]
+    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in _held(row)]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
     return Table(columns, impacts[:MOST_IMPACTS], note=note)

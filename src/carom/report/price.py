@@ -14,25 +14,29 @@ from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column
 from carom.report.grid import Grid, GridColumn
 from carom.report.svg import MUTED, SURFACE, drawing, finish, line_style, new_figure, render
 
-__all__ = ["PRICE_CAPTION", "EnginePrice", "price_chart", "price_section", "prices"]
+__all__ = ["PRICE_CAPTION", "PRICE_TITLE", "EnginePrice", "price_chart", "price_section", "prices"]
 
 #: Of the chart, of a line in it, and of the room for names and for what stands below.
-_WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 9.0, 0.24, 1.3, 0.5
+_WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 0.22, 1.3, 0.5
+#: What is rounding has a strip of its own: its part of the axis, where two labels stand side by side.
+_STRIP = 0.14
 
 #: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
 MOSTLY = 0.5
 
+PRICE_TITLE = "What sampling costs each engine, and what error is its own"
 PRICE_CAPTION = (
     "A ring: the largest velocity error against PIC. A disc: what of it sampling does not explain. Medians over "
     "scenes; the line between them is the price of sampling."
 )
 
 PRICE_NOTE = (
-    "A method that looks once a step is late by up to a step whatever else it does. What it pays is its largest "
-    "velocity error over PIT's at worst over the phases of the same step: 1 pays the price of sampling, 0 none of it, "
-    "and above 1 does worse than looking once a step; an impact that is missed is off by all that it changes. Of its "
-    "own is what sampling does not explain: the error against PIT, or against PIC where that is less; beyond a horizon "
-    "it is told impact by impact, from the engine's own state before. Medians over scenes, with least and greatest."
+    "All errors of this table are of velocities, none is of a time. A method that looks once a step is late by up to a "
+    "step whatever else it does. What it pays is its largest velocity error over PIT's at worst over the phases of the "
+    "same step: 1 pays the price of sampling, 0 none of it, and above 1 does worse than looking once a step; an impact "
+    "that is missed is off by all that it changes. Of its own is the velocity error, over the scene's greatest speed, "
+    "that sampling does not explain: against PIT, or against PIC where that is less; beyond a horizon it is told "
+    "impact by impact, from the engine's own state before. Medians over scenes, with least and greatest."
 )
 PRICE_SHORT = (
     "Price paid: largest velocity error over PIT's at worst over the phases of the same step (1: all of it, 0: none)"
@@ -115,7 +119,8 @@ def prices(grid: Grid) -> tuple[EnginePrice, ...]:
 def price_section(found: Sequence[EnginePrice]) -> Section:
     """Return a row an engine: what it pays of the price of sampling, and what is its own."""
     said = tuple(Text(sentence, IN_FULL) for sentence in (_agreement(found),) if sentence)
-    table: tuple[Block, ...] = (Text(PRICE_NOTE, ON_PAPER), Table(_COLUMNS, found, only=IN_FULL))
+    told = [column for column in _COLUMNS if any(column.cell(price).text != wording.ABSENT for price in found)]
+    table: tuple[Block, ...] = (Text(PRICE_NOTE, ON_PAPER), Table(told, found, only=IN_FULL))
     return Section("The price of sampling", (*said, *table, Text(PRICE_SHORT, DETAIL)) if found else (), level=3)
 
 
@@ -130,7 +135,9 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
         )
         errors = [value for _, total, own in shown for value in (total, own) if THRESHOLDS.rounding < value < math.inf]
         bottom = 10.0 ** math.floor(math.log10(min(errors, default=0.1)))
-        floor, top = bottom / 10.0**0.35, 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
+        top = 10.0 ** math.ceil(math.log10(max(errors, default=1.0) * 1.01))
+        strip = (top / bottom) ** (_STRIP / (1.0 - _STRIP))
+        floor = bottom / math.sqrt(strip)
 
         def along(value: float) -> float:
             at: float = min(max(value, floor), top) if value > THRESHOLDS.rounding else floor
@@ -142,8 +149,9 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
         axes.set_xscale("log")
-        axes.set_xlim(bottom / 10.0**0.7, top)
-        axes.axvspan(bottom / 10.0**0.7, bottom, color=MUTED, alpha=0.1, linewidth=0)
+        axes.set_xlim(bottom / strip, top)
+        axes.set_ylim(0.5 - max(2, len(shown)), 0.5)  # half a line above the first and below the last
+        axes.axvspan(bottom / strip, bottom, color=MUTED, alpha=0.1, linewidth=0)
         ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
         axes.set_xticks([floor, *ticks], [f"≤ {wording.number(THRESHOLDS.rounding)}", *map(wording.number, ticks)])
         axes.minorticks_off()
@@ -195,12 +203,12 @@ def _equal(price: EnginePrice) -> Cell:
 
 _COLUMNS = (
     Column("engine", lambda price: price.column.name),
-    Column("price paid, median", _over(lambda price: price.paid)),
+    Column("price paid in velocity, median", _over(lambda price: price.paid)),
     Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
     Column("worse than PIT", lambda price: _of(len(price.worse), price)),
     Column("equals PIT", _equal),
-    Column("of its own, median", _over(lambda price: price.own)),
+    Column("velocity error of its own, median", _over(lambda price: price.own)),
     Column("impacts missed", lambda price: str(sum(len(score.missed) for score in price.scores.values()))),
-    Column("by PIT", lambda price: str(sum(score.pit_missed or 0 for score in price.scores.values()))),
-    Column("of its own from its own states", _over(lambda price: price.local_own)),
+    Column("by PIT", lambda price: str(sum(len(score.pit_missed or ()) for score in price.scores.values()))),
+    Column("velocity error of its own, impact by impact", _over(lambda price: price.local_own)),
 )

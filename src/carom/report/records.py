@@ -57,7 +57,12 @@ def _of_scene(score: Score) -> dict[str, object]:
 def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, object]:
     """What PIT's errors are at a step of a scene, which every row there is held against."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
-    return {"scene": scene, "dt_s": dt_s, "missed": score.pit_missed, **errors}
+    return {
+        "scene": scene,
+        "dt_s": dt_s,
+        "missed": None if score.pit_missed is None else len(score.pit_missed),
+        **errors,
+    }
 
 
 def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:

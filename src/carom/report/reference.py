@@ -41,7 +41,8 @@ def reference_section(results: Results) -> Section:
         if said:
             lines.append(f"{name}: {'; '.join(said)}.")
     media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
-    blocks = (Text(REFERENCE_NOTE, ON_PAPER), Lines(tuple(lines), media)) if lines else ()
+    told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else wording.count(len(lines), "scene"))
+    blocks = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
     return Section("How far the reference is believed", blocks, level=3)
 
 

@@ -199,7 +199,10 @@ def _lost(k: int, score: Score) -> Json:
         return {"flag": "beyond", "became": "beyond the horizon", "cause": ""}
     if k in score.undecided:
         return {"flag": "undecided", "became": "too close to the end to be found", "cause": ""}
-    return {"flag": "missed", "became": "missed", "cause": "looking once a step" if score.equals_pit else ""}
+    if score.pit_missed is None:
+        return {"flag": "missed", "became": "missed", "cause": ""}
+    cause = "looking once a step" if k in score.pit_missed else "the method's own: PIT finds it"
+    return {"flag": "missed", "became": "missed", "cause": cause}
 
 
 def _flag(time_s: float, score: Score) -> str:
@@ -222,8 +225,10 @@ def _cause(error: ImpactError, score: Score) -> str:
     own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
     if error.spin > rounding and not wrong > rounding:
         wrong, here, own, sampling = error.spin, local.spin[k], local.solver_spin[k], local.sampling_spin[k]
-    if not wrong > rounding or math.isnan(here):
+    if not wrong > rounding:
         return ""
+    if math.isnan(here):
+        return "not told apart: its own state before is not known"
     if here <= rounding:
         return "right from its own state before: errors before this impact led it elsewhere"
     if own <= rounding:

@@ -49,6 +49,8 @@ SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b
 _AIM_PT = 11.0
 _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
+#: Above the axes, with a title and without one.
+_HEAD_IN, _BARE_IN = 0.85, 0.15
 #: Room for the numbers and the label of the upright axis, and height of a line at the foot.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
 
@@ -125,7 +127,9 @@ def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[st
     height = height_in + _FOOT_IN * len(foot)
     figure = new_figure(width_in, height)
     left = _LEFT_IN / width_in
-    axes = figure.add_axes((left, (height - height_in + 0.55) / height, 0.72 - left, (height_in - 1.4) / height))
+    foot_in, head_in = 0.55, _HEAD_IN if title else _BARE_IN
+    wide, tall = 0.72 - left, (height_in - foot_in - head_in) / height
+    axes = figure.add_axes((left, (height - height_in + foot_in) / height, wide, tall))
     figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
     for k, line in enumerate(reversed(foot)):
         figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)

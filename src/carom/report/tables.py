@@ -101,11 +101,12 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
             Text(SHORT_NOTE, DETAIL),
             Replays(partial(scene_replays, results, grid)),
         ),
+        short="Every scene",
     )
     # What can be mended, and what leaves a method with nothing, is part of the answer.
     telling = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _TO_MEND)
     lines = (
-        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL),
+        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL, folded=wording.count(len(grid.unrun), "reason")),
         Lines(tuple(map(_unrun, telling)), TERMINAL),
         Lines(tuple(_not_installed(results, grid, in_full=True)), IN_FULL),
         Lines(tuple(_not_installed(results, grid, in_full=False)), TERMINAL),

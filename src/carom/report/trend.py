@@ -181,7 +181,7 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
         if trend.scenes
         else f"No scene has a velocity error that the step could change. {wrong}"
     )
-    scenes = Lines(tuple(_trend_scenes(trend)), ON_PAPER)
+    scenes = Lines(tuple(_trend_scenes(trend)), ON_PAPER, folded="Which scenes these are")
     yield Section("Error against step", (charts, Text(said, ON_PAPER), table, scenes))
 
 

@@ -72,12 +72,13 @@ def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: S
 
 
 def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
-    """Grade, counts, every metric and every verdict with its reason stand in the table."""
+    """Grade, counts, every metric that was measured and every verdict with its reason stand in the table."""
     score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
     seen = Seen(score._repr_html_() or "")
     assert seen.elements["table"] == 1
-    for said in (score.grade.value, "velocity error", score.findings[0].reason):
+    for said in (score.grade.value, "final velocity", score.findings[0].reason):
         assert said in seen.text
+    assert "n/a" not in seen.text
 
 
 def test_without_the_extra_a_notebook_falls_back_to_the_lines(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from dataclasses import fields, replace
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from carom.report import price
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Medium, Section, Table
 from carom.report.grid import build_grid
-from carom.report.price import price_section, prices
+from carom.report.price import price_chart, price_section, prices
 from carom.report.records import records
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import cell_sections, spread_section
@@ -67,15 +68,19 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
     (toy,) = prices(build_grid(results))
     assert (toy.column.engine, len(toy.equal), toy.different) == ("toy", 3, [])
     said = in_table(results, "toy tuned")
-    assert (said["equals PIT"], said["of its own, median"], said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert (said["equals PIT"], said["velocity error of its own, median"], said["worse than PIT"]) == (
+        "3 of 3",
+        "0",
+        "0 of 3",
+    )
     document = cross_check_document(results)
     printed = io.StringIO()
     console = Console(file=printed, width=200)
     for block in terminal(document, 160, full=True):
         console.print(block)
     for text in (html(document), markdown(document), printed.getvalue()):
-        assert "price paid, median" in text
-        assert "of its own, median" in text
+        assert "price paid in velocity, median" in text
+        assert "velocity error of its own, median" in text
 
 
 def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
@@ -90,7 +95,9 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
         else:
             rows.append(row)
     said = in_table(replace(results, rows=tuple(rows)), "toy tuned")
-    paid, own = (float(said[head].split()[0]) for head in ("price paid, median", "of its own, median"))
+    paid, own = (
+        float(said[head].split()[0]) for head in ("price paid in velocity, median", "velocity error of its own, median")
+    )
     assert 0 < paid < 1e-6
     assert own < 2e-9
     assert said["equals PIT"] == "0 of 3"
@@ -101,6 +108,20 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
     )
     assert score.against_pit is not None
     assert score.against_pit.velocity > 0.001  # far from PIT, for being right
+
+
+def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
+    """With one method in the chart its marks lie within the frame, by more than the radius of the larger."""
+    (toy,) = prices(build_grid(results))
+    svg = price_chart([toy], "chart")
+    frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
+    assert frame is not None
+    left, top, width, height = map(float, frame.groups())
+    marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
+    assert len(marks) == 2
+    for x, y in marks:
+        assert left + 4 < float(x) < left + width  # points: half of the larger mark's size
+        assert top + 4 < float(y) < top + height - 4
 
 
 def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:

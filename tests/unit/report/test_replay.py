@@ -15,7 +15,7 @@ import pytest
 
 import carom
 from carom.report.grid import build_grid
-from carom.report.replay import replay_data, scene_replays
+from carom.report.replay import impact_rows, replay_data, scene_replays
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
@@ -53,6 +53,15 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
     assert (late["flag"], late["cause"]) == ("late", "looking once a step")
     assert late["reported"] > late["true"]
     assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
+
+
+def test_an_impact_that_pit_finds_is_missed_by_the_method_itself(results: Results) -> None:
+    """What is missed although PIT finds it at that step, looking once a step does not explain."""
+    score = next(row.score for row in results.rows if row.score and row.score.missed)
+    reference = results.references["paper/missed"]
+    alone = dataclasses.replace(score, pit_missed=())
+    (row,) = impact_rows(reference, dataclasses.replace(reference, impacts=reference.impacts[:0]), alone)
+    assert (row["flag"], row["cause"]) == ("missed", "the method's own: PIT finds it")
 
 
 def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:

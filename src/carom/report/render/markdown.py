@@ -18,7 +18,7 @@ def markdown(document: Document) -> str:
 
 def _lines(document: Document) -> Iterator[str]:
     yield f"# {_text(document.title)}"
-    for sentence in document.lead:
+    for sentence in (*filter(None, (document.about,)), *document.lead):
         yield from ("", _text(sentence))
     for section in document.shown(Medium.MARKDOWN):
         yield from ("", f"{'#' * section.level} {_text(section.heading)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -85,7 +86,8 @@ def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
     shown = [_cell(cell) for cell in cells]
     whole = first or any(cell.shares for cell in cells)  # a name, or a bar
     lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
-    words = lines if whole else [word for line in lines for word in line.split()]
+    # A line is indented, and not broken before its first word.
+    words = lines if whole else [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
     least, most = (max(map(cell_len, parts), default=0) for parts in (words, lines))
     return _Fitted(heading, shown, column.number, whole, least, most)
 

@@ -5,8 +5,11 @@
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
   const WIDEST = 1.6; // an engine that throws discs away must not shrink the scene to a dot
   const FLATTEST = 0.3, TALLEST = 0.8; // of a picture, in parts of its width
+  const BESIDE = 0.6, ABOVE = 0.27; // of the window's height, that pictures side by side or one above the other may take
+  const LEAST_TALL = 120; // pixels
   const SECONDS_SHOWN = 6; // about so long a replay lasts at the speed that is chosen for it
   const PIECES = 16; // lines that a parabola is drawn as
+  const MOST_NAMED = 12; // discs beyond which the numbers beside small ones would hide the paths
   const MOST_DOTS = 400; // frames beyond which their dots would run into a line
 
   const make = (name, attributes = {}, ...children) => {
@@ -94,7 +97,8 @@
     fit() {
       const [left, low, right, high] = this.box;
       const width = this.canvas.clientWidth || 480;
-      const height = Math.round(width * Math.min(TALLEST, Math.max(FLATTEST, (high - low) / (right - left))));
+      const wanted = width * Math.min(TALLEST, Math.max(FLATTEST, (high - low) / (right - left)));
+      const height = Math.round(Math.min(wanted, Math.max(LEAST_TALL, window.innerHeight * this.most)));
       const dense = window.devicePixelRatio || 1;
       this.canvas.style.height = `${height}px`;
       this.canvas.width = Math.round(width * dense);
@@ -173,7 +177,8 @@
       pen.lineTo(...along(0.95));
       pen.stroke();
     }
-    disc(place, disc, outline) {
+    // Others are the discs' places: a number that has no room within its disc stands away from the nearest of them.
+    disc(place, disc, outline, others = []) {
       const { pen, dense } = this, [x, y] = this.at(place);
       pen.beginPath();
       pen.arc(x, y, Math.max(this.scene.discs[disc][0] * this.scale, 2 * dense), 0, 2 * Math.PI);
@@ -184,11 +189,16 @@
       pen.stroke();
       pen.setLineDash([]);
       if (!outline && this.scene.discs.length > 1) {
-        pen.fillStyle = this.colour("--surface");
+        const radius = this.scene.discs[disc][0] * this.scale, inside = radius > 7 * dense;
+        if (!inside && this.scene.discs.length > MOST_NAMED) return;
+        pen.fillStyle = inside ? this.colour("--surface") : this.discColour(disc);
         pen.font = `${11 * dense}px sans-serif`;
         pen.textAlign = "center";
         pen.textBaseline = "middle";
-        if (this.scene.discs[disc][0] * this.scale > 7 * dense) pen.fillText(String(disc), x, y);
+        const from = others.filter((_, k) => k !== disc).map((one) => this.at(one))
+          .reduce((near, one) => (Math.hypot(one[0] - x, one[1] - y) < Math.hypot(near[0] - x, near[1] - y) ? one : near), [Infinity, y]);
+        const angle = Number.isFinite(from[0]) ? Math.atan2(y - from[1], x - from[0]) : 0, away = inside ? 0 : radius + 8 * dense;
+        pen.fillText(String(disc), x + away * Math.cos(angle), y + away * Math.sin(angle));
       }
     }
     flag(place, mark, word, bad) {
@@ -277,7 +287,11 @@
       this.fit();
     }
     fit() {
-      for (const picture of [this.truth, this.seen]) picture.fit();
+      const columns = getComputedStyle(this.sides).gridTemplateColumns.split(" ").length;
+      for (const picture of [this.truth, this.seen]) {
+        picture.most = columns > 1 || this.over ? BESIDE : ABOVE;
+        picture.fit();
+      }
       const dense = window.devicePixelRatio || 1;
       this.line.width = Math.round((this.line.clientWidth || 480) * dense);
       this.line.height = Math.round(46 * dense);
@@ -368,9 +382,9 @@
       if (observed && this.over) {
         this.scene.reference.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], this.time), disc, true));
       }
-      tracks.forEach((track, disc) => {
-        const place = placeAt(track, this.pulls[disc], now);
-        picture.disc(place, disc, false);
+      const places = tracks.map((track, disc) => placeAt(track, this.pulls[disc], now));
+      places.forEach((place, disc) => {
+        picture.disc(place, disc, false, places);
         if (turned.length && !this.scene.discs[disc][1]) picture.mark(place, disc, angleAt(turned[disc], now));
       });
       this.flags(picture, tracks, observed);
@@ -487,7 +501,7 @@
     if (!dialog.open) { opened = document.activeElement; dialog.showModal(); }
     player = new Player(scene, run, body);
     body.append(...evidence(scene, run, player));
-    player.playButton.focus(); // so that the keys are the player's
+    player.playButton.focus({ preventScroll: true }); // so that the keys are the player's
     return true;
   };
   const follow = async (dialog) => {

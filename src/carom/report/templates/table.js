@@ -4,8 +4,7 @@
   const ORDER = ["exact", "close", "sampled", "inaccurate", "wrong"]; // from best to worst, by class
   const table = document.querySelector("table.grid");
   if (!table) return;
-  const head = [...table.tHead.rows[0].cells], rows = [...table.tBodies[0].rows];
-  const [all, ...scenes] = rows; // the first row counts all scenes
+  const head = [...table.tHead.rows[0].cells], scenes = [...table.tBodies[0].rows];
   const columns = head.slice(1).map((cell) => cell.innerText.split("\n").map((line) => line.trim()));
   const nameOf = (row) => (row.cells[0].querySelector(".word") ?? row.cells[0]).textContent.trim();
   const groupOf = (row) => (nameOf(row).includes("/") ? nameOf(row).split("/")[0] : "others");
@@ -34,14 +33,13 @@
 
   const show = () => {
     const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || profile === chosen.profile));
-    for (const row of [table.tHead.rows[0], ...rows]) kept.forEach((keep, k) => { row.cells[k + 1].hidden = !keep; });
+    for (const row of [table.tHead.rows[0], ...scenes]) kept.forEach((keep, k) => { row.cells[k + 1].hidden = !keep; });
     let count = 0;
     for (const row of scenes) {
       const graded = !chosen.grade || kept.some((keep, k) => keep && row.cells[k + 1].classList.contains(chosen.grade));
       row.hidden = !graded || Boolean(chosen.group && groupOf(row) !== chosen.group);
       count += row.hidden ? 0 : 1;
     }
-    all.hidden = count < scenes.length;
     status.textContent = `${count} of ${scenes.length} scenes`;
   };
 
