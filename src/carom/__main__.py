@@ -5,10 +5,13 @@ from __future__ import annotations
 import signal
 import sys
 
-__all__ = ["Ended", "main"]
+__all__ = ["CAME", "SIGNALS", "Ended", "main"]
 
 #: Those of a keyboard, a terminal that is closed, and a system that is shut down; some systems lack some.
-SIGNALS = [getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT") if hasattr(signal, name)]
+SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
+
+#: Those that have come.
+CAME: list[signal.Signals] = []
 
 
 class Ended(KeyboardInterrupt):
@@ -28,19 +31,36 @@ def main() -> None:
         from carom.cli import command
 
         code = command()
-    except KeyboardInterrupt as error:
-        ended_by = signal.Signals((error.args or (signal.SIGINT,))[0])
-        sys.stderr.write(f"carom: ended by {ended_by.name}\n")
-        code = 128 + ended_by
-    for number in heard:
-        signal.signal(number, signal.SIG_DFL)  # all is tidied up: nothing is left that a signal could break off
+        if CAME and code == 128 + signal.SIGINT:  # whoever ends with what there is takes each for Ctrl-C
+            code = 128 + CAME[-1]
+        _hear_no_more(heard)
+    except BaseException:  # what a library makes of an `Ended` that comes while it is imported is anything
+        if not CAME:
+            raise
+        sys.stderr.write(f"carom: ended by {CAME[-1].name}\n")
+        code = 128 + CAME[-1]
+        _hear_no_more(heard)
     sys.exit(code)
 
 
 def _end(number: int, _frame: object) -> None:
-    for each in SIGNALS:
-        signal.signal(each, signal.SIG_IGN)  # once is enough; what is tidied up now must not be broken off
+    """Raise what ends the command, unless it is on its way: what is tidied up then must not be broken off.
+
+    It can have been lost, since Python ignores what is raised where nothing can hear it, in a destructor, say.
+    """
+    error = sys.exc_info()[1]
+    while error is not None:
+        if isinstance(error, Ended):
+            return
+        error = error.__context__
+    CAME.append(signal.Signals(number))
     raise Ended(number)
+
+
+def _hear_no_more(heard: list[signal.Signals]) -> None:
+    """Leave signals to the system: all is tidied up, and nothing is left that one could break off."""
+    for number in heard:
+        signal.signal(number, signal.SIG_DFL)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -17,6 +17,7 @@ from carom import __main__, cli
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[None]:
     """Whoever runs the tests hears signals afterwards as before."""
+    __main__.CAME.clear()
     there = {number: signal.getsignal(number) for number in __main__.SIGNALS}
     yield
     for number, handler in there.items():
@@ -52,10 +53,7 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
         return 7
 
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    monkeypatch.setattr(cli, "command", command)
-    with pytest.raises(SystemExit) as end:
-        __main__.main()
-    assert end.value.code == 7
+    assert ended(monkeypatch, command) == 7
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
@@ -72,3 +70,86 @@ def test_a_signal_within_an_exec_leaves_the_exit_code(tmp_path: Path) -> None:
         [sys.executable, "-m", script.stem], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert (done.returncode, done.stderr) == (128 + signal.SIGTERM, "carom: ended by SIGTERM\n")
+
+
+class Lost:
+    """Ends at a signal, of which Python says that it is ignored."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:
+    monkeypatch.setattr(cli, "command", command)
+    with pytest.raises(SystemExit) as end:
+        __main__.main()
+    return end.value.code
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_signal_that_is_lost_leaves_the_next_one_heard(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where Python ignores what the first raised, a second Ctrl-C ends the command."""
+
+    def command() -> int:
+        Lost()
+        signal.raise_signal(signal.SIGINT)
+        return 0
+
+    assert ended(monkeypatch, command) == 130
+
+
+def test_what_is_tidied_up_at_a_signal_is_not_broken_off_by_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second signal changes nothing, neither while the first is on its way nor where another error came of it."""
+    tidied = []
+
+    def command() -> int:
+        try:
+            try:
+                signal.raise_signal(signal.SIGTERM)
+            finally:
+                signal.raise_signal(signal.SIGINT)
+                tidied.append("inside")
+        except KeyboardInterrupt:
+            try:
+                raise ValueError
+            except ValueError:
+                signal.raise_signal(signal.SIGINT)
+            tidied.append("outside")
+            raise
+        return 0
+
+    assert ended(monkeypatch, command) == 128 + signal.SIGTERM
+    assert tidied == ["inside", "outside"]
+
+
+def test_what_a_library_makes_of_a_signal_is_a_signal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """An import that a signal breaks off can end in any error; without a signal an error stays what it is."""
+
+    def command() -> int:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            raise ImportError("cannot load module more than once per process") from None
+        return 0
+
+    assert ended(monkeypatch, command) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "carom: ended by SIGTERM\n"
+    __main__.CAME.clear()
+    monkeypatch.setattr(cli, "command", lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        __main__.main()
+
+
+def test_who_ends_with_what_there_is_has_the_exit_code_of_the_signal(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A certified run that is ended returns what it has proven, with the code of Ctrl-C: TERM has its own."""
+
+    def command() -> int:
+        try:
+            signal.raise_signal(signal.SIGTERM)
+        except KeyboardInterrupt:
+            return 130
+        return 0
+
+    assert ended(monkeypatch, command) == 143

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from mpmath import mp
-from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene
+from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions, mixed_scene, rough_scene
 
 import carom
 
@@ -20,6 +20,32 @@ def test_a_certified_run_never_contradicts_one_of_400_digits(seed: int) -> None:
         happened = brute_force(scene, IMPACTS)
         assert contradictions(certified, happened) == []
     assert len(certified) == len(happened)
+
+
+@pytest.mark.parametrize("seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(8, 60))])
+def test_nor_does_one_with_friction_and_spin(seed: int) -> None:
+    """The same discs spin, rub, slide, grip and give their slip back: all velocities and spins within their radii."""
+    scene = rough_scene(seed)
+    certified = carom.certify(scene, max_impacts=IMPACTS)
+    assert certified.trace.spins is not None
+    with mp.workdps(DIGITS):
+        happened = brute_force(scene, IMPACTS)
+        assert contradictions(certified, happened) == []
+    if certified.degeneracy is None:
+        assert len(certified) == len(happened)
+
+
+def test_the_oracle_notices_a_wrong_spin() -> None:
+    """A spin off by ten of its radii is a contradiction, too."""
+    scene = rough_scene(0)
+    certified = carom.certify(scene, max_impacts=5)
+    assert certified.trace.spins is not None
+    assert certified.spin_radii is not None
+    certified.trace.spins.flags.writeable = True
+    k = int(certified.spin_radii["first_after"].argmax())
+    certified.trace.spins["first_after"][k] += 10 * certified.spin_radii["first_after"][k]
+    with mp.workdps(DIGITS):
+        assert len(contradictions(certified, brute_force(scene, 5))) == 1
 
 
 def test_the_oracle_notices_a_wrong_digit() -> None:

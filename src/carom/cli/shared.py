@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
 
 import typer
 
+from carom.cli.ascii_signs import ERRORS
 from carom.errors import AdapterError, CaromError, InputError
 from carom.limits import LARGEST, MOST_JOBS, SMALLEST
 from carom.text import shortened, visible
@@ -121,7 +122,6 @@ MemoryLimit = Annotated[
     float | None,
     typer.Option(
         "--memory-limit",
-        min=1,
         help="Megabytes that an engine's process may take. The machine's by default, shared among --jobs and one more.",
     ),
 ]
@@ -221,8 +221,6 @@ def console() -> Console:
 
 def plain_where_needed() -> None:
     """Write ASCII in place of signs that an output's encoding does not have."""
-    from carom.report.ascii_signs import ERRORS
-
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)

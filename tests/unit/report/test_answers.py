@@ -8,8 +8,8 @@ import pytest
 from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 from tests.unit.report.test_terminal import printed
 
+from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
-from carom.report.ascii_signs import ERRORS
 from carom.report.bench_document import bench_document
 from carom.report.document import Document, Medium, Table
 from carom.report.growth_document import growth_document

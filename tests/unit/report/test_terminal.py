@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 import carom
-from carom.report.ascii_signs import ERRORS
+from carom.cli.ascii_signs import ERRORS
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Document
 from carom.report.render import terminal
