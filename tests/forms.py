@@ -9,8 +9,6 @@ import pytest
 
 from carom import extension
 
-__all__ = ["needs_extension", "plain_form"]
-
 #: For a test that compares the compiled form with another. The suite passes without a compiler, too.
 needs_extension = pytest.mark.skipif(not extension.extension_available(), reason="the compiled extension is not built")
 

@@ -10,8 +10,6 @@ import numpy as np
 from carom import Disc, Scene, Trace, Wall
 from carom.trace import Vector
 
-__all__ = ["assert_mirrored", "assert_scaled", "in_units", "mirrored", "quarter_turned", "rebuilt", "same", "turned"]
-
 Map = Callable[[Vector], Vector]
 
 

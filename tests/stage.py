@@ -6,8 +6,6 @@ from typing import Any
 
 from carom import Disc, Scene, Wall
 
-__all__ = ["disc_at", "staged", "wall_at"]
-
 
 def disc_at(
     x: float, y: float, vx: float = 0.0, vy: float = 0.0, *, r: float = 0.5, m: float = 1.0, **more: Any

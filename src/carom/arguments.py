@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 import operator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from carom.errors import InputError
 
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
-
-    Array = NDArray[np.float64]
-
 __all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
+
+Array = NDArray[np.float64]
 
 #: As tuples made once: as unions made at each call, these alone took a tenth of a solve of two discs.
 _TEXTS = (str, bytes)

@@ -8,16 +8,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.limits import LARGEST, ORDINARY, require_within
 from carom.overlap import Overlap, overlaps
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 __all__ = ["DiscArrays"]
 

@@ -5,22 +5,19 @@ One rule for scenes and for arrays. Two immovable bodies may overlap, since noth
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import islice
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.broad_phase import near_pairs, near_walls
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Numbers = NDArray[np.intp]
-
 __all__ = ["Overlap", "input_rounding", "overlaps"]
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.intp]
 
 #: Overlaps of each kind that are named. All pairs of discs upon one another would be a page for each of them.
 NAMED = 10

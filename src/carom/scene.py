@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -29,9 +30,6 @@ from carom.fields import (
 )
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
 from carom.sizes import span_problems
-
-if TYPE_CHECKING:
-    from collections.abc import Generator
 
 __all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
 

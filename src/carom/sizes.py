@@ -6,21 +6,18 @@ the lightest; see `carom.limits`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.errors import Problem
 from carom.limits import SPAN
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from carom.disc_arrays import DiscArrays
-
-    Vector = tuple[float, float]
-
 __all__ = ["Sizes", "span_problems"]
+
+Vector = tuple[float, float]
 
 
 class Sizes(NamedTuple):

@@ -32,8 +32,8 @@ def shortened(text: str, most: int = 60) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
-def last_words(printed: str, most: int = 200) -> str:
-    """Return the last line that begins as an error does, else the last line at all, so many characters at most."""
+def last_words(printed: str) -> str:
+    """Return the last line that begins as an error does, else the last line at all, 200 characters at most."""
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     errors = [line for line in lines if _ERROR.match(line)]
-    return (errors or lines or [""])[-1][:most]
+    return (errors or lines or [""])[-1][:200]

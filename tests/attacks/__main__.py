@@ -17,8 +17,6 @@ from random import Random
 
 from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes
 
-__all__ = ["ATTACKS", "Attack", "main"]
-
 Tries = Callable[[Random, Path], Iterator[str]]
 
 #: An attack is broken off for another after so many seconds.
@@ -72,10 +70,7 @@ ATTACKS = {
         "garbage in journals", "read, or refused in a sentence and left as it is", 2_000, journals.garbage
     ),
     "reports": Attack(
-        "report killed at each call that changes the disk",
-        "the old files or the new ones, whole",
-        500,
-        reports.attack,
+        "report killed at each call that changes the disk", "the old files or the new ones, whole", 500, reports.attack
     ),
     "options": Attack("values of options", "taken, or refused in a sentence with exit code 2", 2_000, options.attack),
     "kills": Attack(

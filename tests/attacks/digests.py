@@ -19,8 +19,6 @@ from carom.runs.journal import canonical
 from carom.runs.pool import InProcess, LocalPool, Pool
 from carom.runs.scoring import score_journal, sweep
 
-__all__ = ["attack"]
-
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Sweep a scene drawn by lot in each of these ways."""

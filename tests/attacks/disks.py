@@ -12,20 +12,9 @@ from shutil import rmtree
 
 from carom.runs.journal import canonical
 
-__all__ = ["attack"]
-
 COMMAND = (
     sys.executable,
-    "-m",
-    "carom",
-    "bench",
-    "paper/late",
-    "-e",
-    "pit",
-    "--no-timing",
-    "--dt",
-    "1/60..1/1000:6",
-    "--out",
+    *["-m", "carom", "bench", "paper/late", "-e", "pit", "--no-timing", "--dt", "1/60..1/1000:6", "--out"],
 )
 
 

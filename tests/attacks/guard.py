@@ -9,8 +9,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-__all__ = ["HANG_S", "HangError", "left_over", "shrunk", "within"]
-
 #: What takes longer counts as a hang.
 HANG_S = 10.0
 

@@ -10,22 +10,19 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import invalidate_caches
 from pathlib import Path
 from random import Random
 from shutil import rmtree
 from unittest import mock
 
 from tests.attacks.guard import HangError, left_over, within
+from tests.distribution import forget, lay
 from tests.unit.runs.test_hostile import ACTS, LIMIT_S, SAYS, SOURCE, scene
 
-from carom import registry
 from carom.runs.execute import execute
 from carom.runs.job import Status
 from carom.runs.plan import Options, plan_of
 from carom.runs.pool import LocalPool
-
-__all__ = ["attack"]
 
 MARK = "CAROM_ATTACK=hostile"
 #: An act that does not hang must answer by then; the machine may be busy with other attacks.
@@ -67,20 +64,10 @@ def _installed(folder: Path) -> Iterator[None]:
         (folder / name).mkdir(exist_ok=True)
     made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
     (folder / "site" / "hostile_attack.py").write_text(SOURCE + made)
-    info = folder / "site" / "hostile_attack-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: hostile_attack\nVersion: 1.0\n")
-    points = "".join(f"{name} = hostile_attack:{name.replace('-', '_')}\n" for name in ACTS)
-    (info / "entry_points.txt").write_text(f"[carom.adapters]\n{points}")
+    lay(folder / "site", "hostile_attack", {name: f"hostile_attack:{name.replace('-', '_')}" for name in ACTS})
     mark, _, value = MARK.partition("=")
     environment = {mark: value, "CAROM_TEST_FOLDER": str(folder / "here"), "TMPDIR": str(folder / "temporary")}
     with mock.patch.dict(os.environ, environment), mock.patch.object(sys, "path", [str(folder / "site"), *sys.path]):
-        _forget()
+        forget()
         yield
-    _forget()
-
-
-def _forget() -> None:
-    """Let entry points be looked for anew."""
-    invalidate_caches()
-    registry.adapter_points.cache_clear()
+    forget()

@@ -19,8 +19,6 @@ from carom.runs.scoring import score_journal
 from carom.scenes import find_scenes
 from carom.text import visible
 
-__all__ = ["cuts", "garbage"]
-
 GARBAGE = [
     b"\0" * 100,
     b"{",

@@ -17,8 +17,6 @@ from tests.attacks.guard import left_over
 
 from carom.runs.journal import canonical
 
-__all__ = ["MARK", "attack", "carom"]
-
 #: In the environment of all that is started, so that what is left over can be told.
 MARK = "CAROM_ATTACK=kills"
 #: Kills of one piece of work; then it is let end.
@@ -61,11 +59,7 @@ WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
         "--out",
         _bench,
     ),
-    "timing": (
-        ("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"),
-        "--out",
-        _timed,
-    ),
+    "timing": (("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"), "--out", _timed),
     "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _stress),
 }
 

@@ -13,8 +13,6 @@ from carom.conformance.known_failures import load_known_failures
 from carom.errors import InputError
 from carom.text import visible
 
-__all__ = ["attack"]
-
 SOUND = b"""
 [[known_failure]]
 reason = "the engine shrinks a contact by its margin; example.org/issues/12"

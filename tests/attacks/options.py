@@ -21,8 +21,6 @@ from typer.testing import CliRunner
 from carom.cli import app
 from carom.runs.pool import InProcess
 
-__all__ = ["attack"]
-
 #: A command that is quickly done, and options of it that take a value.
 COMMANDS = {
     ("run", "paper/missed", "-e", "pit", "--no-timing"): (
@@ -37,89 +35,21 @@ COMMANDS = {
         *("--direction-error", "--miss-probability", "--phases", "--budget", "--time-limit", "--jobs", "--profile"),
     ),
     ("stress", "small", "-e", "pit", "--quick", "--out", "out"): (
-        "--time-limit",
-        "--jobs",
-        "--profile",
-        "--memory-limit",
+        *("--time-limit", "--jobs", "--profile", "--memory-limit"),
     ),
     ("certify", "paper/missed"): ("--digits", "--max-impacts", "--time-budget", "--max-precision", "--show", "--out"),
     ("scenes", "paper/missed"): ("--save",),
 }
 WORDS = [
-    *(
-        "",
-        " ",
-        "0",
-        "-0",
-        "1",
-        "-1",
-        "2",
-        "3",
-        "16",
-        "1024",
-        "1025",
-        "1e10",
-        "1e300",
-        "1e-300",
-        "5e-324",
-        "1e400",
-        "inf",
-    ),
-    *(
-        "-inf",
-        "nan",
-        "1/0",
-        "0/0",
-        "1/60",
-        "1/1e308",
-        "1e999999999",
-        "9" * 400,
-        "1_000",
-        "0x10",
-        "1e",
-        "\u0661",
-        "\u221e",
-    ),
-    *("1/60..1/120", "1/60..1/120:0", "1/60..1/120:1", "1/60..1/120:256", "1e300..1e-300:5", "..", ":", "1..2:3:4"),
-    *(
-        "1/60..1/120:99999999",
-        "1deg",
-        "0deg",
-        "180deg",
-        "1e-300rad",
-        "nandeg",
-        "deg",
-        "1 deg",
-        "all",
-        "default",
-        "tuned",
-    ),
-    *(
-        "\x1b[31m",
-        "\u202eabc",
-        "[bold]",
-        "[/]",
-        "{}",
-        "%s",
-        "a" * 5000,
-        "--resume",
-        "-",
-        "/dev/null",
-        "/dev/full",
-        "/proc/x",
-    ),
-    *(
-        "18446744073709551616",
-        "1000000",
-        "-9223372036854775809",
-        "0.1",
-        "0.004",
-        "1e-9",
-        "1e6",
-        "impact",
-        "wrong",
-        "never",
-    ),
+    *("", " ", "9" * 400, "a" * 5000, "1 deg", "\u0661", "\u221e", "\x1b[31m", "\u202eabc"),
+    *("0", "-0", "1", "-1", "2", "3", "16", "1024", "1025", "1000000", "18446744073709551616", "-9223372036854775809"),
+    *("1_000", "0x10", "1e", "0.1", "0.004", "1e-9", "1e6", "1e10"),
+    *("1e300", "1e-300", "5e-324", "1e400", "1e999999999"),
+    *("inf", "-inf", "nan", "1/0", "0/0", "1/60", "1/1e308"),
+    *("1/60..1/120", "1/60..1/120:0", "1/60..1/120:1", "1/60..1/120:256", "1/60..1/120:99999999"),
+    *("1e300..1e-300:5", "..", ":", "1..2:3:4", "1deg", "0deg", "180deg", "1e-300rad", "nandeg", "deg"),
+    *("all", "default", "tuned", "impact", "wrong", "never", "[bold]", "[/]", "{}", "%s", "--resume", "-"),
+    *("/dev/null", "/dev/full", "/proc/x"),
 ]
 
 #: What is asked for may be a minute's work of a processor, 1024 phases of a scene say, and machines are shared.

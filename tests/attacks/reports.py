@@ -10,8 +10,6 @@ from typing import Any
 
 from carom.folders import MARKER, claim, write_files
 
-__all__ = ["attack"]
-
 NAMES = ("index.html", "report.md", "results.jsonl", "junit.xml", "a.svg", "a.png")
 
 

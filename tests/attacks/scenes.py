@@ -16,52 +16,13 @@ from carom.scene import load_scene, save_scene
 from carom.scenes import all_scenes
 from carom.text import visible
 
-__all__ = ["attack", "mutated"]
-
 #: Values and pieces that break readers.
 PIECES = [
-    *(
-        b"0",
-        b"-0.0",
-        b"1e308",
-        b"1e-320",
-        b"nan",
-        b"-inf",
-        b'"inf"',
-        b"9" * 400,
-        b"0x" + b"f" * 60,
-        b"true",
-        b"[]",
-        b"{}",
-    ),
-    *(
-        b"[[",
-        b"]]",
-        b'"',
-        b"'",
-        b'"""',
-        b"\\",
-        b"\n",
-        b"\r",
-        b"\0",
-        b"\x1b[31m",
-        b"\xff",
-        b"\xe2\x80\xae",
-        b"=",
-        b".",
-        b",",
-    ),
-    *(
-        b"[[discs]]\n",
-        b"[[walls]]\n",
-        b"[discs]\n",
-        b"mass_kg = inf\n",
-        b"position_m = [0, 0]\n",
-        b"a." * 40,
-        b"#",
-        b"\xef\xbb\xbf",
-    ),
-    *(b"1979-05-27", b"07:32:00", b"[" * 200, b"{a=" * 200, b"normal = [0, 0]\n", b"friction = 1e9\n", b'name = ""\n'),
+    *b'0 -0.0 1e308 1e-320 nan -inf "inf" true [] {} [[ ]] " \' """ \\ = . , # 1979-05-27 07:32:00'.split(),
+    *(b"\n", b"\r", b"\0", b"\x1b[31m", b"\xff", b"\xe2\x80\xae", b"\xef\xbb\xbf"),
+    *(b"9" * 400, b"0x" + b"f" * 60, b"a." * 40, b"[" * 200, b"{a=" * 200),
+    *(b"[[discs]]\n", b"[[walls]]\n", b"[discs]\n", b"mass_kg = inf\n", b"position_m = [0, 0]\n"),
+    *(b"normal = [0, 0]\n", b"friction = 1e9\n", b'name = ""\n'),
 ]
 #: Of a corpus that grows by each input that is refused, or loaded, in a way that was not seen before.
 MOST_KEPT = 2000

@@ -7,16 +7,13 @@ from collections import ChainMap
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
+from playwright.sync_api import Browser, Page
 
 import carom
 from carom.report.cross_check import write_report
 from carom.scenes import CatalogueScene, all_scenes
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
 FLAGS = (

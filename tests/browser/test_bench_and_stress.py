@@ -6,9 +6,10 @@ import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import pytest
+from playwright.sync_api import Browser, Locator, Page
 from tests.browser.conftest import Faults
 from tests.unit.report.examples import bench, campaign_results, growth
 
@@ -16,9 +17,6 @@ from carom.report import wording
 from carom.report.bench_document import write_bench
 from carom.report.growth_document import write_growth
 from carom.report.stress_document import write_stress
-
-if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Locator, Page
 
 pytestmark = pytest.mark.browser
 

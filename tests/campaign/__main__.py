@@ -18,8 +18,6 @@ from tests.campaign.run import checked, run_campaign
 from tests.campaign.tally import Tally
 from tests.checker import RULES
 
-__all__ = ["main"]
-
 #: Exit code of a program that Ctrl-C has ended.
 INTERRUPTED = 130
 

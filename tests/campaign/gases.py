@@ -5,18 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom import DiscArrays
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-
-__all__ = ["Gas", "Kind", "draw"]
+Floats = NDArray[np.float64]
 
 LEAST_DISCS, MOST_DISCS = 64, 10_000
 LEAST_PACKING, MOST_PACKING = 0.1, 0.7

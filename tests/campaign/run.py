@@ -5,22 +5,17 @@ from __future__ import annotations
 import signal
 import sys
 import time
+from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from tests.campaign.gases import Gas, draw
 from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, check, watch
 
 from carom.solvers.event_driven.run import EventDrivenRun
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-__all__ = ["checked", "run_campaign"]
 
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.

@@ -4,17 +4,10 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from tests.campaign.gases import Kind
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.campaign.gases import Gas
-    from tests.checker import Report
-
-__all__ = ["Count", "Finding", "Tally"]
+from tests.campaign.gases import Gas, Kind
+from tests.checker import Report
 
 #: Findings that are kept: a broken kernel makes them by the thousand.
 _KEPT = 100

@@ -11,18 +11,13 @@ Errors of a disc's flights add up, from one look at the run's state to the next.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
+from tests.checker.watch import Stretch
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from tests.checker.watch import Stretch
-
-    Floats = NDArray[np.float64]
-    Ranks = NDArray[np.intp]
-
-__all__ = ["UNIT", "Flights", "flights_of", "spans"]
+Floats = NDArray[np.float64]
+Ranks = NDArray[np.intp]
 
 #: Unit roundoff.
 UNIT = 2.0**-53

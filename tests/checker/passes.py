@@ -7,26 +7,19 @@ and their flights held against each other: a straight relative motion, whose clo
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
-from tests.checker.flights import UNIT, spans
+from numpy.typing import NDArray
+from tests.checker.flights import UNIT, Flights, spans
+from tests.checker.watch import Stretch
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from carom import DiscArrays
 
-    from numpy.typing import NDArray
-    from tests.checker.flights import Flights
-    from tests.checker.watch import Stretch
-
-    from carom import DiscArrays
-
-    Floats = NDArray[np.float64]
-    Ranks = NDArray[np.intp]
-
-__all__ = ["Overlap", "disc_overlaps", "wall_overlaps"]
+Floats = NDArray[np.float64]
+Ranks = NDArray[np.intp]
 
 #: Impacts a disc in a window: fewer make smaller circles, more make fewer of them.
 IMPACTS_PER_WINDOW = 0.3

@@ -9,19 +9,14 @@ where it is plain which one is less, by that one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from tests.checker.flights import UNIT
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
+from carom import DiscArrays
 
-    from carom import DiscArrays
-
-    Floats = NDArray[np.float64]
-
-__all__ = ["Rub", "rub_of"]
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from tests.checker.flights import UNIT, Flights, flights_of
 from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
 from tests.checker.rough import Rub, rub_of
+from tests.checker.watch import Stretch
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-    from tests.checker.watch import Stretch
+from carom import DiscArrays
 
-    from carom import DiscArrays
-
-    Floats = NDArray[np.float64]
-    Ranks = NDArray[np.intp]
-
-__all__ = ["RULES", "Report", "Violation", "check"]
+Floats = NDArray[np.float64]
+Ranks = NDArray[np.intp]
 
 #: Smallest float above 0: what an underflow may cost.
 SMALLEST = float(np.finfo(float).smallest_subnormal)

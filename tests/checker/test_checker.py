@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.campaign.gases import Kind, draw
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
@@ -20,12 +21,7 @@ from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.trace import IMPACT_DTYPE
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    Break = Callable[[NDArray[np.void], int], None]
+Break = Callable[[NDArray[np.void], int], None]
 
 #: The impact that is tampered with.
 ROW = 150
@@ -243,11 +239,7 @@ def test_an_overlooked_impact_of_a_gas_is_found() -> None:
     """A disc that nobody sees is passed through again and again, and no other rule is broken."""
     start = random_start(np.random.default_rng(6), 40, spread=1.5)
     seen = DiscArrays(
-        start.position_m[:-1],
-        start.velocity_m_s[:-1],
-        start.radius_m[:-1],
-        start.mass_kg[:-1],
-        start.walls,
+        start.position_m[:-1], start.velocity_m_s[:-1], start.radius_m[:-1], start.mass_kg[:-1], start.walls
     )
     still = np.arange(40) == 39
     ghost = replace(

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom import DiscArrays
+from carom.solvers.run import Run
 from carom.trace import Outcome
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from numpy.typing import NDArray
-
-    from carom import DiscArrays
-    from carom.solvers.run import Run
-
-    Floats = NDArray[np.float64]
-
-    RunT = TypeVar("RunT", bound=Run)
-
-__all__ = ["Stretch", "watch"]
+Floats = NDArray[np.float64]
+RunT = TypeVar("RunT", bound=Run)
 
 #: Impacts a disc between two looks at the state. Few, since rounding adds up in the books from look to look; but a look
 #: costs as much as some impacts.

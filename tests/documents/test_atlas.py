@@ -36,9 +36,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
     return read_records(path)
 
 
-def test_the_page_has_every_method_with_its_counts(
-    found: tuple[dict[str, Any], list[dict[str, Any]]],
-) -> None:
+def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """A row a profile: how many scenes got which grade at their own frame rate, and where it gives way."""
     (pit,) = (method for method in atlas.methods_of(found[1], []) if method.engine == "pit")
     coarse = [row for row in found[1] if row["engine"] == "pit" and row["refinement"] == 0]
@@ -57,9 +55,7 @@ def test_the_page_has_every_method_with_its_counts(
     assert "## pic" not in page
 
 
-def test_the_first_choice_meets_the_need_in_most_scenes(
-    found: tuple[dict[str, Any], list[dict[str, Any]]],
-) -> None:
+def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
     """Finer steps are chosen only where they meet it in more scenes; a row without a number meets nothing."""
     methods = [method for method in atlas.methods_of(found[1], []) if method.engine == "pit"]
     right = atlas.Need("", lambda scene: scene == "engines/near-miss", lambda row: not row["spurious"])

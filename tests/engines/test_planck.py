@@ -94,3 +94,23 @@ def test_planck_as_shipped_cools_a_gas(named: Named, finish: Finish) -> None:
     assert energy_part(scene, finish(named("planck"), scene, 1 / 60, "default")) < 0.9
     for profile in ("tuned", "swept", "event-driven"):
         assert math.isclose(energy_part(scene, finish(named("planck"), scene, 1 / 60, profile)), 1, rel_tol=1e-6)
+
+
+def test_planck_event_driven_grips_a_wall_as_coulomb_has_it(named: Named, finish: Finish) -> None:
+    """A disc of inertia 1/2 that grips keeps two thirds of its speed along the wall, and rolls: 2 of 3 m/s here."""
+    end = finish(named("planck"), all_scenes()["spin/grip"].scene, 1 / 60, "event-driven")
+    assert end.spin_rad_s is not None
+    np.testing.assert_allclose(end.velocity_m_s, [[2, 2]], atol=ROUNDING)
+    np.testing.assert_allclose(end.spin_rad_s, [-2], atol=ROUNDING)
+
+
+def test_planck_as_shipped_turns_no_disc_more_than_a_quarter_turn_a_step(named: Named, finish: Finish) -> None:
+    """A disc that a grip should leave with two thirds of 180 rad/s keeps pi / 2 a step, with a warning."""
+    rough = all_scenes()["spin/grip"].scene
+    (disc,) = rough.discs
+    fast = disc.model_copy(update={"velocity_m_s": (60 * disc.velocity_m_s[0], disc.velocity_m_s[1])})
+    scene = rough.model_copy(update={"discs": (fast,), "wall_friction": 100.0})
+    end = finish(named("planck"), scene, 1 / 60, "default", maxTranslation=1e100)
+    assert end.spin_rad_s is not None
+    assert end.spin_rad_s[0] == pytest.approx(-math.pi / 2 * 60, rel=1e-9)
+    assert "rad a step" in end.warning

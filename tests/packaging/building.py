@@ -12,8 +12,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-__all__ = ["ROOT", "copy_of_the_tree", "install", "make_wheel", "report_of", "run"]
-
 Done = subprocess.CompletedProcess[str]
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,8 +21,6 @@ from carom import Trace
 from carom.comparator import Grade, Verdict
 from carom.trace import STATE_DTYPE
 
-__all__ = ["DT", "END_S", "FAULTS", "FIRST_S", "LAST_S", "LENGTH", "ROW", "SPEED", "Expected", "Fault", "faithful"]
-
 Array = NDArray[np.float64]
 Rows = NDArray[np.void]
 
@@ -191,9 +189,7 @@ def exchanged(reference: Trace, size: float) -> Trace:
     order = [*range(len(reference.scene.discs))]
     order[0], order[-1] = order[-1], order[0]
     return dataclasses.replace(
-        trace,
-        final_position_m=trace.final_position_m[order],
-        final_velocity_m_s=trace.final_velocity_m_s[order],
+        trace, final_position_m=trace.final_position_m[order], final_velocity_m_s=trace.final_velocity_m_s[order]
     )
 
 
@@ -414,8 +410,7 @@ FAULTS: tuple[Fault, ...] = (
         "stamped early",
         stamped_early,
         _ladder(
-            {0: EXACT, 1e-11: EXACT, 0.5: INACCURATE, 22: INACCURATE},
-            lambda steps: {Verdict.WRONG_STAMP: steps * DT},
+            {0: EXACT, 1e-11: EXACT, 0.5: INACCURATE, 22: INACCURATE}, lambda steps: {Verdict.WRONG_STAMP: steps * DT}
         ),
     ),
     Fault(
@@ -463,9 +458,7 @@ FAULTS: tuple[Fault, ...] = (
             Expected(0, EXACT, _NOTHING),
             # Disc 0 ends at 2 m, disc 2 at 10 m.
             Expected(
-                1,
-                INACCURATE,
-                {Verdict.MISPLACED: 16, Verdict.WRONG_END: 1, Verdict.DRIFTS: 16, Verdict.TURNS: 1},
+                1, INACCURATE, {Verdict.MISPLACED: 16, Verdict.WRONG_END: 1, Verdict.DRIFTS: 16, Verdict.TURNS: 1}
             ),
         ),
         discs=2,

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.distribution import forget, lay
 from tests.planted import carom_planted
 from tests.planted.faults import DT, LENGTH, ROW, SPEED
 from tests.stage import disc_at, staged
 
-from carom import Results, Scene, cross_check, registry
+from carom import Results, Scene, cross_check
 from carom.comparator import Grade, Verdict
-from carom.runs import scoring
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Row
@@ -68,18 +68,13 @@ FREE_OFF = {"drifting": 0.01 * 120 / LENGTH, "slow": 0.01 * 2.0 * math.sqrt(2) /
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     """Name of the adapter, which is found by its entry point."""
     folder = tmp_path_factory.mktemp("planted")
-    info = folder / "planted-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: planted\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[carom.adapters]\nplanted = carom_planted:adapter\n")
+    lay(folder, "planted", {"planted": "carom_planted:adapter"})
     with pytest.MonkeyPatch.context() as patch:
         patch.syspath_prepend(str(folder))
         patch.syspath_prepend(str(Path(carom_planted.__file__).parent))
-        for cache in (registry.adapter_points, scoring.versions_of):
-            cache.cache_clear()
+        forget()
         yield carom_planted.adapter.name
-    for cache in (registry.adapter_points, scoring.versions_of):
-        cache.cache_clear()
+    forget()
 
 
 @pytest.fixture(scope="module")

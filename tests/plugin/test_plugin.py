@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.distribution import forget, lay
 
 import carom
-from carom import Disc, Scene, Wall, registry
+from carom import Disc, Scene, Wall
 from carom.comparator import Grade
 from carom.conformance.cases import cases
 from carom.conformance.subject import Subject
@@ -24,15 +25,12 @@ DOCS = HERE.parents[1] / "docs"
 @pytest.fixture
 def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """The plug-in on the path with its metadata, as an editable install leaves it."""
-    info = tmp_path / "carom_penalty-0.1.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: carom-penalty\nVersion: 0.1\n")
-    (info / "entry_points.txt").write_text("[carom.adapters]\npenalty = carom_penalty:adapter\n")
+    lay(tmp_path, "carom-penalty", {"penalty": "carom_penalty:adapter"}, "0.1")
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.syspath_prepend(str(HERE))
-    registry.adapter_points.cache_clear()
+    forget()
     yield
-    registry.adapter_points.cache_clear()
+    forget()
     sys.modules.pop("carom_penalty", None)
 
 

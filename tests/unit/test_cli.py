@@ -8,7 +8,9 @@ import time
 from pathlib import Path
 
 import pytest
+import tomli_w
 import typer
+from tests.stage import disc_at, staged
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 
@@ -16,20 +18,7 @@ import carom
 from carom.cli import app
 from carom.cli.shared import resumable
 
-SCENE = """
-name = "mine"
-duration_s = 2.0
-
-[[discs]]
-position_m = [0.0, 0.0]
-velocity_m_s = [1.0, 0.0]
-radius_m = 0.5
-
-[[discs]]
-position_m = [3.0, 0.3]
-velocity_m_s = [-1.0, 0.0]
-radius_m = 0.5
-"""
+SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 
 
 @pytest.fixture
@@ -73,10 +62,7 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved() -> None:
         (("run", "paper/missed", "--dt", "-1"), "--dt must be above 0"),
         (("run", "paper/missed", "--profile", "best", "-e", "pit"), "no engine asked for has a profile 'best'"),
         (("run", "paper/missed", "--time-limit", "0"), "time_limit_s must be a positive number"),
-        (
-            ("run", "paper/missed", "--report", "/dev/null/report"),
-            "Not a directory; name another folder by --report",
-        ),
+        (("run", "paper/missed", "--report", "/dev/null/report"), "Not a directory; name another folder by --report"),
         (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
         (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "time_limit_s must be a positive"),
         (("run", "paper/missed", "-e", "pymunk", "--set", "iterations"), "--set must be NAME=VALUE"),
@@ -204,19 +190,8 @@ def test_help_imports_nothing_heavy() -> None:
 def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
     """Ctrl-C in a long run ends it with exit code 130 and a sentence, leaves no report and no process behind."""
     report = tmp_path / "report"
-    command = [
-        sys.executable,
-        "-m",
-        "carom",
-        "run",
-        str(scene_file),
-        "-e",
-        "pit",
-        "--dt",
-        "1e-7",
-        "--report",
-        str(report),
-    ]
+    options = ("-e", "pit", "--dt", "1e-7", "--report", str(report))
+    command = [sys.executable, "-m", "carom", "run", str(scene_file), *options]
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     )

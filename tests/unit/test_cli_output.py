@@ -58,14 +58,8 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (
-            ("run", "paper/missed", "-e", "pit", "--time-limit", "1e10"),
-            "time_limit_s must be a positive",
-        ),
-        (
-            ("stress", "small", "-e", "pit", "--time-limit", "1e300"),
-            "--time-limit must be a positive",
-        ),
+        (("run", "paper/missed", "-e", "pit", "--time-limit", "1e10"), "time_limit_s must be a positive"),
+        (("stress", "small", "-e", "pit", "--time-limit", "1e300"), "--time-limit must be a positive"),
         (("advise", "paper/missed", "--time-limit", "1e10"), "--time-limit must be a positive"),
         (("advise", "paper/missed", "--budget", "inf"), "--budget must be a positive number of seconds, 1e+07 at most"),
         (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "the time limit must be a positive"),

@@ -7,15 +7,7 @@ import pickle
 import pytest
 
 from carom import errors
-from carom.errors import (
-    AdapterError,
-    CaromError,
-    InputError,
-    MissingExtraError,
-    Problem,
-    SceneError,
-    UnknownNameError,
-)
+from carom.errors import AdapterError, CaromError, InputError, MissingExtraError, Problem, SceneError, UnknownNameError
 
 
 @pytest.mark.parametrize("name", [name for name in errors.__all__ if name != "Problem"])

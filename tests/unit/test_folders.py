@@ -188,8 +188,7 @@ def test_a_file_name_is_safe_everywhere(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "file"),
-    [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")],
+    ("name", "file"), [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")]
 )
 def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
     """The names of the catalogue, and what most people write, can be read off the file."""

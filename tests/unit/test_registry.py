@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.distribution import lay
 
 from carom.adapter import Adapter, Engine
 from carom.errors import UnknownNameError
@@ -46,12 +47,8 @@ def python(program: str, *extra_path: Path) -> str:
 
 
 def install(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
-    """Make a distribution in a directory: its metadata and its modules, no more."""
-    info = directory / "thirdparty-3.2.1.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: thirdparty\nVersion: 3.2.1\n", encoding="utf-8")
-    lines = "".join(f"{name} = {value}\n" for name, value in entry_points.items())
-    (info / "entry_points.txt").write_text(f"[{ENTRY_POINT_GROUP}]\n{lines}", encoding="utf-8")
+    """Make a distribution in a directory, with its modules."""
+    lay(directory, "thirdparty", entry_points, "3.2.1")
     for name, source in modules.items():
         (directory / f"{name}.py").write_text(source, encoding="utf-8")
 

@@ -88,8 +88,7 @@ def test_a_file_that_is_not_utf8_is_refused_with_the_byte(tmp_path: Path, suffix
 
 
 @pytest.mark.parametrize(
-    ("name", "data"),
-    [("x.json", "[" * 100_000), ("x.json", '{"a":' * 100_000), ("x.toml", "name = " + "[" * 100_000)],
+    ("name", "data"), [("x.json", "[" * 100_000), ("x.json", '{"a":' * 100_000), ("x.toml", "name = " + "[" * 100_000)]
 )
 def test_a_file_nested_too_deeply_is_refused(tmp_path: Path, name: str, data: str) -> None:
     """A hundred thousand brackets end in a message, not in a crash."""
@@ -385,16 +384,8 @@ def test_the_schema_requires_what_loading_requires(field: str) -> None:
     [
         ("x.json", '{"a": [' + "[],[]," * 600_000 + "0]}", "holds more than 2097152 values, the limit for JSON"),
         ("x.toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
-        (
-            "x.json",
-            '{"walls": [' + "{}," * 1000 + "{}]}",
-            "walls: a file of a scene holds 1000 of them at most",
-        ),
-        (
-            "x.json",
-            '{"discs": [' + "0," * 100_000 + "0]}",
-            "a file of a scene holds 100000 of them at most, got 10",
-        ),
+        ("x.json", '{"walls": [' + "{}," * 1000 + "{}]}", "walls: a file of a scene holds 1000 of them at most"),
+        ("x.json", '{"discs": [' + "0," * 100_000 + "0]}", "a file of a scene holds 100000 of them at most, got 10"),
         ("x.json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
         ("x.toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
         ("x.toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),

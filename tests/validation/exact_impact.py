@@ -13,8 +13,6 @@ import math
 from fractions import Fraction
 from typing import NamedTuple
 
-__all__ = ["Body", "Law", "after_impact", "energy", "momentum"]
-
 Vector = tuple[Fraction, Fraction]
 Number = Fraction | int | float
 

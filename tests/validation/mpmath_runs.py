@@ -21,12 +21,13 @@ DIGITS = 400
 
 
 class Happened(NamedTuple):
-    """One impact: time, bodies, and the velocities after it, all of `DIGITS` digits."""
+    """One impact: time, bodies, and the velocities and spins after it, all of `DIGITS` digits."""
 
     time: Any
     first: int
     second: int
     after: tuple[Any, ...]
+    spins: tuple[Any, Any]
 
 
 def brute_force(scene: Scene, most: int) -> list[Happened]:
@@ -36,6 +37,7 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
     r = [mpf(disc.radius_m) for disc in scene.discs]
     m = [None if disc.immovable else mpf(disc.mass_kg) for disc in scene.discs]
     g = [mpf(c) for c in scene.gravity_m_s2]
+    spin = [mpf(disc.spin_rad_s) for disc in scene.discs]
     now, happened = mpf(0), list[Happened]()
     just_met = (-1, -1)
     while len(happened) < most:
@@ -59,14 +61,15 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
             for c in (0, 1):
                 place[c] += speed[c] * wait + g[c] * wait**2 / 2
                 speed[c] += g[c] * wait
+        before = [list(speed) for speed in v]
         if j < 0:
             _bounce(v[i], scene.walls[-1 - j], mpf(scene.wall_restitution))
-            after = (v[i][0], v[i][1], mpf(0), mpf(0))
         else:
             _collide(p, v, m, i, j, mpf(scene.restitution))
-            after = (v[i][0], v[i][1], v[j][0], v[j][1])
+        _rub(scene, before, v, spin, i, j)
+        after = (*v[i], *(v[j] if j >= 0 else (mpf(0), mpf(0))))
         just_met = (i, j)
-        happened.append(Happened(now, i, j, after))
+        happened.append(Happened(now, i, j, after, (spin[i], spin[j] if j >= 0 else mpf(0))))
     return happened
 
 
@@ -132,6 +135,54 @@ def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
     v[j][0], v[j][1] = c * nj - s * tj, s * nj + c * tj
 
 
+def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
+    """Let friction act on bodies that were given a push, which `before` and `v` tell: along it, and how strong."""
+    push = [new - old for new, old in zip(v[i], before[i], strict=True)]
+    moved, sign = i, 1
+    if not any(push):  # the first never moves, or they did not approach
+        if j < 0 or v[j] == before[j]:
+            return
+        push, moved, sign = [new - old for new, old in zip(v[j], before[j], strict=True)], j, -1
+    size = mp.sqrt(push[0] ** 2 + push[1] ** 2)
+    tx, ty = sign * push[1] / size, -sign * push[0] / size  # the first is pushed away from the second: -n turned
+    friction, regain = scene.friction, scene.tangential_restitution
+    if j < 0:
+        friction, regain = scene.wall_friction, scene.wall_tangential_restitution
+    slip, yields, rubbed = mpf(0), mpf(0), []
+    for body, side in ((i, 1), (j, -1)):
+        if body < 0:
+            continue
+        disc = scene.discs[body]
+        slip += side * (before[body][0] * tx + before[body][1] * ty) + mpf(disc.radius_m) * spin[body]
+        if not disc.immovable:
+            turning = mpf(0) if math.isinf(disc.inertia_factor) else 1 / (mpf(disc.inertia_factor) * mpf(disc.mass_kg))
+            yields += 1 / mpf(disc.mass_kg) + turning
+            rubbed.append((body, side, 1 / mpf(disc.mass_kg), turning / mpf(disc.radius_m)))
+    most = mpf(friction) * size * mpf(scene.discs[moved].mass_kg)
+    rub = max(-most, min(most, (1 + mpf(regain)) * slip / yields))
+    for body, side, lightness, turning in rubbed:
+        v[body][0] -= side * rub * lightness * tx
+        v[body][1] -= side * rub * lightness * ty
+        spin[body] -= rub * turning
+
+
+def rough_scene(seed: int) -> Scene:
+    """Make discs of a mixed scene spin and rub; some grip, some slide, some give their slip back."""
+    rng, scene = random.Random(f"rough {seed}"), mixed_scene(seed)
+    discs = []
+    for disc in scene.discs:
+        inertia = rng.choice([0.5, 0.4, 1.0, 1e-3, math.inf])
+        spin = 0.0 if disc.immovable or math.isinf(inertia) else rng.gauss(0.0, 5.0)
+        discs.append(disc.model_copy(update={"inertia_factor": inertia, "spin_rad_s": spin}))
+    rubs = {
+        "friction": rng.choice([0.05, 0.3, 1.0, 1e19]),
+        "wall_friction": rng.choice([0.0, 0.1, 1.0, 1e19]),
+        "tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0, -0.5]),
+        "wall_tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0]),
+    }
+    return Scene(**{**dict(scene), **rubs, "discs": discs})
+
+
 def mixed_scene(seed: int) -> Scene:
     """Make a scene of 2 to 6 discs of all masses, in a turned box, by a wall or free, with e from 0.2 to 1."""
     rng = random.Random(seed)
@@ -180,7 +231,12 @@ def contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[
             break
         values = [impact["time_s"], *impact["velocity_first_after"], *impact["velocity_second_after"]]
         radii = [radius["time_s"], *radius["velocity_first_after"], *radius["velocity_second_after"]]
-        for value, within, truth in zip(values, radii, (event.time, *event.after), strict=True):
+        truths = [event.time, *event.after]
+        if certified.trace.spins is not None and certified.spin_radii is not None:
+            values += [certified.trace.spins[k][name] for name in ("first_after", "second_after")]
+            radii += [certified.spin_radii[k][name] for name in ("first_after", "second_after")]
+            truths += event.spins
+        for value, within, truth in zip(values, radii, truths, strict=True):
             if not abs(mpf(float(value)) - truth) <= mpf(float(within)) + mpf(10) ** -100:
                 found.append(f"impact {k}: {value} within {within} for {mp.nstr(truth, 25)}")
     return found

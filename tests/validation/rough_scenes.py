@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
+import numpy as np
 from tests.validation.exact_impact import Body, Law, after_impact
 from tests.validation.small_scenes import small_scene
 
-from carom import Scene
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    import numpy as np
-
-    from carom import DiscArrays, Trace
-
-__all__ = ["body_of", "law_of", "length_of", "rough_scene", "worst_law_error", "worst_of_impact"]
+from carom import DiscArrays, Scene, Trace
 
 #: Units in the last place of 1.
 ULP = 2.0**-52

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 import random
-from typing import TYPE_CHECKING
 
 from carom import Disc, Scene, SceneError, Wall
-
-if TYPE_CHECKING:
-    from carom.trace import Vector
-
-__all__ = ["impacts_of", "small_scene"]
+from carom.trace import Vector
 
 #: Lengths of the box, metres.
 SIDES = [8, 12]
@@ -66,10 +61,7 @@ def _anywhere(rng: random.Random, number: int) -> Scene:
 
 def _disc(place: Vector, velocity: Vector, radius: float, mass: float) -> Disc:
     return Disc(
-        position_m=place,
-        velocity_m_s=(0.0, 0.0) if mass == math.inf else velocity,
-        radius_m=radius,
-        mass_kg=mass,
+        position_m=place, velocity_m_s=(0.0, 0.0) if mass == math.inf else velocity, radius_m=radius, mass_kg=mass
     )
 
 

@@ -14,13 +14,7 @@ from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
 from tests.forms import needs_extension
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
-from tests.validation.rough_scenes import (
-    body_of,
-    length_of,
-    rough_scene,
-    worst_law_error,
-    worst_of_impact,
-)
+from tests.validation.rough_scenes import body_of, length_of, rough_scene, worst_law_error, worst_of_impact
 from tests.validation.small_scenes import impacts_of
 
 from carom import DiscArrays, solve_pic, solve_pic_framewise, solve_pit

@@ -6,12 +6,13 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from tests.rebuilt import assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
 from tests.stage import disc_at, staged, wall_at
 
@@ -19,12 +20,7 @@ from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_fram
 from carom.errors import InputError
 from carom.scenes import CatalogueScene, Tag, catalogue
 from carom.solvers.falling.run import BallisticRun
-from carom.trace import impact_array
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.trace import Vector
+from carom.trace import Vector, impact_array
 
 G = 9.81
 ROUNDING = 1e-12

@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.rebuilt import assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned, rebuilt, same, turned
+from tests.rebuilt import Map, assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned, rebuilt, same, turned
 
-from carom import Scene, solve_pic, solve_pic_framewise
+from carom import Scene, Trace, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, KnownAnswer, Tag, catalogue, deviation
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.rebuilt import Map
-
-    from carom import Trace
-    from carom.trace import Vector
+from carom.trace import Vector
 
 ROUNDING = 1e-12
 

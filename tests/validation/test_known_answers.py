@@ -1,17 +1,12 @@
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import pytest
 
-from carom import Outcome, solve_pic, solve_pic_framewise
+from carom import Outcome, Scene, Trace, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, Tag, catalogue, deviation
 from carom.trace import kinetic_energy
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from carom import Scene, Trace
 
 ENTRIES = list(catalogue().values())
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
@@ -31,10 +26,7 @@ def test_pic_reproduces_the_known_answer(entry: CatalogueScene, solve: Callable[
 
 
 @each_pic
-@pytest.mark.parametrize(
-    "entry",
-    [pytest.param(entry, id=entry.name) for entry in ENTRIES],
-)
+@pytest.mark.parametrize("entry", [pytest.param(entry, id=entry.name) for entry in ENTRIES])
 def test_pic_says_where_there_is_no_unique_answer(entry: CatalogueScene, solve: Callable[[Scene], Trace]) -> None:
     """An impact is reported as ambiguous in the scenes of shared simultaneous contact, and in no other."""
     assert bool(solve(entry.scene).ambiguous) == (Tag.CONVENTION in entry.tags)

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 from mpmath import mp, mpf, sqrt
 
-from carom import Disc, Scene, SceneError, Wall, solve_pic, solve_pic_framewise
+from carom import Disc, Scene, SceneError, Wall, solve_pic
 
 DIGITS = 50
 NUDGE = mpf(10) ** -35
@@ -161,10 +161,3 @@ def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int) -> N
             for component, value in enumerate(after):
                 condition = max(abs(o.velocities[component] - event.velocities[component]) for o in others) / NUDGE
                 assert abs(value - event.velocities[component]) <= granted * (condition + speed)
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_algorithm_2_gives_the_same_impacts_to_the_bit(seed: int) -> None:
-    """Frame by frame or event by event, PIC's impacts are the same numbers."""
-    scene = random_scene(seed).model_copy(update={"duration_s": 3.0})
-    assert solve_pic_framewise(scene).impacts.tobytes() == solve_pic(scene).impacts.tobytes()

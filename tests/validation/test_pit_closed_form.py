@@ -36,27 +36,6 @@ def passing(offset: float, advance: float, frames_to_closest: float, frame_rate_
     )
 
 
-@given(
-    offset=st.floats(0, 0.999),
-    advance=st.floats(0.05, 4),
-    extra=st.floats(0.1, 5),
-    frame_rate_hz=st.sampled_from([24.0, 30.0, 60.0, 144.0]),
-)
-def test_pit_finds_the_first_frame_between_contact_and_closest(
-    offset: float, advance: float, extra: float, frame_rate_hz: float
-) -> None:
-    """PIT's impact is at the first frame at or after contact if that lies before the closest approach, else missing."""
-    half_chord = math.sqrt(CONTACT_M**2 - offset**2) / advance  # in frames
-    closest = half_chord + extra
-    enter = closest - half_chord
-    # A frame within rounding of either end may fall on either side of it.
-    assume(all(abs(edge - round(edge)) > 1e-9 for edge in (enter, closest)))
-    frame = math.ceil(enter)
-    expected = [frame / frame_rate_hz] if frame < closest else []
-    trace = solve_pit(passing(offset, advance, closest, frame_rate_hz))
-    assert trace.impacts["time_s"].tolist() == expected
-
-
 @given(offset=st.floats(0, 0.99), advance=st.floats(0.05, 1.5), extra=st.floats(0.1, 5))
 def test_pits_late_normal_follows_from_its_delay(offset: float, advance: float, extra: float) -> None:
     """The normal that PIT uses is the line of centres at its frame: the offset over what is left of the approach."""

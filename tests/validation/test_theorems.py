@@ -28,14 +28,6 @@ def galperin(mass_ratio: float, gap_light: float, gap_heavy: float, speed: float
     )
 
 
-@pytest.mark.parametrize(("k", "digits"), [(0, 3), (1, 31), (2, 314), (3, 3141)])
-def test_galperin_counts_the_digits_of_pi(k: int, digits: int) -> None:
-    """Masses 1 and 100^k make floor(pi 10^k) impacts (G. Galperin, Regular and Chaotic Dynamics 8(4), 2003)."""
-    # By the formula of the next test the last impact of the four comes before 4 s.
-    trace = solve_pic(galperin(100.0**k, 0.5, 1.0, 1.0, duration_s=10.0))
-    assert len(trace.impacts) == digits == math.floor(math.pi * 10**k)
-
-
 @given(st.floats(1, 2000), st.floats(0.1, 1), st.floats(1.01, 2), st.floats(0.5, 4))
 def test_galperin_impacts_come_at_cotangents(mass_ratio: float, x: float, further: float, speed: float) -> None:
     """For any mass ratio M the n-th impact is at (X - x cot(n theta) / sqrt(M)) / V with theta = atan(1 / sqrt(M)).

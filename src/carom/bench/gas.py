@@ -16,18 +16,18 @@ if TYPE_CHECKING:
 __all__ = ["gas_scene", "hard_disc_gas"]
 
 
-def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0.5) -> DiscArrays:
-    """Return equal discs on a hexagonal lattice stretched to fill a square box, at rest as a whole.
+def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
+    """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice stretched to fill a square box, at rest as a whole.
 
     Args:
         discs: Number of discs.
         packing: Share of the box's area that they cover.
         seed: Of the velocities, drawn from the Maxwell distribution and scaled to a kinetic energy of `discs` joules.
-        radius_m: Radius, metres; the mass is 1 kg.
 
     Raises:
         InputError: So many discs do not fit.
     """
+    radius_m = 0.5
     side = math.sqrt(discs * math.pi * radius_m**2 / packing)
     rows = np.arange(1, discs + 1)
     columns = -(-discs // rows)
@@ -47,20 +47,19 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1, radius_m: float = 0
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
 
 
-def gas_scene(discs: int, packing: float, seed: int = 1, *, duration_s: float = 1e4, touching: bool = False) -> Scene:
+def gas_scene(discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False) -> Scene:
     """Return the same gas as a scene.
 
     Args:
         discs: Number of discs.
         packing: Share of the box's area that they cover.
-        seed: Of the velocities.
         duration_s: Duration, seconds.
         touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
     """
     from carom.scene import Disc, Scene, Wall
 
     shrink = 1.0 if touching else 1 - 2.0**-10
-    gas = hard_disc_gas(discs, packing / shrink**2, seed)
+    gas = hard_disc_gas(discs, packing / shrink**2)
     return Scene(
         name=f"gas of {discs} discs, packing {packing:g}",
         discs=[

@@ -12,22 +12,18 @@ and the plain one (`carom.broad_phase.plain`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.extension import extension_available
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from numpy.typing import NDArray
-
-    Floats = NDArray[np.float64]
-    Flags = NDArray[np.bool_]
-    Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
-
 __all__ = ["near_pairs", "near_walls"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 #: Distances of discs and walls that are computed in one go: a few arrays of so many numbers are tens of megabytes.
 _DISTANCES = 2**20

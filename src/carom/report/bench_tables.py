@@ -196,7 +196,7 @@ def _error_at(dt_s: float, curve: Curve) -> str:
 def _error(point: Point) -> str:
     if point.reason:
         return wording.ABSENT
-    lost = " ".join([f"-{point.missed}"] * bool(point.missed) + [f"+{point.spurious}"] * bool(point.spurious))
+    lost = wording.lost(point.missed, point.spurious)
     return f"{exact_or(point.error)} ({lost})" if lost else exact_or(point.error)
 
 

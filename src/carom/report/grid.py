@@ -269,8 +269,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     if missed or invented:
         parts = [f"{missed} of {score.expected} missed"] if missed else []
         parts += [f"{invented} invented"] if invented else []
-        compact = " ".join(([f"-{missed}"] if missed else []) + ([f"+{invented}"] if invented else []))
-        return ", ".join(parts), compact
+        return ", ".join(parts), wording.lost(missed, invented)
     if not score.errors:
         return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.

@@ -152,8 +152,7 @@ def _bar(grid: Grid, method: GridColumn) -> Cell:
 def _counted(grid: Grid, method: GridColumn) -> str:
     """Say how many impacts a method missed and invented; nothing where it did neither."""
     scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
-    missed, invented = sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores)
-    return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
+    return wording.lost(sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores))
 
 
 def _paid(grid: Grid, method: GridColumn) -> str:

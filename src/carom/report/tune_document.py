@@ -114,8 +114,7 @@ def _steps(found: Tuning) -> str:
 def _graded(judged: Judged) -> Cell:
     if judged.grade is None:
         return Cell("not run", judged.reason)
-    parts = [f"-{judged.missed}"] * bool(judged.missed) + [f"+{judged.spurious}"] * bool(judged.spurious)
-    return Cell(" ".join([judged.grade.name.lower(), *parts]))
+    return Cell(f"{judged.grade.name.lower()} {wording.lost(judged.missed, judged.spurious)}".rstrip())
 
 
 def _error(judged: Judged) -> str:

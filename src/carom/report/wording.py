@@ -12,6 +12,7 @@ __all__ = [
     "capitalised",
     "count",
     "listed",
+    "lost",
     "number",
     "part",
     "percent",
@@ -91,6 +92,11 @@ def ratio(value: float | None) -> str:
 def count(n: int, one: str, many: str = "") -> str:
     """Return a number of things: 1 impact, 2 impacts."""
     return f"{n} {one if n == 1 else many or one + 's'}"
+
+
+def lost(missed: int, invented: int) -> str:
+    """Return how many impacts are missed and invented, and nothing of none: -1 +2."""
+    return " ".join([f"-{missed}"] * bool(missed) + [f"+{invented}"] * bool(invented))
 
 
 def listed(words: Sequence[str], last: str = "and") -> str:

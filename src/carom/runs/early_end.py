@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from carom.adapter import Observation
 from carom.adapter.checks import MANTISSA_BITS
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from carom.adapter import Observation
-    from carom.scene import Scene, Wall
-
-    Array = NDArray[np.float64]
+from carom.scene import Scene, Wall
 
 __all__ = ["FreeFlight", "near_after"]
+
+Array = NDArray[np.float64]
 
 #: Engines see contacts before bodies touch, by margins and by looking ahead. A margin as wide as the discs themselves,
 #: and two steps more, are beyond any of them.

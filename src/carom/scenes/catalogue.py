@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from functools import cache
-from types import MappingProxyType
-from typing import TYPE_CHECKING
+from types import MappingProxyType, ModuleType
 
 from carom.errors import UnknownNameError
 from carom.scenes import (
@@ -25,10 +24,6 @@ from carom.scenes import (
     walled,
 )
 from carom.scenes.entry import CatalogueScene, Tag
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from types import ModuleType
 
 __all__ = ["all_scenes", "catalogue", "find_scenes"]
 

@@ -10,15 +10,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 from carom.scene import Disc, Scene
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from carom.trace import Vector
+from carom.trace import Vector
 
 __all__ = [
     "WedgeImpact",

@@ -9,14 +9,12 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from carom.scene import Disc, Wall
 from carom.scenes.closed_forms import scene_of
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
-
-if TYPE_CHECKING:
-    from carom.trace import Vector
+from carom.trace import Vector
 
 _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: grip ends rolling, v' = v/(1 + k); sliding takes f (1 + e) w_n of v"
 _ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the lesser of f and k/(1 + k) tan(cut)/(1 + e)"

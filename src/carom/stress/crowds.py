@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from carom.scene import Disc, Scene, Wall
+from carom.scenes.closed_forms import disc
+from carom.scenes.walled import box_walls
 from carom.stress.attack import Attack, Judge, Trial, closed_form_judge, energy_judge, pressure_judge, velocity_judge
 from carom.stress.pairs import PHASES, RATE_HZ
 from carom.stress.truth import TrueMotion, UndecidedError, true_motion
@@ -26,16 +28,6 @@ _ENERGY = (
     "a tenth of the energy gained or lost, or a disc a radius deep in another or a wall: elastic impacts keep the "
     "energy, whatever their order"
 )
-
-
-def _disc(place: complex, velocity: complex = 0j, radius: float = _RADIUS_M, mass: float = 1.0) -> Disc:
-    """Return a disc whose vectors are complex numbers, which turn by a product."""
-    return Disc(
-        position_m=(place.real, place.imag),
-        velocity_m_s=(velocity.real, velocity.imag),
-        radius_m=radius,
-        mass_kg=mass,
-    )
 
 
 def _trial(
@@ -68,7 +60,7 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
     places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
     for gap in gaps:
         places.append(places[-1] + 2 * _RADIUS_M + gap)
-    discs = [_disc(place, 0j if k else _SPEED_M_S) for k, place in enumerate(places)]
+    discs = [disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
     return _trial(name, shows, discs, (5 + steps_after) * dt)
 
 
@@ -98,22 +90,13 @@ def _at_once(pairs: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
-        pair = [_disc(place - along * turn, _SPEED_M_S * turn), _disc(place)]
+        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0j, _RADIUS_M)]
         discs += pair
         truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
     shows = f"{count} pairs of discs, far from each other, meet in one step."
     final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
     change = [change for motion in truth for change in motion.greatest_change_m_s]
     return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
-
-
-def _box(width: float, height: float) -> list[Wall]:
-    return [
-        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-        Wall(point_m=(width, 0.0), normal=(-1.0, 0.0)),
-        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
-        Wall(point_m=(0.0, height), normal=(0.0, -1.0)),
-    ]
 
 
 def _packed(gap: float) -> list[Trial]:
@@ -124,12 +107,12 @@ def _packed(gap: float) -> list[Trial]:
     for k in range(columns * rows):
         row, column = divmod(k, columns)
         place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
-        discs.append(_disc(place, cmath.rect(1.0, _TURN * k), radius))
+        discs.append(disc(place, cmath.rect(1.0, _TURN * k), radius))
     width = 2 * margin + (columns - 0.5) * pitch
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
     shows = f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box."
-    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=_box(width, height))]
+    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
 
 
 def _lasting(impacts: float) -> list[Trial]:
@@ -140,14 +123,14 @@ def _lasting(impacts: float) -> list[Trial]:
         row, column = divmod(k, side)
         direction = cmath.rect(1.0, _TURN * k)
         place = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
-        discs.append(_disc(place, speed * direction, radius))
+        discs.append(disc(place, speed * direction, radius))
     n, free = len(discs), width - 2 * radius
     # Kinetic theory of a thin gas, good to a factor of two here: each disc meets four walls, and sweeps a strip of
     # four radii's width relative to the others.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     shows = f"Nine discs in a box for as long as about {impacts:.3g} impacts take."
-    return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=_box(width, width))]
+    return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=box_walls(width, width))]
 
 
 #: B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15 (2006)).
@@ -169,17 +152,17 @@ def _pressed(advance: float) -> list[Trial]:
     for k in range(count):
         row, column = divmod(k, side)
         place = complex(radius + column * pitch, radius + row * pitch)
-        discs.append(_disc(place, cmath.rect(speed, _TURN * k), radius))
+        discs.append(disc(place, cmath.rect(speed, _TURN * k), radius))
     width = free + 2 * radius
     shows = f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step."
     # Some fifteen impacts a disc: the virial of a thousand impacts is good to 3 %.
     duration_s = round(1.25 * rate) / rate
     judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
-    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=_box(width, width))]
+    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
 
 
 def _inelastic(restitution: float) -> list[Trial]:
-    discs = [_disc(place, velocity) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+    discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
 
     def judge(scene: Scene) -> Judge:
         if restitution > CRITICAL_RESTITUTION:
@@ -197,7 +180,7 @@ def _inelastic(restitution: float) -> list[Trial]:
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     shows = f"A disc of {mass_ratio:.4g} kg drives one of 1 kg against a wall."
-    discs = [_disc(light_gap + radius, radius=radius), _disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    discs = [disc(light_gap + radius, 0j, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)
     angle = math.atan2(1.0, root)
@@ -221,9 +204,9 @@ def _unstable(bounces: float) -> list[Trial]:
     half = (free / 2 + contact) * axis
     shows = f"A disc goes to and fro between two immovable ones along a slanted axis, {count} bounces."
     discs = [
-        _disc(-half, radius=0.3, mass=math.inf),
-        _disc(half, radius=0.3, mass=math.inf),
-        _disc(-0.1 * axis, 2.0 * axis, 0.2),
+        disc(-half, 0j, 0.3, math.inf),
+        disc(half, 0j, 0.3, math.inf),
+        disc(-0.1 * axis, 2.0 * axis, 0.2),
     ]
     # A fifteenth of the contact distance a step.
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]

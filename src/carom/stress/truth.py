@@ -9,24 +9,18 @@ where they do not agree on the order of impacts there is none. Nothing here come
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from decimal import Context, Decimal, localcontext
 from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.scene import Need
-from carom.trace import wall_body, wall_index
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from numpy.typing import NDArray
-
-    from carom.scene import Scene
-    from carom.trace import Vector
+from carom.scene import Need, Scene
+from carom.trace import Vector, wall_body, wall_index
 
 __all__ = ["TrueImpact", "TrueMotion", "UndecidedError", "true_motion"]
 

@@ -10,8 +10,7 @@ STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 
 
 @pytest.mark.parametrize(
-    ("freedom", "published"),
-    [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)],
+    ("freedom", "published"), [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)]
 )
 def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
     """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""

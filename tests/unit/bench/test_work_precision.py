@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tomli_w
 from tests.stage import disc_at, staged
 from typer.testing import CliRunner
 
@@ -31,20 +32,9 @@ from carom.runs.job import Answer, Method, Status
 from carom.runs.pool import InProcess, Lane
 from carom.runs.scoring import Measures, score_journal
 
-SCENE = """
-name = "mine & yours"
-duration_s = 0.5
-
-[[discs]]
-position_m = [0.0, 0.0]
-velocity_m_s = [1.0, 0.0]
-radius_m = 0.5
-
-[[discs]]
-position_m = [1.4, 0.3]
-velocity_m_s = [-1.0, 0.0]
-radius_m = 0.5
-"""
+SCENE = tomli_w.dumps(
+    staged("mine & yours", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5).model_dump()
+)
 
 
 @pytest.fixture
@@ -229,10 +219,7 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("bench",), "name the scenes to bench"),
-        (
-            ("bench", "paper/missed", "--axes", "time-error"),
-            "'time-error' is not one of 'error-time', 'error-dt'",
-        ),
+        (("bench", "paper/missed", "--axes", "time-error"), "'time-error' is not one of 'error-time', 'error-dt'"),
         (("bench", "paper/missed", "--dt", "1/60..x"), "--dt must be a number of seconds"),
         (("bench", "--grow", "paper/missed"), "takes no scene, got 'paper/missed'"),
         (("advise", "paper/missed", "--direction-error", "1"), "--direction-error must be an angle such as 1deg"),

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.distribution import lay
 
 TOYS = """
 import time
@@ -29,12 +30,6 @@ class Missing(Toy):
 sound, hangs, missing = Toy("sound"), Hangs("hangs"), Missing("missing")
 """
 
-ENTRY_POINTS = """[carom.adapters]
-sound = toy_adapters:sound
-hangs = toy_adapters:hangs
-missing = toy_adapters:missing
-"""
-
 #: Runs pytest with these arguments in the project.
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -43,11 +38,8 @@ Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 def project(tmp_path: Path) -> Path:
     """A folder without tests; its adapters lie beside it, as another distribution's would."""
     site = tmp_path / "site"
-    info = site / "carom_toys-1.0.dist-info"
-    info.mkdir(parents=True)
+    lay(site, "Carom_Toys", {name: f"toy_adapters:{name}" for name in ("sound", "hangs", "missing")})
     (site / "toy_adapters.py").write_text(TOYS)
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: Carom_Toys\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text(ENTRY_POINTS)
     folder = tmp_path / "project"
     folder.mkdir()
     return folder

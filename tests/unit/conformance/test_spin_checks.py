@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import subprocess
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
 import pytest
-
-if TYPE_CHECKING:
-    import subprocess
+from tests.distribution import lay
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -50,12 +48,8 @@ def outcomes(project: Path, run_pytest: Pytest) -> Mapping[tuple[str, str], str]
     """What is said of each case that fails, and "" of each that does not."""
     site = project.parent / "site"
     shutil.copy(HERE / "carom_spin_toys.py", site)
-    info = site / "carom_spin_toys-1.0.dist-info"
-    info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: carom-spin-toys\nVersion: 1.0\n")
     names = sorted({name for name, _ in LIES} | {"honest"})
-    points = "".join(f"{name} = carom_spin_toys:{name.replace('-', '_')}\n" for name in names)
-    (info / "entry_points.txt").write_text(f"[carom.adapters]\n{points}")
+    lay(site, "carom-spin-toys", {name: f"carom_spin_toys:{name.replace('-', '_')}" for name in names})
     lies = " or ".join(f"({name} and {case.partition('[')[0]})" for name, case in LIES)
     chosen = f"({lies} or honest) and (friction or inertia or spin or rubbing or turn or tangential)"
     run_pytest("--carom-engine", "carom-spin-toys", "--carom-profile", "tuned", "--junitxml", "out.xml", "-k", chosen)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
+from numpy.typing import NDArray
 from tests.forms import plain_form
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom import time_of_impact
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
+Array = NDArray[np.float64]
 
 #: Bits in which sums and products of four floats of any size are exact: four times 2,098, the bits from the least
 #: float to the greatest, and twice more for their sums and squares.

@@ -11,8 +11,7 @@ from carom.physics.friction import Grip, friction_impulse, pair_rub
 
 
 @pytest.mark.parametrize(
-    ("slip", "expected"),
-    [(0.0, 0.0), (3.0, 1.0), (-3.0, -1.0), (6.0, 2.0), (-6.0, -2.0), (9.0, 2.0), (-1e300, -2.0)],
+    ("slip", "expected"), [(0.0, 0.0), (3.0, 1.0), (-3.0, -1.0), (6.0, 2.0), (-6.0, -2.0), (9.0, 2.0), (-1e300, -2.0)]
 )
 def test_friction_sticks_until_coulombs_bound_and_then_slides(slip: float, expected: float) -> None:
     """Yielding by 3, pressed by 4 with coefficient 1/2: a third of the slip, but 2 at most, either way."""

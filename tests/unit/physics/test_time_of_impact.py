@@ -106,13 +106,7 @@ def cases(kind: str, count: int) -> NDArray[np.float64]:
     aside = np.arcsin(np.clip(miss * r / distance, -1, 1)) * rng.choice([-1, 1], count)
     heading = bearing + math.pi + aside + np.where(rng.uniform(0, 1, count) < 0.1, math.pi, 0)
     return np.column_stack(
-        [
-            distance * np.cos(bearing),
-            distance * np.sin(bearing),
-            speed * np.cos(heading),
-            speed * np.sin(heading),
-            r,
-        ]
+        [distance * np.cos(bearing), distance * np.sin(bearing), speed * np.cos(heading), speed * np.sin(heading), r]
     )
 
 

@@ -19,8 +19,6 @@ from carom.scene import Disc, Scene
 from carom.stress import campaign
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
-__all__ = ["METHODS", "advice", "bench", "campaign_results", "growth"]
-
 METHODS = (
     Method("pic", "default"),
     Method("pic", "tuned"),

@@ -10,6 +10,8 @@ import pytest
 import carom
 from carom import Disc, Scene, Wall
 from carom.errors import MissingExtraError
+from carom.registry import load_adapter
+from carom.runs.observe import observe_run
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
@@ -42,7 +44,8 @@ def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
     """The columns are there all the same; an engine's has the times at which its paths turned beside them."""
     pytest.importorskip("pandas")
     (entry,) = find_scenes(["paper/missed"])
-    missed, found = carom.run(entry.scene, "pit", dt=1 / 24).to_pandas(), carom.solve_pic(entry.scene).to_pandas()
+    missed = observe_run(load_adapter("pit"), entry.scene, "tuned", 1 / 24).to_pandas()
+    found = carom.solve_pic(entry.scene).to_pandas()
     assert len(missed) == 0
     assert set(found) - set(missed) == set()
     assert "effective_time_s" in missed
@@ -52,7 +55,7 @@ def test_results_are_a_row_a_run() -> None:
     """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
     pytest.importorskip("pandas")
     results = carom.cross_check(
-        find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], timing=False, pool=InProcess()
+        find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess()
     )
     frame = results.to_pandas()
     assert len(frame) == len(results.rows)

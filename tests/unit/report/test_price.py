@@ -14,7 +14,7 @@ from rich.console import Console
 from carom.comparator import Errors, compare
 from carom.report import price
 from carom.report.cross_check import cross_check_document
-from carom.report.document import Column, Medium, Section, Table
+from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.grid import build_grid
 from carom.report.price import price_chart, price_section, prices
 from carom.report.records import records
@@ -56,29 +56,35 @@ def table_of(section: Section) -> Table:
     return table
 
 
-def in_table(results: Results, name: str, medium: Medium = Medium.PAGE) -> dict[str, str]:
-    """What the table of prices says of an engine, by heading."""
-    columns, rows = table_of(price_section(prices(build_grid(results)))).shown(medium)
-    (row,) = (row for row in rows if row[0].text == name)
+def price_of(results: Results) -> Section:
+    return price_section(prices(build_grid(results)))
+
+
+def of_toy(results: Results) -> dict[str, str]:
+    """What the table of prices says of the toy engine, by heading."""
+    columns, rows = table_of(price_of(results)).shown(Medium.PAGE)
+    (row,) = (row for row in rows if row[0].text == "toy tuned")
     return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
+
+
+def in_every_medium(section: Section) -> tuple[str, str, str]:
+    """A section, alone, as a page, as Markdown and on a terminal."""
+    document, printed = Document("A section", (), (section,)), io.StringIO()
+    console = Console(file=printed, width=300)
+    for block in terminal(document, 160, full=True):
+        console.print(block)
+    return html(document), markdown(document), printed.getvalue()
 
 
 def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
     """An engine that equals PIT in every scene is told so, in every format: it pays, and nothing is its own."""
     (toy,) = prices(build_grid(results))
     assert (toy.column.engine, len(toy.equal), toy.different) == ("toy", 3, [])
-    said = in_table(results, "toy tuned")
-    assert (said["equals PIT"], said["velocity error of its own, median"], said["worse than PIT"]) == (
-        "3 of 3",
-        "0",
-        "0 of 3",
-    )
-    document = cross_check_document(results)
-    printed = io.StringIO()
-    console = Console(file=printed, width=200)
-    for block in terminal(document, 160, full=True):
-        console.print(block)
-    for text in (html(document), markdown(document), printed.getvalue()):
+    said = of_toy(results)
+    own = said["velocity error of its own, median"]
+    assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
+    for text in in_every_medium(price_of(results)):
         assert "price paid in velocity, median" in text
         assert "velocity error of its own, median" in text
 
@@ -94,10 +100,9 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
             rows.append(rescored(results, replace(row, trace=right), 1 + 1e-9))
         else:
             rows.append(row)
-    said = in_table(replace(results, rows=tuple(rows)), "toy tuned")
-    paid, own = (
-        float(said[head].split()[0]) for head in ("price paid in velocity, median", "velocity error of its own, median")
-    )
+    said = of_toy(replace(results, rows=tuple(rows)))
+    heads = ("price paid in velocity, median", "velocity error of its own, median")
+    paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
     assert own < 2e-9
     assert said["equals PIT"] == "0 of 3"
@@ -133,7 +138,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     assert score.against_pit is not None
     assert score.own_velocity == min(score.against_pit.velocity, score.total.velocity) > 0.01
     assert toy.different == [late]
-    assert in_table(worse, "toy tuned")["equals PIT"] == f"2 of 3 not {late}"
+    assert of_toy(worse)["equals PIT"] == f"2 of 3 not {late}"
 
 
 def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
@@ -152,12 +157,7 @@ def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkey
     """A column added to those of the prices stands in the page, the Markdown and on the terminal."""
     column = Column("an added column", lambda entry: f"said of {entry.column.name}")
     monkeypatch.setattr("carom.report.price._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
-    document = cross_check_document(results)
-    printed = io.StringIO()
-    console = Console(file=printed, width=300)
-    for block in terminal(document, 160, full=True):
-        console.print(block)
-    for text in (html(document), markdown(document), printed.getvalue()):
+    for text in in_every_medium(price_of(results)):
         assert "an added column" in text
         assert "said of toy tuned" in text
 
@@ -167,15 +167,15 @@ def test_the_spread_over_phases_is_shown(results: Results) -> None:
     spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
     rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
     wide = replace(results, rows=rows, phases=12)
-    view = cross_check_document(wide)
-    assert {row[1].text for row in table_of(spread_section(wide, build_grid(wide))).shown(Medium.PAGE)[1]} == {
-        "toy tuned"
-    }
-    for text in (html(view), markdown(view)):
-        assert "0.012" in text
-        assert "0.046" in text
-        assert "25 %" in text
-    assert "Spread over phases" not in markdown(cross_check_document(results))
+    section = spread_section(wide, build_grid(wide))
+    assert {row[1].text for row in table_of(section).shown(Medium.PAGE)[1]} == {"toy tuned"}
+    assert section.heading in markdown(cross_check_document(wide))
+    page, text, _ = in_every_medium(section)
+    for shown in (page, text):
+        assert "0.012" in shown
+        assert "0.046" in shown
+        assert "25 %" in shown
+    assert section.heading not in markdown(cross_check_document(results))
 
 
 def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:

@@ -23,8 +23,8 @@ from carom.scenes import find_scenes
 
 @pytest.fixture(scope="module")
 def results() -> Results:
-    names = ("paper/missed", "paper/late", "classics/miss", "gravity/ladder")
-    return carom.cross_check(find_scenes(names), ["pic", "pit"], profiles=["tuned"], timing=False, pool=InProcess())
+    scenes = find_scenes(("paper/missed", "paper/late", "classics/miss", "gravity/ladder"))
+    return carom.cross_check(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"], timing=False, pool=InProcess())
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,8 @@ from carom.scenes import find_scenes
 @pytest.fixture(scope="module")
 def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
-    names = ["paper", "gravity", "classics/perfectly-inelastic", "classics/cradle-gaps", "classics/three-in-line"]
-    scenes = find_scenes(names)
+    classics = [f"classics/{name}" for name in ("perfectly-inelastic", "cradle-gaps", "three-in-line")]
+    scenes = find_scenes(["paper", "gravity/falling-pair", *classics])
     results = carom.cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60], timing=False, pool=InProcess())
     return cross_check_document(results)
 

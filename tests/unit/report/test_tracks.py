@@ -54,10 +54,7 @@ def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
 def test_a_track_flies_a_parabola_between_its_knots() -> None:
     """Halfway through a fall of one second the disc has fallen a quarter of the way, whatever the knots say."""
     scene = carom.Scene(
-        name="fall",
-        duration_s=1.0,
-        gravity_m_s2=(0.0, -8.0),
-        discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)],
+        name="fall", duration_s=1.0, gravity_m_s2=(0.0, -8.0), discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)]
     )
     (track,) = reference_tracks(carom.solve_pic(scene))
     assert track.at(np.array([0.0, 0.5, 1.0]))[:, 1] == pytest.approx([0.0, -1.0, -4.0], abs=1e-15)

@@ -6,9 +6,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-
-from carom import registry
-from carom.runs import scoring
+from tests.distribution import forget, lay
 
 HOSTILE = """
 import os, sys, time
@@ -95,17 +93,9 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callabl
     def install(source: str, names: dict[str, str]) -> None:
         module = f"hostile_{tmp_path.name}"
         (tmp_path / f"{module}.py").write_text(source)
-        info = tmp_path / f"{module}-1.0.dist-info"
-        info.mkdir()
-        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {module}\nVersion: 1.0\n")
-        lines = "".join(f"{name} = {module}:{held}\n" for name, held in names.items())
-        (info / "entry_points.txt").write_text(f"[carom.adapters]\n{lines}")
+        lay(tmp_path, module, {name: f"{module}:{held}" for name, held in names.items()})
         monkeypatch.syspath_prepend(str(tmp_path))
         forget()
-
-    def forget() -> None:
-        registry.adapter_points.cache_clear()
-        scoring.versions_of.cache_clear()
 
     yield install
     forget()

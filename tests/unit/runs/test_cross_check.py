@@ -36,6 +36,11 @@ def statuses(results: carom.Results) -> dict[str, Status]:
     return {row.job.engine: row.status for row in results.rows}
 
 
+def tried(scenes: list[Scene], *engines: str) -> carom.Results:
+    """Each engine's tuned profile in steps of 0.1 s, in this process and untimed."""
+    return carom.cross_check(scenes, engines, dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess())
+
+
 def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
     """An engine that aborts, exits or raises is a row with its reason; every other row is as if it had run alone."""
     results = carom.cross_check(
@@ -88,9 +93,7 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
 
 def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
     """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
-    row = carom.cross_check([scene], ["goes-nan"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[
-        0
-    ]
+    row = tried([scene], "goes-nan").rows[0]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
@@ -99,7 +102,7 @@ def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
 
 def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
     """An engine that warns of its state is cut short with its own words, and what came before is kept."""
-    row = carom.cross_check([scene], ["warns"], dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess()).rows[0]
+    row = tried([scene], "warns").rows[0]
     assert row.trace is not None
     assert row.trace.outcome is Outcome.WARNED
     assert row.trace.counts["steps"] == 2
@@ -126,14 +129,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
     fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
     soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
     falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
-    results = carom.cross_check(
-        [walled, fast, soft, falling],
-        ["missing", "only-discs", "broken"],
-        dts=[0.1],
-        profiles=["tuned"],
-        timing=False,
-        pool=InProcess(),
-    )
+    results = tried([walled, fast, soft, falling], "missing", "only-discs", "broken")
     reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
     assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
     assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
@@ -285,11 +281,7 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
     """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
     monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
     endless = staged(
-        "endless",
-        disc_at(0, 0, 1000, 0, r=0.25),
-        wall_at(-0.5, 0, 1, 0),
-        wall_at(0.5, 0, -1, 0),
-        duration_s=1e9,
+        "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
     )
     row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED

@@ -42,23 +42,14 @@ def test_discs_that_part_are_in_free_flight() -> None:
 
 @pytest.mark.parametrize(
     "scene",
-    [
-        pair(5.0, -1.0),
-        pair(5.0, -1.0, aside=1.5),
-        pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
-    ],
+    [pair(5.0, -1.0), pair(5.0, -1.0, aside=1.5), pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),))],
 )
 def test_what_meets_or_passes_near_before_the_end_is_not(scene: Scene) -> None:
     """Bodies that will meet, or pass within a contact distance of each other, or reach a wall, are followed."""
     assert not begins_after(scene)
 
 
-@given(
-    st.tuples(*[st.integers(-1000, 1000)] * 4),
-    st.integers(-120, 120),
-    st.integers(-120, 120),
-    st.floats(1e-6, 1.0),
-)
+@given(st.tuples(*[st.integers(-1000, 1000)] * 4), st.integers(-120, 120), st.integers(-120, 120), st.floats(1e-6, 1.0))
 def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, pace: int, radius: float) -> None:
     """In whatever unit, from whatever distance: two discs come within twice their radii before they touch."""
     x, y, vx, vy = (0.01 * value for value in state)

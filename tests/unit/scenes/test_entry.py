@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,11 @@ from carom.trace import Trace
 ENTRIES = list(catalogue().values())
 WITH_IMPACTS = [entry for entry in ENTRIES if entry.known.impacts]
 each_entry = pytest.mark.parametrize("entry", WITH_IMPACTS, ids=lambda entry: entry.name)
+
+
+@cache
+def solved(entry: CatalogueScene) -> Trace:
+    return solve_pic(entry.scene)
 
 
 def score(trace: Trace, entry: CatalogueScene) -> float:
@@ -30,7 +36,7 @@ def altered(trace: Trace, k: int, **fields: Any) -> Trace:
 @each_entry
 def test_a_dropped_impact_deviates_infinitely(entry: CatalogueScene) -> None:
     """A trace that lacks any one impact has no finite deviation."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     for k in range(len(trace.impacts)):
         assert score(replace(trace, impacts=np.delete(trace.impacts, k)), entry) == math.inf
 
@@ -38,14 +44,14 @@ def test_a_dropped_impact_deviates_infinitely(entry: CatalogueScene) -> None:
 @each_entry
 def test_an_invented_impact_deviates_infinitely(entry: CatalogueScene) -> None:
     """A trace with one impact too many has no finite deviation."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     assert score(replace(trace, impacts=np.append(trace.impacts, trace.impacts[-1:])), entry) == math.inf
 
 
 @each_entry
 def test_swapped_bodies_deviate_infinitely(entry: CatalogueScene) -> None:
     """A trace that calls the second body the first is of another impact."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     first, second = trace.impacts["first"][0], trace.impacts["second"][0]
     assert score(altered(trace, 0, first=second, second=first), entry) == math.inf
 
@@ -53,14 +59,14 @@ def test_swapped_bodies_deviate_infinitely(entry: CatalogueScene) -> None:
 def test_swapped_impacts_deviate_infinitely() -> None:
     """A trace that has two impacts in the wrong order is wrong, however right each of them is."""
     entry = catalogue()["paper/wrong-direction"]
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
 
 
 @each_entry
 def test_an_altered_velocity_deviates_by_as_much(entry: CatalogueScene) -> None:
     """A velocity that is off by a part of the greatest speed gives just that part as the deviation."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     known = [v for i in entry.known.impacts for v in (i.velocity_first_after, i.velocity_second_after) if v is not None]
     speed = max(math.hypot(*v) for v in (*known, *(disc.velocity_m_s for disc in entry.scene.discs)))
     for name in ("velocity_first_after", "velocity_second_after"):
@@ -73,7 +79,7 @@ def test_an_altered_velocity_deviates_by_as_much(entry: CatalogueScene) -> None:
 @each_entry
 def test_an_altered_time_deviates_by_as_much(entry: CatalogueScene) -> None:
     """A time that is off by a part of the duration gives just that part as the deviation."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     late = trace.impacts["time_s"][-1] + 0.001 * entry.scene.duration_s
     assert score(altered(trace, -1, time_s=late), entry) == pytest.approx(0.001)
 
@@ -82,7 +88,7 @@ def test_an_altered_time_deviates_by_as_much(entry: CatalogueScene) -> None:
 def test_not_a_number_deviates_infinitely(name: str) -> None:
     """NaN never passes for agreement, although it compares as neither more nor less."""
     entry = catalogue()["classics/head-on"]
-    assert score(altered(solve_pic(entry.scene), 0, **{name: math.nan}), entry) == math.inf
+    assert score(altered(solved(entry), 0, **{name: math.nan}), entry) == math.inf
 
 
 @pytest.mark.parametrize("name", ["final_position_m", "final_velocity_m_s"])
@@ -90,7 +96,7 @@ def test_not_a_number_deviates_infinitely(name: str) -> None:
 def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene: str) -> None:
     """NaN in the final state counts, also where only a conserved quantity is known."""
     entry = catalogue()[scene]
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     lost: dict[str, Any] = {name: np.full_like(trace.final_position_m, math.nan)}
     assert score(replace(trace, **lost), entry) == math.inf
 
@@ -98,7 +104,7 @@ def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
 def test_a_wrong_final_state_is_seen(entry: CatalogueScene) -> None:
     """A doubled final velocity is seen in every scene of the catalogue."""
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     assert score(replace(trace, final_velocity_m_s=2 * trace.final_velocity_m_s), entry) > 0.05
 
 
@@ -115,7 +121,7 @@ def test_final_overlap_is_seen_where_no_impact_is_known() -> None:
 def test_two_discs_in_one_place_are_seen() -> None:
     """Discs that overlap at the end deviate by the depth of the overlap."""
     entry = catalogue()["classics/gas"]
-    trace = solve_pic(entry.scene)
+    trace = solved(entry)
     position = trace.final_position_m.copy()
     position[0] = position[1]
     extent = max(c + disc.radius_m for disc in entry.scene.discs for c in disc.position_m)

@@ -52,13 +52,6 @@ def random_start(
     )
 
 
-def equal_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
-    """Return equal discs of radius 1/2 on a stretched hexagonal lattice in a square box, with Maxwell velocities."""
-    from carom.bench.gas import hard_disc_gas
-
-    return hard_disc_gas(discs, packing, seed)
-
-
 def scene_of(start: DiscArrays, duration_s: float) -> Scene:
     """Return the scene of a start."""
     return Scene(

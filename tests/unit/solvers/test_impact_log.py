@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -43,38 +45,24 @@ def test_impacts_at_different_instants_are_unique() -> None:
     assert [record.time_s for record in kept.records] == [0.0, 1.0, 2.0]
 
 
-def test_impacts_of_separate_discs_at_one_instant_are_unique() -> None:
-    """Simultaneous impacts that share no disc do not depend on their order."""
-    kept = log()
-    kept.add(impact(1.0, 0, 1))
-    kept.add(impact(1.0, 2, 3))
-    assert list(kept.ambiguous()) == []
-
-
-def test_impacts_that_share_a_movable_disc_at_one_instant_are_ambiguous() -> None:
-    """The second of two simultaneous impacts of one disc is flagged by its index."""
+@pytest.mark.parametrize(
+    ("impacts", "ambiguous"),
+    [
+        pytest.param([(0, 1), (2, 3)], [], id="no disc in common"),
+        pytest.param([(0, 1), (1, 2, (0.6, 0.8))], [1], id="a movable disc in common"),
+        pytest.param([(0, 1, (0.6, 0.8)), (0, 2, (-0.8, 0.6))], [], id="at right angles neither changes the other"),
+        pytest.param([(0, 1), (0, 2, (0.0, 1.0)), (0, 3, (-1.0, 0.0))], [2], id="the first of three counts as well"),
+    ],
+)
+def test_impacts_that_share_a_movable_disc_at_one_instant_are_ambiguous(
+    impacts: list[tuple[Any, ...]], ambiguous: list[int]
+) -> None:
+    """Of simultaneous impacts those are flagged, by index, that change what an earlier one of the instant sees."""
     kept = log()
     kept.add(impact(0.5, 0, 3))
-    kept.add(impact(1.0, 0, 1))
-    kept.add(impact(1.0, 1, 2, (0.6, 0.8)))
-    assert list(kept.ambiguous()) == [2]
-
-
-def test_orthogonal_impacts_of_one_disc_at_one_instant_are_unique() -> None:
-    """Where the normals are at right angles neither impulse changes what the other sees."""
-    kept = log()
-    kept.add(impact(1.0, 0, 1, (0.6, 0.8)))
-    kept.add(impact(1.0, 0, 2, (-0.8, 0.6)))
-    assert list(kept.ambiguous()) == []
-
-
-def test_a_third_impact_is_held_against_every_earlier_one_of_the_instant() -> None:
-    """Orthogonal to the last impact of the instant is not enough: the first one counts as well."""
-    kept = log()
-    kept.add(impact(1.0, 0, 1, (1.0, 0.0)))
-    kept.add(impact(1.0, 0, 2, (0.0, 1.0)))
-    kept.add(impact(1.0, 0, 3, (-1.0, 0.0)))
-    assert list(kept.ambiguous()) == [2]
+    for bodies in impacts:
+        kept.add(impact(1.0, *bodies))
+    assert list(kept.ambiguous()) == [1 + index for index in ambiguous]
 
 
 def test_instants_within_their_resolution_are_one() -> None:

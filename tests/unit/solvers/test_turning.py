@@ -85,10 +85,7 @@ def test_spins_of_extreme_scenes_are_those_of_ordinary_ones(power: int) -> None:
     scene, scale = in_box(friction=0.3, wall_friction=0.4), 2.0**power
     discs = [
         disc.model_copy(
-            update={
-                "velocity_m_s": tuple(v * scale for v in disc.velocity_m_s),
-                "spin_rad_s": disc.spin_rad_s * scale,
-            }
+            update={"velocity_m_s": tuple(v * scale for v in disc.velocity_m_s), "spin_rad_s": disc.spin_rad_s * scale}
         )
         for disc in scene.discs
     ]

@@ -9,7 +9,8 @@ promised margin allows each impact what `carom.conformance.margin` finds of it, 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -77,38 +78,60 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         )
 
 
+class _Allowed(NamedTuple):
+    """What errors of velocities, or of spins, may come to, over the scene's speed, and what that is made of."""
+
+    sampled: float
+    promise: float
+    margin: Mapping[int, float]
+    rounding: float
+    end: float
+
+    def of(self, impact: int) -> float:
+        return max(self.sampled, self.margin.get(impact, 0.0)) + self.promise + self.rounding
+
+
+def _allowed(subject: Subject, profile: str, name: str, kind: str) -> _Allowed:
+    """Return what errors of a kind may come to, after each impact and at the end."""
+    described, margin = subject.adapter.profiles[profile], subject.margin(profile, name)
+    *_, pit = subject.score(profile, name)
+    promise, final = described.accuracy.velocity, f"final_{kind}"
+    paid = [] if described.located else [getattr(error, kind) for error in _finite(pit, kind)]
+    ends = [0.0 if described.located else getattr(pit.total, final), getattr(margin.total, final) if margin else 0.0]
+    return _Allowed(
+        max(paid, default=0.0),
+        promise,
+        {error.reference: getattr(error, kind) for error in _finite(margin, kind)},
+        subject.rounding,
+        max(ends) + promise + subject.rounding,
+    )
+
+
 def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     """Velocities after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.speed_m_s
-    located = subject.adapter.profiles[profile].located
-    paid = [error.velocity for error in pit.errors if math.isfinite(error.velocity)]
-    sampled = 0.0 if located else max(paid, default=0.0)
-    promise, of_margin = subject.adapter.profiles[profile].accuracy.velocity, subject.margin(profile, name)
-    margin = {error.reference: error.velocity for error in _finite(of_margin, "velocity")}
+    allowed = _allowed(subject, profile, name, "velocity")
     for error in sorted(_compared(score, pit), key=lambda error: -error.velocity):
-        turned = margin.get(error.reference, 0.0)
-        allowed = max(sampled, turned) + promise + subject.rounding
+        turned, most = allowed.margin.get(error.reference, 0.0), allowed.of(error.reference)
         impact, row = known.impacts[error.reference], trace.impacts[error.observed]
         told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
-        why = f"PIT {sampled:.3g}, promised {promise:.3g}, margin {turned:.3g} of {speed:g}"
+        why = f"PIT {allowed.sampled:.3g}, promised {allowed.promise:.3g}, margin {turned:.3g} of {speed:g}"
         require(
-            error.velocity <= allowed,
+            error.velocity <= most,
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
-            f"{_all(wanted)} m/s to {allowed * speed:.3g} m/s ({why})",
+            f"{_all(wanted)} m/s to {most * speed:.3g} m/s ({why})",
             f"{_all(got)} m/s, off by {error.velocity * speed:.3g} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return  # who missed an impact is on another path
-    ends = [0.0 if located else pit.total.final_velocity, of_margin.total.final_velocity if of_margin else 0.0]
-    allowed = max(ends) + promise + subject.rounding
     off = score.total.final_velocity
     require(
-        off <= allowed,
+        off <= allowed.end,
         "discs end with wrong velocities",
-        f"{_all(known.final_velocity_m_s or ())} m/s to {allowed * speed:.3g} m/s",
+        f"{_all(known.final_velocity_m_s or ())} m/s to {allowed.end * speed:.3g} m/s",
         f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {off * speed:.3g} m/s",
         setup,
     )
@@ -118,31 +141,25 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     """Spins after impacts, and at the end, are no worse than PIT's at this step and what is promised on top."""
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
-    located = subject.adapter.profiles[profile].located
-    paid = [error.spin for error in pit.errors if math.isfinite(error.spin)]
-    sampled = 0.0 if located else max(paid, default=0.0)
-    promise, of_margin = subject.adapter.profiles[profile].accuracy.velocity, subject.margin(profile, name)
-    margin = {error.reference: error.spin for error in _finite(of_margin, "spin")}
+    allowed = _allowed(subject, profile, name, "spin")
+    why = f"PIT {allowed.sampled:.3g}, promised {allowed.promise:.3g}"
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
-        allowed = max(sampled, margin.get(error.reference, 0.0)) + promise + subject.rounding
-        impact = known.impacts[error.reference]
+        most, impact = allowed.of(error.reference), known.impacts[error.reference]
         told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
         got = [] if trace.spins is None else list(trace.spins[error.observed].item()[2:])
         require(
-            error.spin <= allowed,  # NaN fails this too
+            error.spin <= most,  # NaN fails this too
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
-            f"{numbers(told)} rad/s, rims to {allowed * speed:.3g} m/s (PIT {sampled:.3g}, promised {promise:.3g})",
+            f"{numbers(told)} rad/s, rims to {most * speed:.3g} m/s ({why})",
             f"{numbers(got)} rad/s, rims off by {error.spin * speed:.3g} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return
-    ends = [0.0 if located else pit.total.final_spin, of_margin.total.final_spin if of_margin else 0.0]
-    allowed = max(ends) + promise + subject.rounding
-    off = score.total.final_spin
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
-    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {allowed * speed:.3g} m/s"
-    require(off <= allowed, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
+    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {allowed.end * speed:.3g} m/s"
+    right = score.total.final_spin <= allowed.end
+    require(right, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
 
 
 def _compared(score: Score, pit: Score) -> list[ImpactError]:
@@ -172,6 +189,6 @@ def _all(velocities: Sequence[Sequence[float]]) -> str:
     return " and ".join(map(numbers, velocities))
 
 
-def _listed(trace: Trace, most: int = 4) -> str:
-    shown = ", ".join(map(_row_at, trace.impacts[:most])) or "none"
-    return shown + (", ..." if len(trace.impacts) > most else "")
+def _listed(trace: Trace) -> str:
+    shown = ", ".join(map(_row_at, trace.impacts[:4])) or "none"
+    return shown + (", ..." if len(trace.impacts) > 4 else "")

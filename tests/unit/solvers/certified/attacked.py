@@ -13,8 +13,6 @@ from flint import arb
 from carom import Disc, Scene, Wall
 from carom.solvers.certified.ball_bodies import BallBodies
 
-__all__ = ["KINDS", "State", "attack", "is_after_impact_of_pair", "is_after_impact_on_wall"]
-
 KINDS = ("any", "graze", "head-on", "far", "slow", "fast", "heavy", "wide", "old", "mixed", "wild")
 
 

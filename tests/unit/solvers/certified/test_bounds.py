@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import TYPE_CHECKING
 
 import pytest
 from flint import arb, ctx
@@ -14,12 +13,10 @@ from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact
 from carom import Disc, Scene
 from carom.bench.gas import gas_scene
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.impacts import carry_out
 from carom.solvers.certified.meetings import meet
 from carom.trace import wall_body, wall_index
-
-if TYPE_CHECKING:
-    from carom.solvers.certified.bounds import LowerBounds
 
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
 pytestmark = needs_extension

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.forms import needs_extension
-from tests.unit.solvers.scenes import box, equal_gas, random_start, scene_of
+from tests.unit.solvers.scenes import random_start, scene_of
 
-from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Disc, Outcome, Scene, solve_pic
+from carom.bench.gas import hard_disc_gas
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -52,21 +53,9 @@ def test_no_result_depends_on_the_cells(name: str, cell_factor: float) -> None:
 
 def test_a_large_gas_does_not_depend_on_the_cells() -> None:
     """A thousand discs follow identical paths over 100,000 impacts whether the cells are narrow or wide."""
-    start = equal_gas(1000, 0.6)
+    start = hard_disc_gas(1000, 0.6)
     runs = [run_for(start, 100_000, record="none", cell_factor=factor) for factor in (1.0, 3.0)]
     assert outcome_of(runs[0]) == outcome_of(runs[1])
-
-
-def test_pieces_do_not_change_a_run() -> None:
-    """A run taken forward in many pieces, by time and by count, equals the run in one piece."""
-    start = starts()["elastic"]
-    whole = EventDrivenRun(start)
-    whole.advance_to(20.0)
-    pieces = EventDrivenRun(start)
-    for k in range(1, 101):
-        pieces.advance_to(k * 0.2, pieces.impacts + 3)
-        pieces.advance_to(k * 0.2)
-    assert outcome_of(pieces) == outcome_of(whole)
 
 
 @pytest.mark.parametrize("impacts", [50, 1300, 3000])
@@ -98,42 +87,6 @@ def test_simultaneous_impacts_come_in_the_order_of_their_bodies(cell_factor: flo
     assert len(impacts) == pairs
     assert set(impacts["time_s"]) == {0.5}
     assert impacts["first"].tolist() == sorted(impacts["first"].tolist())
-
-
-def test_symmetric_scenes_with_shared_impacts_do_not_depend_on_the_cells() -> None:
-    """Scenes on whole numbers, full of simultaneous and shared impacts, give identical bits for all cells."""
-    rng = np.random.default_rng(3)
-    for _ in range(60):
-        n = int(rng.integers(3, 7))
-        row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
-        place = np.stack([column, row], axis=1) * 2.0 + 1.0
-        velocity = rng.integers(-1, 2, (n * n, 2)).astype(float)
-        start = DiscArrays(place, velocity, np.full(n * n, 0.5), np.ones(n * n), box(2.0 * n, 2.0 * n))
-        reference = outcome_of(run_for(start, 300))
-        for cell_factor in (1.4, math.inf):
-            assert outcome_of(run_for(start, 300, cell_factor=cell_factor)) == reference
-
-
-def test_the_frame_by_frame_form_finds_the_same_impacts() -> None:
-    """Algorithm 2, which solves every pair anew at every frame, finds impacts identical to the bit."""
-    rng = np.random.default_rng(8)
-    for walls in (True, False):
-        scene = scene_of(random_start(rng, 8, walls=walls), 3.0)
-        assert solve_pic(scene).impacts.tobytes() == solve_pic_framewise(scene).impacts.tobytes()
-
-
-def test_the_closed_form_of_two_discs_is_the_kernel_to_the_bit() -> None:
-    """Two discs without walls are solved in closed form, with the kernel's result to the bit."""
-    rng = np.random.default_rng(9)
-    for restitution in (1.0, 0.5, 0.0):
-        for _ in range(100):
-            start = random_start(rng, 2, walls=False, restitution=restitution)
-            scene = scene_of(start, 5.0)
-            run = EventDrivenRun(scene)
-            run.advance_to(5.0)
-            trace = solve_pic(scene)
-            assert trace.impacts.tobytes() == run.log.array().tobytes()
-            assert trace.final_position_m.tobytes() == run.positions().tobytes()
 
 
 def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:

@@ -12,8 +12,6 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.pit.solve import PATIENCE, FrameRun
 
-__all__ = ["Form", "bits", "compiled_forms", "definition", "finished"]
-
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 

@@ -7,8 +7,6 @@ import random
 
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["KINDS", "random_scene"]
-
 Vector = tuple[float, float]
 
 #: Odd frame rates on purpose: neither they nor their inverses are round in binary or decimal.

@@ -44,13 +44,6 @@ def test_positions_are_not_corrected() -> None:
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.25])
 
 
-def test_an_impact_between_two_frames_is_missed() -> None:
-    """A disc that passes through another between two frames meets nothing, where PIC finds the impact."""
-    scene = line(0.0, 5.5, velocities=(11.0, 0.0), duration_s=2.0)
-    assert len(solve_pit(scene, frame_rate_hz=1.0).impacts) == 0
-    assert len(solve_pic(scene).impacts) == 1
-
-
 @given(
     st.integers(1, 16),
     st.integers(-16, 16),
