@@ -395,6 +395,7 @@ def test_a_crowd_of_free_spheres_leaves_mujocos_plane(named: Named) -> None:
     assert observe_run(named("mujoco"), scene, "tuned", 1 / 60).outcome is Outcome.COMPLETED  # on slides
 
 
+@pytest.mark.long
 def test_mujoco_takes_more_than_three_thousand_discs(named: Named) -> None:
     """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
     mujoco = named("mujoco")

@@ -21,10 +21,21 @@ def carom_diff(*arguments: object) -> Result:
     return CliRunner().invoke(app, ["diff", *map(str, arguments)])
 
 
+@pytest.fixture(scope="module")
+def sample(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Every tenth row of the sample report."""
+    head, *rows = SAMPLE.read_text(encoding="utf-8").splitlines()
+    kept = rows[::10]
+    path = tmp_path_factory.mktemp("sample") / "results.jsonl"
+    lines = (json.dumps({**json.loads(head), "rows": len(kept)}), *kept)
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    return path
+
+
 @pytest.fixture
-def worse(tmp_path: Path) -> Path:
-    """The sample report's rows, of which one that was sampled is off by a thousandth more of the speed."""
-    head, *rows = (json.loads(line) for line in SAMPLE.read_text(encoding="utf-8").splitlines())
+def worse(sample: Path, tmp_path: Path) -> Path:
+    """The same rows, of which one that was sampled is off by a thousandth more of the speed."""
+    head, *rows = (json.loads(line) for line in sample.read_text(encoding="utf-8").splitlines())
     row: dict[str, Any] = next(row for row in rows if row["grade"] == "sampled" and row["total"]["velocity"])
     row["total"]["velocity"] += 1e-3
     path = tmp_path / "results.jsonl"
@@ -33,12 +44,12 @@ def worse(tmp_path: Path) -> Path:
 
 
 @pytest.mark.long
-def test_a_grade_that_stays_good_enough_does_not_fail(worse: Path) -> None:
+def test_a_grade_that_stays_good_enough_does_not_fail(sample: Path, worse: Path) -> None:
     """What got worse and is sampled still fails on *sampled*, and neither by default nor on *never*."""
-    assert carom_diff(SAMPLE, worse).exit_code == 0
-    assert carom_diff(SAMPLE.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
-    assert carom_diff(SAMPLE, worse, "--fail-on", "never").exit_code == 0
-    assert carom_diff(worse, SAMPLE, "--fail-on", "sampled").exit_code == 0
+    assert carom_diff(sample, worse).exit_code == 0
+    assert carom_diff(sample.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
+    assert carom_diff(sample, worse, "--fail-on", "never").exit_code == 0
+    assert carom_diff(worse, sample, "--fail-on", "sampled").exit_code == 0
 
 
 def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
@@ -57,17 +68,17 @@ def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
     assert carom_diff(*reversed(paths)).exit_code == 0
 
 
-def test_markdown_and_page_are_written(worse: Path, tmp_path: Path) -> None:
+def test_markdown_and_page_are_written(sample: Path, worse: Path, tmp_path: Path) -> None:
     """Both files hold the sentence that sums it up, which the terminal shows as well."""
     files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"
-    done = carom_diff(SAMPLE, worse, "--markdown", files[0], "--page", files[1])
+    done = carom_diff(sample, worse, "--markdown", files[0], "--page", files[1])
     for text in (done.output, *(file.read_text(encoding="utf-8") for file in files)):
         assert "1 worse; " in text
 
 
-def test_markdown_to_a_pipe_is_that_alone(worse: Path) -> None:
+def test_markdown_to_a_pipe_is_that_alone(sample: Path, worse: Path) -> None:
     """With - the Markdown is all that is printed, so that it can be piped into a comment."""
-    done = carom_diff(SAMPLE, worse, "--markdown", "-")
+    done = carom_diff(sample, worse, "--markdown", "-")
     assert done.output.startswith("# Carom diff: ")
     assert done.output.count("1 worse; ") == 1
 
@@ -89,24 +100,24 @@ def test_the_schema_is_printed() -> None:
         ('{"format": 2, "rows": 0}\n', "line 1: a field is missing"),
     ],
 )
-def test_a_file_that_is_none_of_records_is_refused_with_2(tmp_path: Path, text: str, words: str) -> None:
+def test_a_file_that_is_none_of_records_is_refused_with_2(sample: Path, tmp_path: Path, text: str, words: str) -> None:
     """The message names the file, the line where there is one, and what to do."""
     path = tmp_path / "results.jsonl"
     path.write_text(text, encoding="utf-8")
-    done = carom_diff(SAMPLE, path)
+    done = carom_diff(sample, path)
     assert done.exit_code == 2, done.output
     assert str(path) in done.output
     assert words in done.output
     assert re.search("run the cross-check again|give a report's folder", done.output)
 
 
-def test_a_row_without_a_field_is_refused_by_its_line(worse: Path) -> None:
+def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path) -> None:
     """The line of the row is named, and the field that it lacks."""
     lines = worse.read_text(encoding="utf-8").splitlines()
     row = json.loads(lines[4])
     del row["missed"]
     worse.write_text("\n".join([*lines[:4], json.dumps(row), *lines[5:]]) + "\n", encoding="utf-8")
-    done = carom_diff(SAMPLE, worse)
+    done = carom_diff(sample, worse)
     assert done.exit_code == 2
     assert f"{worse}, line 5: " in done.output
     assert "'missed'" in done.output

@@ -16,7 +16,12 @@ KINDS = {"mixed": (mixed_scene, IMPACTS, 24), "falling": (falling_scene, 20, 12)
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [(kind, seed) for kind, (*_, seeds) in KINDS.items() for seed in range(seeds)]
+    ("kind", "seed"),
+    [
+        pytest.param(kind, seed, marks=[pytest.mark.long] * (seed >= 8))
+        for kind, (*_, seeds) in KINDS.items()
+        for seed in range(seeds)
+    ],
 )
 def test_a_certified_run_never_contradicts_one_of_400_digits(kind: str, seed: int) -> None:
     """The impacts are the same, and all numbers within their radii."""

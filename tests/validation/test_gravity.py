@@ -344,7 +344,10 @@ def test_a_mirrored_fall_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: A
     assert_mirrored(scene, turn, solve)
 
 
-@pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
+@pytest.mark.parametrize(
+    "scene",
+    [pytest.param(scene, id=scene.name, marks=[pytest.mark.long] * (scene.name == "crowd")) for scene in SYMMETRIC],
+)
 @FEWER
 @given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
 def test_units_that_are_powers_of_two_change_no_bit_of_a_fall(scene: Scene, length: int, time: int, mass: int) -> None:

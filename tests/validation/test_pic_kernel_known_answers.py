@@ -133,6 +133,7 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     assert max(discs.max(), walls.max()) < 1e-13
 
 
+@pytest.mark.long
 def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -> None:
     """Inelastic collapse ends with an outcome; with a contact time the run goes on (Luding & McNamara 1998)."""
     gas = random_start(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)

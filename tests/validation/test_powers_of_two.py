@@ -68,8 +68,15 @@ changes = st.one_of(
 )
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(
+    ("solver", "name"),
+    [
+        # A solver that looks every frame takes longest; one scene of each kind has it looked at by default.
+        pytest.param(solver, name, marks=[pytest.mark.long] * (solver == "framewise" and name in {"gas", "falling"}))
+        for solver in SOLVERS
+        for name in SCENES
+    ],
+)
 @given(by=changes)
 @example(Powers(length=MOST))
 @example(Powers(length=-MOST))

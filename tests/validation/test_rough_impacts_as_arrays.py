@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 
 import numpy as np
+import pytest
 from tests.validation.rough_scenes import worst_of_impact
 from tests.validation.test_friction_law import ULPS, drawn_pair
 
@@ -27,10 +28,11 @@ def bodies_of(start: DiscArrays) -> list[RoughBodies]:
     ]
 
 
-def test_impacts_as_arrays_are_those_of_the_exact_law() -> None:
+@pytest.mark.parametrize("count", [300, pytest.param(3_000, marks=pytest.mark.long)])
+def test_impacts_as_arrays_are_those_of_the_exact_law(count: int) -> None:
     """Every velocity and surface speed is the exact law's to a few units in the last place of the greatest speed."""
     rng, worst = random.Random(11), 0.0
-    for _ in range(1_000):
+    for _ in range(count):
         start = drawn_pair(rng)
         one, two = bodies_of(start)
         line = (start.position_m[1] - start.position_m[0])[None]

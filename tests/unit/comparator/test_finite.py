@@ -82,7 +82,14 @@ def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
             assert not score.equals_pit, what
 
 
-@pytest.mark.parametrize("name", ["classics/sorting", "classics/box", "classics/deflection"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "classics/deflection",
+        pytest.param("classics/sorting", marks=pytest.mark.long),
+        pytest.param("classics/box", marks=pytest.mark.long),
+    ],
+)
 def test_walls_immovable_discs_and_long_chains_are_looked_through_as_well(name: str) -> None:
     """Every field of every impact of scenes with walls, immovable discs and many impacts; beyond a horizon too."""
     reference = solve_pic(catalogue()[name].scene)

@@ -17,7 +17,7 @@ from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, lo
 from carom.runs.engines import engines
 from carom.runs.job import Job, Method, Status
 from carom.runs.observe import Observe
-from carom.runs.pool import Lane
+from carom.runs.pool import InProcess, Lane
 from carom.scene import Disc, Scene
 
 
@@ -54,7 +54,7 @@ def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypat
     (tmp_path / "broken.toml").write_text("name = 5")
     known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
     monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
-    infos = {info.name: info for info in engines(["there", "gone", "broken"])}
+    infos = {info.name: info for info in engines(["there", "gone", "broken"], pool=InProcess())}
     assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
     assert sorted(infos["there"].profiles) == ["default", "tuned"]
     assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"

@@ -72,7 +72,7 @@ def searched(seed: int = 0, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
     return search.run(60, seed), search, toy
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
 def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
     """Whatever the seed, the three settings that matter are found, and none that does nothing is among them."""
     best, _, _ = searched(seed)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.forms import needs_extension
 from tests.unit.solvers.pit.forms import bits, compiled_forms, finished
@@ -48,7 +48,6 @@ def test_more_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
         assert_identical(scene, FrameClock(step_s=1.0 / rate))
 
 
-@settings(max_examples=150)
 @given(scene=scenes(max_discs=7), rate=st.sampled_from([0.7, 3.0, 7.0, 12.0, 24.0]))
 def test_drawn_scenes_are_the_definitions_to_the_bit(scene: Scene, rate: float) -> None:
     """So it is for scenes that a counterexample can be shrunk from."""
@@ -131,6 +130,7 @@ def test_what_rounding_makes_of_a_parting_is_seen() -> None:
     assert 0.0 < run.log.array()["time_s"][0] < 50.0
 
 
+@pytest.mark.long
 def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> None:
     """Discs that meet after 150,000 frames are looked at now and then before, with the same result."""
     scene = line(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
