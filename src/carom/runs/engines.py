@@ -132,8 +132,9 @@ def _brought_by(name: str) -> tuple[str, str]:
 def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
     answers = list(asker.ask_each([Describe(name, names[0]) for name in names]))
     for name, told in zip(names, answers, strict=True):
-        # Where one fails, those that were asked before it in the same process may be the cause.
-        answer = asker.ask(Describe(name, name)) if told.status in (Status.FAILED, Status.CRASHED) else told
+        # Where one fails that was not the first, those that were asked before it in that process may be the cause.
+        failed = told.status in (Status.FAILED, Status.CRASHED) and name != names[0]
+        answer = asker.ask(Describe(name, name)) if failed else told
         if answer.value is not None and answer.value.name == name:
             yield answer.value
             continue
