@@ -16,9 +16,11 @@ from carom import __main__, cli
 
 @pytest.fixture(autouse=True)
 def handlers() -> Iterator[None]:
-    """Whoever runs the tests hears signals afterwards as before."""
+    """Each is heard, though a shell has what it starts in the background ignore Ctrl-C; and afterwards as before."""
     __main__.CAME.clear()
     there = {number: signal.getsignal(number) for number in __main__.SIGNALS}
+    for number in there:
+        signal.signal(number, signal.SIG_DFL)
     yield
     for number, handler in there.items():
         signal.signal(number, handler)
@@ -37,7 +39,6 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
 
     monkeypatch.setattr(cli, "app", app)
     monkeypatch.setattr("sys.argv", ["carom"])
-    signal.signal(number, signal.SIG_DFL)
     with pytest.raises(SystemExit) as end:
         __main__.main()
     assert end.value.code == 128 + number
