@@ -78,7 +78,8 @@ class DrakeWorld:
         self._clock = StepClock(float(settings["dt_s"]))
         self._number: dict[Any, int] = {}
         builder = drake.framework.DiagramBuilder()
-        self._plant, _ = drake.plant.AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        # AddMultibodyPlantSceneGraph does the same and leaves 95 kB behind for ever.
+        self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
         for k, wall in enumerate(scene.walls):

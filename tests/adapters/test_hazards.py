@@ -214,8 +214,8 @@ print(in_use_after(1000) - warm)
 def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
     """A world that is closed leaves less than an empty array of NumPy's behind.
 
-    What malloc has handed out is counted, Python's own objects among it: resident memory moves by 10 MB at once when
-    the kernel makes large pages of small ones or takes idle ones back.
+    What malloc has handed out is counted, Python's own objects among it: of what is free, glibc keeps or gives back
+    20 MB at a time, so resident memory goes up and down by as much.
     """
     if not hasattr(ctypes.CDLL(None), "mallinfo2"):
         pytest.skip("what malloc has handed out is asked of glibc 2.33 or later, which is not here")

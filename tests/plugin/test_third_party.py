@@ -51,6 +51,13 @@ LIES = {
         "ended by SIGABRT",
         "'classics/miss', profile 'tuned'",
     ),
+    "keeps-worlds": (
+        "lets-go-of-worlds",
+        "close() does not release what the engine holds",
+        "less than 1.8 MB left by 180 worlds, once in 10 rounds",
+        "MB, in each of them",
+        "'conformance-approach-3-0-0.5'",
+    ),
     "claims-walls": (
         "hits[tuned-classics/box]",
         "13 of 13 impacts missed",

@@ -77,6 +77,16 @@ class Shortens(PenaltyWorld):
             self.position = before + np.clip(self.position - before, -2, 2)
 
 
+class Keeps(PenaltyWorld):
+    """Keeps twelve thousand bytes of each world for ever."""
+
+    kept = []
+
+    def close(self):
+        self.kept.append(bytearray(12_000))
+        super().close()
+
+
 class Twin(PenaltyAdapter):
     def __init__(self, name, world=PenaltyWorld, **capabilities):
         self.name, self.world = name, world
@@ -110,6 +120,7 @@ guesses = Twin("guesses", Guesses)
 rounds = Twin("rounds", Rounds)
 talks = Twin("talks", Talks)
 aborts = Twin("aborts", Aborts)
+keeps_worlds = Twin("keeps-worlds", Keeps)
 claims_walls = Twin("claims-walls", walls=True)
 claims_sweeping = Twin("claims-sweeping", continuous_detection=True)
 claims_precision = Promises("claims-precision")

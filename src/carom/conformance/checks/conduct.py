@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,9 +25,11 @@ __all__ = [
     "steps_singly_or_together",
 ]
 
-#: An open PyBullet client holds 29 MB and an idle pymunk space 10 kB; 180 worlds that leak 100 kB each leave 18 MB.
+#: An idle pymunk space, the smallest world there is, holds 10 kB: 180 that are not let go of leave 1.8 MB.
 WORLDS = 190
-LEAK_BYTES = 18_000_000
+LEAK_BYTES = 1_800_000
+#: What leaks grows in every round; what grows once or is collected late does not. Node comes to rest within five.
+ROUNDS = 10
 
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
@@ -107,14 +110,22 @@ def closes_after_errors(subject: Subject) -> None:
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """Two hundred worlds made, stepped and closed one after another leave less behind than one open world would."""
-    setup = Setup(approach())
-    grown = subject.growth_bytes(setup, WORLDS)
-    if grown is None:
-        raise NotApplicable("the resident memory of a process is read from /proc, which is not here")
-    expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds"
-    what, found = "close() does not release what the engine holds", f"{grown / 1e6:.3g} MB"
-    require(grown <= LEAK_BYTES, what, expected, found, setup)
+    """Two hundred worlds made, stepped and closed one after another leave less behind than so many small ones hold."""
+    setup, least = Setup(approach()), math.inf
+    for _ in range(ROUNDS):
+        grown = subject.growth_bytes(setup, WORLDS)
+        if grown is None:
+            raise NotApplicable("the resident memory of a process is read from /proc, which is not here")
+        least = min(least, grown)
+        if least < LEAK_BYTES:
+            return
+    expected = f"less than {LEAK_BYTES / 1e6:g} MB left by {WORLDS - 10} worlds, once in {ROUNDS} rounds"
+    raise Violation(
+        "close() does not release what the engine holds",
+        expected=expected,
+        found=f"at least {least / 1e6:.3g} MB, in each of them",
+        setup=setup,
+    )
 
 
 def _deterministic(subject: Subject, setup: Setup) -> Setup:
