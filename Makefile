@@ -34,7 +34,7 @@ help:
 	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
-	@echo "make atlas              (an hour) all engines on all scenes, under every attack; write docs/atlas.md"
+	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write docs/atlas.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
