@@ -116,9 +116,8 @@ class Evidence:
 
     @property
     def rounding_s(self) -> float:
-        """The same of a time, seconds; in a run of many steps no more than is called close."""
-        rounding_s = self.rounding * self.scales.time_s
-        return min(rounding_s, THRESHOLDS.close * self.observed.dt_s) if self.observed.dt_s else rounding_s
+        """The same of a time, seconds."""
+        return THRESHOLDS.time_rounding_of(self.observed.float_bits, self.scales.time_s, self.observed.dt_s)
 
     @property
     def place_rounding(self) -> float:
