@@ -160,15 +160,17 @@ def _cheapest_sentence(bench: SceneBench, target: float) -> str:
 
 
 def _scope(bench: Bench) -> str:
-    """Say how much was run, and how much was not."""
+    """Say how much was run, how much was not, and why not."""
     points = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
     methods = len({(point.engine, point.profile) for point in points})
     scenes = bench.scenes[0].scene.name if len(bench.scenes) == 1 else wording.count(len(bench.scenes), "scene")
     said = f"How accurate for what cost: {wording.count(methods, 'method')} on {scenes}"
-    unrun, untimed = sum(bool(p.reason) for p in points), sum(bool(p.untimed) for p in points)
-    left = [f"{unrun} not scored"] * bool(unrun) + [f"{untimed} not timed"] * bool(untimed)
+    unrun, untimed = [p.reason for p in points if p.reason], [p.untimed for p in points if p.untimed]
+    left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
+    reasons = {*unrun, *untimed}
+    why = f": {reasons.pop()}" if len(reasons) == 1 else ", and the page says why"
     steps = wording.count(max(len({p.dt_s for c in scene.curves for p in c.points}) for scene in bench.scenes), "step")
-    return f"{said}, {steps}{f' ({wording.listed(left)} of {len(points)} points)' if left else ''}."
+    return f"{said}, {steps}{f' ({wording.listed(left)} of {len(points)} points{why})' if left else ''}."
 
 
 def _unrun(bench: SceneBench) -> Iterator[str]:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 from tests.unit.report.test_terminal import printed
 
+from carom.bench.points import Curve
 from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
 from carom.report.bench_document import bench_document
@@ -62,6 +64,21 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     assert f"is {best.engine} ({best.profile}) at {wording.step(best.dt_s)}: {spent} ms" in text
     assert f"{spent} at {wording.step(best.dt_s).removesuffix(' s')}" in text
     assert "no engine reaches an error of 1e-6" in text
+
+
+def test_the_bench_says_why_points_are_missing() -> None:
+    """Beside the number of points that were not scored stands the reason, or, of several, where they are told."""
+    scene = bench().scenes[0]
+    curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
+
+    def said(*chosen: Curve) -> str:
+        text = printed(bench_document(replace(bench(), scenes=(replace(scene, curves=chosen),))), 80)
+        return " ".join(" ".join(text).split())
+
+    all_points = sum(len(curve.points) for curve in curves)
+    assert f"({len(curves)} not scored of {all_points} points: out of time)" in said(*curves)
+    curves[0] = replace(curves[0], points=(*curves[0].points[:-1], replace(curves[0].points[-1], reason="crashed")))
+    assert f"({len(curves) + 1} not scored of {all_points} points, and the page says why)" in said(*curves)
 
 
 def test_the_steps_taken_are_the_longest_that_pass() -> None:
