@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
@@ -27,6 +28,8 @@ def main() -> None:
     heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]  # as `nohup` has it
     for number in heard:
         signal.signal(number, _end)
+    # Pydantic reads the entry points of all that is installed, and raises where one distribution's are spoilt.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         from carom.cli import command
 

@@ -110,6 +110,12 @@ class Evidence:
         return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
     @property
+    def ended_otherwise(self) -> bool:
+        """Whether the run ended otherwise than the reference; where discs come to rest nobody else must end."""
+        asked = Outcome.COMPLETED if self.reference.outcome is Outcome.AT_REST else self.reference.outcome
+        return self.observed.outcome is not asked or (asked is Outcome.COMPLETED and self.cut_short)
+
+    @property
     def rounding(self) -> float:
         """What counts as rounding in the floats that the method declares."""
         return THRESHOLDS.rounding_of(self.observed.float_bits)

@@ -198,7 +198,7 @@ def _lost(k: int, score: Score) -> Json:
     if k >= score.expected:
         return {"flag": "beyond", "became": "beyond the horizon", "cause": ""}
     if k in score.undecided:
-        return {"flag": "undecided", "became": "too close to the end to be found", "cause": ""}
+        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
     if score.pit_missed is None:
         return {"flag": "missed", "became": "missed", "cause": ""}
     cause = "looking once a step" if k in score.pit_missed else "the method's own: PIT finds it"

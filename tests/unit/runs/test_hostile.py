@@ -38,7 +38,7 @@ ACTS = {
     "prints-much": "[os.write(2, b'a line that says nothing\\n' * 1000) for _ in range(4000)]; os.abort()",
     "prints-for-ever": "thread(lambda: [os.write(2, b'noise\\n' * 1000) for _ in iter(int, 1)])",
     "stops": "note(os.getpid()); os.kill(os.getpid(), signal.SIGSTOP)",
-    "stops-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGSTOP); sleep()",
+    "stops-its-keeper": "os.kill(os.getppid(), signal.SIGSTOP); note(os.getpid()); sleep()",
     "kills-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()",
     "holds-the-lock": "note(os.getpid()); ctypes.PyDLL(None).sleep(3600)",
     "closes-all": "note(os.getpid()); os.closerange(0, 256); sleep()",
@@ -240,7 +240,11 @@ def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
 @LINUX
 @pytest.mark.usefixtures("installed")
 @pytest.mark.parametrize(
-    "act", ["holds-the-lock", *(pytest.param(act, marks=pytest.mark.long) for act in ("stops", "forgets-and-sleeps"))]
+    "act",
+    [
+        "holds-the-lock",
+        *(pytest.param(act, marks=pytest.mark.long) for act in ("stops", "stops-its-keeper", "forgets-and-sleeps")),
+    ],
 )
 def test_a_killed_parent_takes_all_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
