@@ -47,8 +47,8 @@ class Score(Shown):
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
             the price of sampling; 0: none of it; above 1: it does worse than looking once a step. NaN where PIT was not
-            given, there is no impact, or the scene has no unique answer; infinite where sampling costs nothing, a number
-            of the run is not finite, or it ended early with impacts still to come.
+            given, there is no impact, or the scene has no unique answer; infinite where sampling costs nothing, a
+            number of the run is not finite, or it ended early with impacts still to come.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
