@@ -196,14 +196,15 @@ def test_ctrl_c_leaves_no_mess(tmp_path: Path, scene_file: Path) -> None:
     process = subprocess.Popen(
         command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
     )
-    deadline = time.monotonic() + 30
-    while not (children := _children(process.pid)) and time.monotonic() < deadline:
+    deadline = time.monotonic() + 120
+    # The journal is there when adapters have been asked and the run begins.
+    while not ((report / "journal.jsonl").exists() and (children := _children(process.pid))):
+        assert process.poll() is None
+        assert time.monotonic() < deadline
         time.sleep(0.05)
-    assert children
-    time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     try:
-        _, error = process.communicate(timeout=30)
+        _, error = process.communicate(timeout=120)
     finally:
         process.kill()  # of no effect on one that has ended
     assert process.returncode == 130
