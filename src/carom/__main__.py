@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
@@ -24,12 +25,17 @@ class Ended(KeyboardInterrupt):
 
 def main() -> None:
     """Run the command."""
+    _open_what_is_closed()
     heard = [number for number in SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]  # as `nohup` has it
     for number in heard:
         signal.signal(number, _end)
+    # Pydantic reads the entry points of all that is installed, and raises where one distribution's are spoilt.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         from carom.cli import command
 
+        if CAME:  # and was lost: Python ignores what is raised where it tidies up after an import
+            raise Ended(CAME[-1])
         code = command()
         if CAME and code == 128 + signal.SIGINT:  # whoever ends with what there is takes each for Ctrl-C
             code = 128 + CAME[-1]
@@ -41,6 +47,15 @@ def main() -> None:
         code = 128 + CAME[-1]
         _hear_no_more(heard)
     sys.exit(code)
+
+
+def _open_what_is_closed() -> None:
+    """Lead each standard stream that is closed to nowhere: the next file to be opened would take its place."""
+    while (file := os.open(os.devnull, os.O_RDWR)) <= 2:
+        pass
+    os.close(file)
+    sys.stdout = sys.stdout or open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - to the end
+    sys.stderr = sys.stderr or open(2, "w", encoding="utf-8", closefd=False)  # noqa: SIM115 - to the end
 
 
 def _end(number: int, _frame: object) -> None:

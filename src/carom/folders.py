@@ -119,26 +119,37 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 def write_file(path: Path, content: str | bytes) -> Path:
     """Write one file where somebody asked for it by name, whole, in place of an older one; return its path.
 
+    A link is followed, and what is no file, a pipe or ``/dev/stdout`` say, is written to and stays what it is.
+
     Raises:
         OSError: It can't be written.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f".{file_name(path.name)}.{os.getpid()}.part")
+    if path.exists() and not path.is_file():
+        path.write_bytes(_bytes(content))
+        return path
+    place = path.resolve()
+    place.parent.mkdir(parents=True, exist_ok=True)
+    part = place.with_name(f".{file_name(place.name)}.{os.getpid()}.part")
     try:
         _put(part, content)
-        part.replace(path)
+        part.replace(place)
     finally:
         part.unlink(missing_ok=True)
-    _settle(path.parent)
+    _settle(place.parent)
     return path
 
 
 def _put(path: Path, content: str | bytes) -> None:
-    """Write a file and see it onto the disk; text goes without control characters."""
+    """Write a file and see it onto the disk."""
     with path.open("xb") as file:
-        file.write(visible(content).encode() if isinstance(content, str) else content)
+        file.write(_bytes(content))
         file.flush()
         os.fsync(file.fileno())
+
+
+def _bytes(content: str | bytes) -> bytes:
+    """Return what goes into a file: text without control characters."""
+    return visible(content).encode() if isinstance(content, str) else content
 
 
 def _is_torn(marker: Path) -> bool:

@@ -84,20 +84,29 @@ class AdapterPoint:
     Attributes:
         name: Name of the adapter.
         value: The object, as the entry point names it, or the manifest's file.
-        distribution: The distribution that brought it; empty where there is none.
-        module: The module of an entry point; empty for a manifest.
+        distribution: The distribution that brought it; empty where there is none, or it does not tell its name.
+        manifest: Whether it is a manifest.
+        broken: What is wrong with the entry point as it is written; empty where nothing is.
     """
 
     name: str
     value: str
     distribution: str = ""
-    module: str = ""
+    manifest: bool = False
+    broken: str = ""
+
+    @property
+    def module(self) -> str:
+        """The module of an entry point; empty for a manifest."""
+        return "" if self.manifest else self.value.partition(":")[0]
 
     def load(self) -> object:
         """Return the adapter; this imports its module, or reads its manifest."""
-        if self.module:
-            return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
-        return _program(self.value)
+        if self.broken:
+            raise AdapterError(self.broken)
+        if self.manifest:
+            return _program(self.value)
+        return metadata.EntryPoint(self.name, self.value, ENTRY_POINT_GROUP).load()
 
 
 @cache
@@ -122,9 +131,9 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
         AdapterError: A manifest has the name of another adapter, or is not named by its whole path.
     """
     found: dict[str, AdapterPoint] = {}
-    for point in metadata.entry_points(group=ENTRY_POINT_GROUP):
-        brought_by = point.dist.name if point.dist else ""
-        found.setdefault(point.name, AdapterPoint(point.name, point.value, brought_by, point.module))
+    for distribution in metadata.distributions():
+        for point in _points_of(distribution):
+            found.setdefault(point.name, point)
     for word in filter(None, os.environ.get(MANIFESTS, "").split(os.pathsep)):
         path = _manifest_in(Path(word))
         if not path.is_absolute():  # a worker process has a working folder of its own
@@ -132,8 +141,36 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
         name = _manifest_name(path)
         if name in found:
             raise AdapterError(f"{path} names its engine {name!r}, and so does {found[name].value}")
-        found[name] = AdapterPoint(name, str(path))
+        found[name] = AdapterPoint(name, str(path), manifest=True)
     return found
+
+
+def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
+    """Return the adapters of a distribution; one whose entry points can't be read is named by where it lies."""
+    try:
+        points = distribution.entry_points.select(group=ENTRY_POINT_GROUP)
+    except Exception as error:  # noqa: BLE001 - whatever a file that anybody can have spoilt makes of its readers
+        where = str(distribution.locate_file(""))
+        broken = f"the entry points of a distribution there can't be read, install it again: {type(error).__name__}"
+        return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
+    return [
+        AdapterPoint(
+            point.name,
+            point.value,
+            _name_of(distribution),
+            broken=""
+            if point.pattern.match(point.value)
+            else f"an entry point must name an object, as module:object, got {point.value!r}",
+        )
+        for point in points
+    ]
+
+
+def _name_of(distribution: metadata.Distribution) -> str:
+    try:
+        return distribution.name or ""
+    except Exception:  # noqa: BLE001 - as above
+        return ""
 
 
 def _manifest_in(path: Path) -> Path:
@@ -166,7 +203,7 @@ def engine_named(word: str) -> str:
 def asked_as(name: str) -> str:
     """Return the word by which anybody can ask for an engine: its manifest where it has one, else its name."""
     point = adapter_points().get(name)
-    return name if point is None or point.module else point.value
+    return point.value if point is not None and point.manifest else name
 
 
 def distribution_of(name: str) -> str:

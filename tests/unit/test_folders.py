@@ -169,6 +169,22 @@ def test_one_file_is_replaced_whole(tmp_path: Path) -> None:
     assert content(path.parent) == {"page.html": b"new"}
 
 
+def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:
+    """A link goes on to lead to its file, which is replaced; a pipe is written to; a folder is refused."""
+    link, target, pipe = tmp_path / "link.html", tmp_path / "page.html", tmp_path / "pipe"
+    target.write_text("old")
+    link.symlink_to(target.name)
+    write_file(link, "new")
+    assert (link.is_symlink(), target.read_text()) == (True, "new")
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_file(pipe, "new")
+    assert (pipe.is_fifo(), os.read(reader, 100)) == (True, b"new")
+    os.close(reader)
+    with pytest.raises(IsADirectoryError):
+        write_file(tmp_path, "new")
+
+
 NAMES = st.one_of(st.text(min_size=1, max_size=300), st.from_regex(r"[a-cA-C./@-]{1,6}", fullmatch=True))
 
 

@@ -73,11 +73,30 @@ def test_a_signal_within_an_exec_leaves_the_exit_code(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (128 + signal.SIGTERM, "carom: ended by SIGTERM\n")
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
+@pytest.mark.parametrize(("closed", "code"), [(">&-", 0), ("2>&-", 2), ("<&- >&- 2>&-", 0)])
+def test_a_standard_stream_that_is_closed_leads_nowhere(closed: str, code: int, tmp_path: Path) -> None:
+    """What is printed is lost, and the exit code is right; no file that is opened later takes the stream's place."""
+    word = "nonesuch" if code else "--list"
+    command = f'exec "$0" -m carom stress {word} --out out {closed}'
+    done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (code, b"", b"")
+
+
 class Lost:
     """Ends at a signal, of which Python says that it is ignored."""
 
     def __del__(self) -> None:
         signal.raise_signal(signal.SIGINT)
+
+
+def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where Python ignores what was raised while Carom was imported, the command does not begin."""
+    monkeypatch.setattr(cli, "command", lambda: 7)
+    __main__.CAME.append(signal.SIGINT)
+    with pytest.raises(SystemExit) as end:
+        __main__.main()
+    assert end.value.code == 130
 
 
 def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:

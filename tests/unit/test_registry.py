@@ -209,3 +209,34 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
         assert reason in found[name]["unavailable"]
         assert found[name]["version"] == ""
         assert found[name]["distribution"] == "thirdparty"
+
+
+def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
+    """Entry points that can't be read, or name no object, and a distribution without a name, each are a line."""
+    for name, entry_points in (
+        ("bytes", b"[carom.adapters]\nq\xff = module:adapter\n"),
+        ("words", b"[carom.adapters]\nno entry point\n"),
+        ("value", b"[carom.adapters]\nq = no module !\nr =\n"),
+        ("unnamed", b"[carom.adapters]\nu = no_such_module_at_all:adapter\n"),
+    ):
+        lay(tmp_path / name, name, {})
+        (info,) = (tmp_path / name).iterdir()
+        (info / "entry_points.txt").write_bytes(entry_points)
+        if name == "unnamed":
+            (info / "METADATA").write_bytes(b"\xff")
+    path = os.pathsep.join(str(folder) for folder in tmp_path.iterdir())
+    done = subprocess.run(
+        [sys.executable, "-m", "carom", "engines"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "500"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.strip()}
+    for name in ("bytes", "words"):
+        assert "the entry points of a distribution there can't be read" in lines[str(tmp_path / name)]
+    for name in ("q", "r"):
+        assert "unavailable: an entry point must name an object, as module:object, got" in lines[name]
+    assert "unavailable: the adapter 'u' can't be loaded" in lines["u"]
+    assert "unavailable" not in lines["pit"]

@@ -14,6 +14,7 @@ from carom.errors import InputError
 from carom.limits import MOST_PHASES
 
 if TYPE_CHECKING:
+    from carom.comparator import Grade
     from carom.runs.plan import Plan
     from carom.runs.pool import Pool
     from carom.runs.results import Results
@@ -108,6 +109,7 @@ def run(
     `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`,
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
+    from carom.comparator import Grade
     from carom.folders import claimed
     from carom.report import require_report_extra
     from carom.report.cross_check import PURPOSE
@@ -144,13 +146,16 @@ def run(
             for line in explained(plan):
                 shared.say(line)
             return
-        results = _carried_out(plan, pool, report, resume=resume, retry=retry, verbose=verbose)
-    code = _exit_code(results, set(engine or ()), fail_on)
+        least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
+        results = _carried_out(plan, pool, report, least, resume=resume, retry=retry, verbose=verbose)
+    code = _exit_code(results, set(engine or ()), least)
     if code:
         raise typer.Exit(code)
 
 
-def _carried_out(plan: Plan, pool: Pool, report: Path | None, *, resume: bool, retry: bool, verbose: bool) -> Results:
+def _carried_out(
+    plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
+) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
     from carom.report import write_report
     from carom.report.cross_check import cross_check_document
@@ -170,15 +175,14 @@ def _carried_out(plan: Plan, pool: Pool, report: Path | None, *, resume: bool, r
     ):
         results = execute(plan, pool, journal=journal, progress=progress, command=shared.command_line())
         document = cross_check_document(results)
-        page = write_report(results, report, document)
+        page = write_report(results, report, document, fail_on=fail_on)
         journal.discard()  # the report holds it all
     shared.print_document(document, full=verbose)
     shared.console().print(f"report: {page}", soft_wrap=True)
     return results
 
 
-def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
-    from carom.comparator import Grade
+def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> int:
     from carom.runs.job import Status
     from carom.runs.results import violates
 
@@ -188,6 +192,6 @@ def _exit_code(results: Results, requested: set[str], fail_on: FailOn) -> int:
         return shared.EXIT_UNAVAILABLE
     if all(row.score is None for row in results.rows):  # what was not run does not conform
         return shared.EXIT_UNAVAILABLE
-    if fail_on is not FailOn.NEVER and any(violates(row, Grade[fail_on.name]) for row in results.rows):
+    if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
         return shared.EXIT_VIOLATION
     return 0

@@ -19,6 +19,7 @@ from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, scales_of
+from carom.comparator.sound import require_sound
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, Finding, Verdict, findings
 from carom.display import Shown
@@ -46,7 +47,8 @@ class Score(Shown):
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
             the price of sampling; 0: none of it; above 1: it does worse than looking once a step. NaN where PIT was not
-            given or there is no impact, infinite where sampling costs nothing or a number of the run is not finite.
+            given, there is no impact, or the scene has no unique answer; infinite where sampling costs nothing, a
+            number of the run is not finite, or it ended early with impacts still to come.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
@@ -122,19 +124,24 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
             What lies beyond is held against the trace's own states only. None for the whole run.
 
     Raises:
-        InputError: The traces are of different scenes, one of them tells no spins though discs turn, the horizon is
-            negative, or the reference has a number that is NaN or infinite.
+        InputError: The traces are of different scenes, one of them can't be of its scene (see `sound.require_sound`),
+            `sampling` has another step than the observed trace, the horizon is negative, or the reference has a number
+            that is NaN or infinite.
     """
     scene = reference.scene
-    if observed.scene != scene:
-        message = f"the reference is of scene {scene.name!r}, the observed trace of {observed.scene.name!r}"
-        raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
-    for trace in (reference, observed, *([] if sampling is None else [sampling])):
-        if scene.arrays.turns and (trace.spins is None or trace.final_spin_rad_s is None):
-            raise InputError(
-                f"the trace of {trace.method!r} tells no spins, and discs of scene {scene.name!r} turn: nobody can say "
-                "how right they are; run the scene with a method that declares spin"
-            )
+    for what, trace in {"the observed trace": observed, "sampling": sampling}.items():
+        if trace is not None and trace.scene != scene:
+            message = f"the reference is of scene {scene.name!r}, {what} of {trace.scene.name!r}"
+            raise InputError(f"{message}, or of another version of it: only traces of one scene can be compared")
+    for trace in (reference, observed, sampling):
+        if trace is not None:
+            require_sound(trace)
+    step_s, pit_s = observed.dt_s, sampling.dt_s if sampling else 0.0
+    if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
+        raise InputError(
+            f"the observed trace has a step of {step_s:g} s, sampling one of {pit_s:g} s: a run is held against PIT at "
+            "its own step; run PIT at that"
+        )
     if broken := not_finite(reference):
         raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
     if sampling is not None and not_finite(sampling):
@@ -198,12 +205,14 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
 
 
 def _price_paid(evidence: Evidence) -> float:
-    if evidence.price is None:
+    if evidence.price is None or evidence.convention is not None:
         return math.nan
     if evidence.broken:
         return math.inf
     if not evidence.reach.impacts:
         return math.nan
+    if evidence.ended_otherwise and evidence.measured.alignment.undecided:
+        return math.inf
     paid = paid_of(evidence.reference, evidence.measured, evidence.scales, evidence.reach.impacts)
     ratios = []
     for errors, costs in zip(paid, (evidence.price.velocity, evidence.price.spin), strict=True):

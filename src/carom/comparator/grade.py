@@ -71,11 +71,8 @@ def equals_pit(evidence: Evidence) -> bool:
 
 
 def _is_wrong(evidence: Evidence) -> bool:
-    reference, observed, alignment = evidence.reference, evidence.observed, evidence.measured.alignment
-    # A reference is whole up to where a disc comes to rest, and nobody else must end there.
-    asked = Outcome.COMPLETED if reference.outcome is Outcome.AT_REST else reference.outcome
-    ended = observed.outcome is not asked or (asked is Outcome.COMPLETED and evidence.cut_short)
-    return bool(alignment.missed or alignment.spurious or evidence.order.inverted or ended)
+    alignment = evidence.measured.alignment
+    return bool(alignment.missed or alignment.spurious or evidence.order.inverted or evidence.ended_otherwise)
 
 
 def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) -> bool:

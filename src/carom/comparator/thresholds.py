@@ -40,6 +40,11 @@ class Thresholds:
         """Return what counts as rounding in floats of a width."""
         return self.rounding if float_bits >= 64 else self.rounding_32
 
+    def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
+        """Return the same of a time, seconds; in a run of many steps, `dt_s` above 0, no more than is called close."""
+        rounding_s = self.rounding_of(float_bits) * duration_s
+        return min(rounding_s, self.close * dt_s) if dt_s else rounding_s
+
     def place_rounding_of(self, float_bits: int, steps: float) -> float:
         """Return the same of a position, over the scene's reach: each step rounds it once more, to half a unit."""
         return self.rounding_of(float_bits) + 0.5 * steps * 2.0 ** -MANTISSA_BITS[float_bits]

@@ -110,15 +110,20 @@ class Evidence:
         return not completed or self.observed.end_time_s < self.scales.time_s * (1.0 - THRESHOLDS.rounding)
 
     @property
+    def ended_otherwise(self) -> bool:
+        """Whether the run ended otherwise than the reference; where discs come to rest nobody else must end."""
+        asked = Outcome.COMPLETED if self.reference.outcome is Outcome.AT_REST else self.reference.outcome
+        return self.observed.outcome is not asked or (asked is Outcome.COMPLETED and self.cut_short)
+
+    @property
     def rounding(self) -> float:
         """What counts as rounding in the floats that the method declares."""
         return THRESHOLDS.rounding_of(self.observed.float_bits)
 
     @property
     def rounding_s(self) -> float:
-        """The same of a time, seconds; in a run of many steps no more than is called close."""
-        rounding_s = self.rounding * self.scales.time_s
-        return min(rounding_s, THRESHOLDS.close * self.observed.dt_s) if self.observed.dt_s else rounding_s
+        """The same of a time, seconds."""
+        return THRESHOLDS.time_rounding_of(self.observed.float_bits, self.scales.time_s, self.observed.dt_s)
 
     @property
     def place_rounding(self) -> float:

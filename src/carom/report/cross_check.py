@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.folders import write_files
 from carom.report import tables, wording
@@ -59,7 +60,13 @@ def cross_check_document(results: Results) -> Document:
     )
 
 
-def write_report(results: Results, folder: Path, document: Document | None = None) -> Path:
+def write_report(
+    results: Results,
+    folder: Path,
+    document: Document | None = None,
+    *,
+    fail_on: Grade | None = Grade.INACCURATE,
+) -> Path:
     """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, in place of older ones.
 
     Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
@@ -68,6 +75,7 @@ def write_report(results: Results, folder: Path, document: Document | None = Non
         results: What is reported.
         folder: Where to; it is made where it does not exist.
         document: Its document, where that was made already.
+        fail_on: The best grade that fails a case of `junit.xml`; None for none.
 
     Returns:
         The page.
@@ -81,7 +89,7 @@ def write_report(results: Results, folder: Path, document: Document | None = Non
         "index.html": html(document),
         "report.md": markdown(document),
         "results.jsonl": records(results),
-        "junit.xml": junit(results),
+        "junit.xml": junit(results, fail_on),
     }
     return write_files(Path(folder), PURPOSE, contents)
 

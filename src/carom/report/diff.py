@@ -23,7 +23,8 @@ __all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
 #: What no error tells the size of: it is there or not.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
-    *(Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM),
+    *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
+    *(Verdict.SLID, Verdict.STUCK),
 )
 
 
@@ -252,8 +253,9 @@ def _numbers(row: Mapping[str, Any], scales: Mapping[str, float], found: Mapping
     for verdict in _FLAGS:
         yield _Number(verdict.value, verdict.name.lower() in found, rounding)
     limits = {  # the errors that decide a grade, and the direction, which shows in a picture
-        "time_s": (min(rounding * time_s, THRESHOLDS.close * dt_s), " s"),
+        "time_s": (THRESHOLDS.time_rounding_of(bits, time_s, dt_s), " s"),
         "velocity": (rounding, ""),
+        "spin": (rounding, ""),
         "direction_rad": (THRESHOLDS.direction_rad, "°"),
         "energy": (min(rounding, THRESHOLDS.energy), ""),
         "final_position": (
@@ -261,9 +263,10 @@ def _numbers(row: Mapping[str, Any], scales: Mapping[str, float], found: Mapping
             "",
         ),
         "final_velocity": (rounding, ""),
+        "final_spin": (rounding, ""),
     }
     for name, (limit, unit) in limits.items():
-        error, shown = row["total"][name], math.degrees if unit == "°" else float
+        error, shown = row["total"].get(name), math.degrees if unit == "°" else float  # 0.1 told no spins
         yield _Number(_NAMES[name], None if error is None else shown(error), shown(limit), unit)
 
 

@@ -28,6 +28,7 @@ __all__ = [
     "build_grid",
     "mark_named",
     "mark_of",
+    "mark_of_grade",
     "reasons_of",
 ]
 
@@ -68,6 +69,11 @@ class Mark(Enum):
         return self.word.partition(",")[0].replace(" ", "-")
 
     @property
+    def sentence(self) -> str:
+        """Its word and what that means."""
+        return f"{self.word}: {self.meaning}"
+
+    @property
     def ran(self) -> bool:
         """Whether the engine gave an answer that was held against the reference."""
         return self in _OF_GRADE.values() or self in _OF_WIDTH.values()
@@ -102,10 +108,13 @@ def mark_named(status: str, grade: str | None, float_bits: int | None) -> Mark:
 def _mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
     if status is not Status.RAN:
         return _OF_STATUS[status]
-    if grade is None:
-        return Mark.UNSCORED
+    return Mark.UNSCORED if grade is None else mark_of_grade(grade, float_bits or 64)
+
+
+def mark_of_grade(grade: Grade, float_bits: int) -> Mark:
+    """Return the mark of a grade: what is exact says to the rounding of which floats."""
     mark = _OF_GRADE[grade]
-    return _OF_WIDTH.get(float_bits or 64, mark) if mark is Mark.EXACT else mark
+    return _OF_WIDTH.get(float_bits, mark) if mark is Mark.EXACT else mark
 
 
 def reasons_of(row: Row | None) -> tuple[str, ...]:
@@ -271,11 +280,14 @@ def _figure(row: Row | None) -> tuple[str, str]:
         parts += [f"{invented} invented"] if invented else []
         return ", ".join(parts), wording.lost(missed, invented)
     if not score.errors:
+        if score.undecided:
+            return f"{len(score.undecided)} of {score.expected} undecided", ""
         return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
     time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
     velocity, spin = score.total.velocity, score.total.spin
-    if velocity <= rounding and not spin > rounding and abs(time_s) > rounding * score.scales.time_s:
+    rounding_s = THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s)
+    if velocity <= rounding and not spin > rounding and abs(time_s) > rounding_s:
         away = wording.steps(abs(time_s), row.job.dt_s)
         return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
     symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # where nothing turns, spin is NaN

@@ -14,7 +14,7 @@ from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.report import wording
 from carom.report.files import require_report_extra
-from carom.report.grid import Mark, mark_of
+from carom.report.grid import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace
 from carom.report.svg import INK, SERIES, SURFACE, drawing, new_figure, render
 from carom.runs.execute import MOST_DISCS_DRAWN
@@ -138,7 +138,7 @@ def _picture(thing: object) -> str:
 
 def _score_rows(score: Score) -> Iterator[str]:
     rows = {
-        "grade": score.grade.value,
+        "grade": mark_of_grade(score.grade, score.float_bits).sentence,
         "impacts expected": str(score.expected),
         "missed": str(len(score.missed)),
         "invented": str(len(score.spurious)),

@@ -43,10 +43,11 @@ HEAT_NOTE = (
     "shows all grades."
 )
 METHOD_NOTE = (
-    "Missed and invented impacts are counted over all scenes. The error is the largest velocity error over PIT's at "
-    "worst over the phases of the same step, median over scenes: 1 pays the price of looking once a step, 0 none of it."
+    "Missed and invented impacts are counted over all scenes. The error is the largest velocity or spin error over "
+    "PIT's at worst over the phases of the same step, median over scenes that have a unique answer: 1 pays the price "
+    "of looking once a step, 0 none of it."
 )
-METHOD_SHORT = "impacts: - missed, + invented; error: of velocity, {median}by PIT's at worst"
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}by PIT's at worst"
 
 
 def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:

@@ -31,15 +31,16 @@ PRICE_CAPTION = (
 )
 
 PRICE_NOTE = (
-    "All errors of this table are of velocities, none is of a time. A method that looks once a step is late by up to a "
-    "step whatever else it does. What it pays is its largest velocity error over PIT's at worst over the phases of the "
-    "same step: 1 pays the price of sampling, 0 none of it, and above 1 does worse than looking once a step; an impact "
-    "that is missed is off by all that it changes. Of its own is the velocity error, over the scene's greatest speed, "
-    "that sampling does not explain: against PIT, or against PIC where that is less; beyond a horizon it is told "
-    "impact by impact, from the engine's own state before. Medians over scenes, with least and greatest."
+    "No error of this table is of a time. A method that looks once a step is late by up to a step whatever else it "
+    "does. What it pays is its largest velocity error over PIT's at worst over the phases of the same step, or, where "
+    "that is more, its largest spin error over PIT's: 1 pays the price of sampling, 0 none of it, and above 1 does "
+    "worse than looking once a step; an impact that is missed is off by all that it changes. Of its own is the "
+    "velocity error, over the scene's greatest speed, that sampling does not explain: against PIT, or against PIC "
+    "where that is less; beyond a horizon it is told impact by impact, from the engine's own state before. Medians "
+    "over scenes, with least and greatest; scenes without a unique answer are left out."
 )
 PRICE_SHORT = (
-    "Price paid: largest velocity error over PIT's at worst over the phases of the same step (1: all of it, 0: none)"
+    "Price paid: largest velocity or spin error over PIT's at worst over the phases of the same step (1: all, 0: none)"
 )
 
 
@@ -72,7 +73,7 @@ class EnginePrice:
 
     @property
     def worse(self) -> list[Score]:
-        """Those in which it pays more than PIT at worst, by more than rounding."""
+        """Those in which it pays more than PIT at worst, and is not PIT to rounding."""
         return [score for score in self.scores.values() if score.price_paid > 1 and not score.equals_pit]
 
     @property
@@ -203,7 +204,7 @@ def _equal(price: EnginePrice) -> Cell:
 
 _COLUMNS = (
     Column("engine", lambda price: price.column.name),
-    Column("price paid in velocity, median", _over(lambda price: price.paid)),
+    Column("price paid, median", _over(lambda price: price.paid)),
     Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
     Column("worse than PIT", lambda price: _of(len(price.worse), price)),
     Column("equals PIT", _equal),

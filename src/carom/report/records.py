@@ -14,17 +14,16 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from carom.comparator import Score, Verdict
+from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.report import wording
 from carom.report.files import FORMATS, plain
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
 from carom.runs.job import Method
-from carom.runs.results import Results, Row
+from carom.runs.results import Results, Row, violates
 
 __all__ = ["junit", "read_records", "records"]
 
-_FAILURES = {Mark.INACCURATE, Mark.WRONG}
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
 #: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
@@ -161,23 +160,34 @@ def _outcome(score: Score) -> dict[str, object] | None:
     }
 
 
-def junit(results: Results) -> str:
-    """Return one test case a cell, a suite for each engine and profile."""
+def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:
+    """Return one test case a cell, a suite for each engine and profile.
+
+    A case fails where its grade is `fail_on` or worse; None: no grade fails.
+    """
     suites: dict[Method, list[Row]] = {}
     for row in results.rows:
         suites.setdefault(row.job.method, []).append(row)
-    root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows)})
+    root = ET.Element("testsuites", {"name": "carom", **_counts(results.rows, fail_on)})
     for method, rows in suites.items():
         name = _clean(f"{method.engine} {method.profile_shown}")
-        fields = {"name": name, "timestamp": results.environment.date, **_counts(rows)}
+        fields = {"name": name, "timestamp": results.environment.date, **_counts(rows, fail_on)}
         suite = ET.SubElement(root, "testsuite", fields)
         for row in rows:
-            _case(suite, row)
+            _case(suite, row, fail_on)
     ET.indent(root)
     return ET.tostring(root, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _case(suite: ET.Element, row: Row) -> None:
+def _kind(row: Row, fail_on: Grade | None) -> str:
+    """Return what JUnit calls what came of a row; empty where it passes."""
+    if fail_on is not None and violates(row, fail_on):
+        return "failure"
+    mark = mark_of(row)
+    return "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
+
+
+def _case(suite: ET.Element, row: Row, fail_on: Grade | None) -> None:
     mark, reasons = mark_of(row), reasons_of(row)
     case = ET.SubElement(
         suite,
@@ -186,21 +196,20 @@ def _case(suite: ET.Element, row: Row) -> None:
         name=_clean(f"{row.job.scene.name} at {wording.step(row.job.dt_s)}"),
         time=f"{_seconds(row):.6f}",
     )
-    kind = "failure" if mark in _FAILURES else "error" if mark in BROKEN else "skipped" if mark in _SKIPPED else ""
-    if kind:
+    if kind := _kind(row, fail_on):
         found = ET.SubElement(case, kind, message=_clean(f"{mark.word}: {reasons[0]}"))
         if kind != "skipped":
             found.set("type", mark.word)
             found.text = _clean("\n".join(reasons))
 
 
-def _counts(rows: Sequence[Row]) -> dict[str, str]:
-    marks = [mark_of(row) for row in rows]
+def _counts(rows: Sequence[Row], fail_on: Grade | None) -> dict[str, str]:
+    kinds = [_kind(row, fail_on) for row in rows]
     return {
         "tests": str(len(rows)),
-        "failures": str(sum(mark in _FAILURES for mark in marks)),
-        "errors": str(sum(mark in BROKEN for mark in marks)),
-        "skipped": str(sum(mark in _SKIPPED for mark in marks)),
+        "failures": str(kinds.count("failure")),
+        "errors": str(kinds.count("error")),
+        "skipped": str(kinds.count("skipped")),
         "time": f"{sum(map(_seconds, rows)):.6f}",
     }
 

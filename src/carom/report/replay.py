@@ -163,7 +163,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
                 "turned": _or_none(true_s + error.effective_time_s),
                 "velocity": _or_none(error.velocity),
                 "spin": _or_none(error.spin),
-                "flag": _flag(error.time_s, score),
+                "flag": _flag(error.time_s, trace.dt_s, score),
                 "became": _became(error.time_s, trace.dt_s, score),
                 "cause": _cause(error, score),
             }
@@ -198,21 +198,21 @@ def _lost(k: int, score: Score) -> Json:
     if k >= score.expected:
         return {"flag": "beyond", "became": "beyond the horizon", "cause": ""}
     if k in score.undecided:
-        return {"flag": "undecided", "became": "too close to the end to be found", "cause": ""}
+        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
     if score.pit_missed is None:
         return {"flag": "missed", "became": "missed", "cause": ""}
     cause = "looking once a step" if k in score.pit_missed else "the method's own: PIT finds it"
     return {"flag": "missed", "became": "missed", "cause": cause}
 
 
-def _flag(time_s: float, score: Score) -> str:
-    if abs(time_s) <= THRESHOLDS.rounding_of(score.float_bits) * score.scales.time_s:
+def _flag(time_s: float, dt_s: float, score: Score) -> str:
+    if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "found"
     return "late" if time_s > 0 else "early"
 
 
 def _became(time_s: float, dt_s: float, score: Score) -> str:
-    flag = _flag(time_s, score)
+    flag = _flag(time_s, dt_s, score)
     if flag == "found":
         return "found"
     return f"{wording.steps(abs(time_s), dt_s) if dt_s else wording.seconds(abs(time_s))} {flag}"

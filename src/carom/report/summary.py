@@ -9,6 +9,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from carom.report import wording
+from carom.report.grid import mark_of, mark_of_grade
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.certified.result import proven_decimal
 from carom.trace import Trace, pair_name
@@ -114,7 +115,7 @@ def _of_score(score: Score) -> list[str]:
     beyond = f", {score.beyond_horizon} beyond the horizon" if score.beyond_horizon else ""
     spin = "" if math.isnan(total.spin) else f", spin {_n(total.spin)}"
     heading = (
-        f"Score: {score.grade.value.partition(':')[0]}",
+        f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
         f"  {found}{undecided}{beyond}",
         f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final place"
         f" {_n(total.final_position)}, energy {_n(total.energy)}",
@@ -128,8 +129,7 @@ def _of_score(score: Score) -> list[str]:
 def _of_results(results: Results) -> list[str]:
     tally: dict[str, Counter[str]] = {}
     for row in results.rows:
-        became = row.grade.name.lower() if row.grade else row.status.name.lower().replace("_", " ")
-        tally.setdefault(row.job.method.name, Counter())[became] += 1
+        tally.setdefault(row.job.method.name, Counter())[mark_of(row).word] += 1
     scenes = len({row.job.scene.name for row in results.rows})
     heading = (
         f"Results: {wording.count(len(results.rows), 'run')} of {wording.count(scenes, 'scene')} by"

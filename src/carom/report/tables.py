@@ -357,7 +357,7 @@ def _impact_tables(results: Results) -> Iterator[Table]:
             _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
             title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = {job.dt_s:.6g} s: "
-            f"{score.grade.value}",
+            f"{mark_of(row).sentence}",
             note="\n".join((*reasons_of(row), *more)),
             only=DETAIL,
         )

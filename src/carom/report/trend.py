@@ -33,7 +33,7 @@ class TrendPoint:
         low: Least of these errors.
         high: Greatest of them.
         scenes: How many scenes are in it.
-        wrong: How many of all graded scenes miss or invent an impact.
+        wrong: How many of all graded scenes are wrong.
         graded: How many scenes were graded.
     """
 
@@ -157,8 +157,8 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
                 "Velocity error. Shaded: from the least to the greatest scene, for PIT.",
             ),
             Figure(
-                partial(_wrong_chart, trend, "Scenes with a missed or invented impact, against the step"),
-                "Scenes graded wrong.",
+                partial(_wrong_chart, trend, "Scenes graded wrong, against the step"),
+                "Wrong: an impact missed, invented or out of order, a run that ends early or is not finite.",
             ),
         )
     )
@@ -175,7 +175,7 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
         folded="The numbers of these charts",
         only=ON_PAPER,
     )
-    wrong = "Scenes with a missed or invented impact are counted among all graded ones."
+    wrong = "Scenes that are wrong are counted among all graded ones."
     said = (
         f"Velocity errors are medians over the same {wording.count(len(trend.scenes), 'scene')} at every step. {wrong}"
         if trend.scenes
@@ -255,7 +255,7 @@ def _wrong_chart(trend: Trend, label: str) -> str:
         for series in trend.series:
             _line(axes, trend, series, [float(p.wrong) if p.graded else math.nan for p in series.points])
         axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set_ylabel("scenes with an impact missed or invented")
+        axes.set_ylabel("scenes graded wrong")
         _x_axis(axes, trend)
         return render(figure, label)
 

@@ -15,6 +15,7 @@ from carom.folders import write_files
 from carom.registry import asked_as
 from carom.report import wording
 from carom.report.document import Cell, Code, Column, Document, Lines, Section, Table, Text
+from carom.report.grid import mark_of_grade
 from carom.report.made import making
 from carom.report.render import markdown
 from carom.runs.job import Method
@@ -26,8 +27,8 @@ from carom.tune.search import Found
 __all__ = ["set_words", "tune_document", "write_tune"]
 
 ERROR_NOTE = (
-    "Error: the largest velocity error over PIT's at worst over the phases of the same step: 1 is what looking once a "
-    "step costs, 0 is rounding."
+    "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what looking "
+    "once a step costs, 0 is rounding."
 )
 #: What the profile to paste is called.
 FOUND = "found"
@@ -102,7 +103,7 @@ def _lead(found: Tuning) -> Iterator[str]:
 
 
 def _tally(found: Found) -> str:
-    grades = Counter("not run" if one.grade is None else one.grade.name.lower() for one in found.judged)
+    grades = Counter(map(_word, found.judged))
     return ", ".join(f"{count} {name}" for name, count in grades.most_common())
 
 
@@ -111,10 +112,14 @@ def _steps(found: Tuning) -> str:
     return "its own frame rate" if dt_s is None else wording.step(dt_s)
 
 
+def _word(judged: Judged) -> str:
+    return "not run" if judged.grade is None else mark_of_grade(judged.grade, judged.float_bits).word
+
+
 def _graded(judged: Judged) -> Cell:
     if judged.grade is None:
-        return Cell("not run", judged.reason)
-    return Cell(f"{judged.grade.name.lower()} {wording.lost(judged.missed, judged.spurious)}".rstrip())
+        return Cell(_word(judged), judged.reason)
+    return Cell(f"{_word(judged)} {wording.lost(judged.missed, judged.spurious)}".rstrip())
 
 
 def _error(judged: Judged) -> str:

@@ -29,8 +29,11 @@ Kind = TypeVar("Kind")
 #: Where an author reads what a field may be, and what may be declared.
 FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
-#: A warning, a name or a setting is read by people.
+#: A warning, a name or a setting is read by people; so are settings and counts, one by one.
 MOST_CHARACTERS = 2000
+MOST_ENTRIES = 1000
+#: Whole numbers are as large as a machine's; Python can't even print much larger ones.
+MOST_WHOLE = 2**64
 
 
 def slip(message: str, section: str = FIELDS) -> AdapterError:
@@ -62,19 +65,28 @@ def plain_settings(settings: object, of: str) -> dict[str, Setting]:
     Raises:
         AdapterError: They are no mapping, or a name or value is something else.
     """
-    if not isinstance(settings, Mapping):
-        raise slip(f"settings {of} must be a mapping, got {_shown(settings)}")
     return {
-        plain_text(name, f"a name among the settings {of}"): _plain(name, value, of) for name, value in settings.items()
+        plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
+        for name, value in _entries(settings, f"settings {of}")
     }
+
+
+def _entries(found: object, what: str) -> Iterable[tuple[object, object]]:
+    if not isinstance(found, Mapping):
+        raise slip(f"{what} must be a mapping, got {_shown(found)}")
+    if len(found) > MOST_ENTRIES:
+        raise slip(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+    return found.items()
 
 
 def _plain(name: object, value: object, of: str) -> Setting:
     if isinstance(value, np.generic):
         value = value.item()
-    for kind in (bool, int, float):
+    for kind in (bool, float):
         if isinstance(value, kind):
             return kind(value)
+    if isinstance(value, int):
+        return _whole(value, f"setting {name!r} {of}")
     if isinstance(value, str):
         return plain_text(value, f"setting {name!r} {of}")
     raise slip(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
@@ -86,10 +98,9 @@ def plain_counts(counts: object) -> dict[str, int]:
     Raises:
         AdapterError: They are no mapping of texts to whole numbers.
     """
-    if not isinstance(counts, Mapping):
-        raise slip(f"counts of a world must be a mapping, got {_shown(counts)}")
     return {
-        plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}") for name, count in counts.items()
+        plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}", least=0)
+        for name, count in _entries(counts, "counts of a world")
     }
 
 
@@ -114,7 +125,7 @@ def sound_adapter(adapter: Adapter) -> Declared:
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
         raise slip(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
-    for name, profile in profiles.items():
+    for name, profile in _entries(profiles, "profiles"):
         where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
             raise slip(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
@@ -129,10 +140,9 @@ def sound_adapter(adapter: Adapter) -> Declared:
 def _knobs(adapter: Adapter) -> Mapping[str, Knob]:
     """Return the knobs that an adapter may declare."""
     found: object = getattr(adapter, "knobs", {})
-    if not isinstance(found, Mapping):
-        raise slip(f"knobs must be a mapping from names of settings to Knob(...), got {_shown(found)}", DECLARED)
     return {
-        plain_text(name, "the name of a knob"): _held(knob, Knob, f"knobs[{name!r}]") for name, knob in found.items()
+        plain_text(name, "the name of a knob"): _held(knob, Knob, f"knobs[{name!r}]")
+        for name, knob in _entries(found, "knobs")
     }
 
 
@@ -296,11 +306,15 @@ def _numbers(found: object, what: str, count: int) -> list[float]:
     return numbers
 
 
-def _whole(value: object, what: str) -> int:
+def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     try:
-        return operator.index(value)  # type: ignore[arg-type] # what is none raises
+        number = operator.index(value)  # type: ignore[arg-type] # what is none raises
     except TypeError:
         raise slip(f"{what} must be a whole number, got {_shown(value)}") from None
+    if not least <= number <= MOST_WHOLE:
+        limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
+        raise slip(f"{what} must be {limits}, got {_shown(number)}")
+    return number
 
 
 def _shown(value: object) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.comparator.shift import shifted_references
 from carom.registry import EngineInfo
+from carom.runs.engines import to_run
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job
 from carom.runs.phases import phase_values
@@ -27,7 +28,7 @@ MOST_FRAMES = 1_000_000
 
 def explain(plan: Plan) -> Iterator[str]:
     """Return the plan of a cross-check, line by line: the very jobs that a cross-check would run."""
-    options = plan.options
+    options, run = plan.options, to_run(plan.engines, plan.options.engines)
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
@@ -45,11 +46,12 @@ def explain(plan: Plan) -> Iterator[str]:
             kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
             why = "a shift that changes which impacts happen is left out"
             yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
-        for info in plan.engines:
+        for info in run:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
                 shown = planned[0].method.profile_shown if planned else profile
                 yield f"  {info.name} {shown}: {_fate(planned, plan, info, profile, len(steps))}"
+    yield from (f"{info.name} is not run: {info.unavailable}" for info in plan.engines if info not in run)
 
 
 def _bodies(scene: Scene) -> str:
@@ -62,15 +64,16 @@ def _needs(scene: Scene) -> str:
 
 
 def _pic(scene: Scene, trace: Trace) -> str:
-    found = f"{len(trace.impacts)} impacts in {trace.counts.get('predictions', 0)} predictions"
+    count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
+    found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
     walls = "" if scene.walls else ", no wall is asked about"
     if scene.gravity_m_s2 != (0.0, 0.0):
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
-    if len(scene.discs) == 2 and not scene.walls and not scene.arrays.turns:
-        return f"two discs, so the closed form, without queue or cells: {found}"
-    if trace.counts.get("compiled"):
-        return f"many discs, so the compiled kernel with cells{walls}: {found}"
-    return f"event-driven in plain Python, as loading the compiler would take longer than the run{walls}: {found}"
+    if "crossings" in trace.counts:  # which form ran is told by what it counts
+        return f"event-driven, in the compiled kernel with cells{walls}: {found}"
+    if "epochs" in trace.counts:
+        return f"event-driven over all pairs, in plain Python{walls}: {found}"
+    return f"two discs, so the closed form, without queue or cells: {found}"
 
 
 def _pit(scene: Scene, dt_s: float) -> str:

@@ -7,7 +7,8 @@ the keeper kills what is left and ends as the worker did.
 
 On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,
 too, and a worker whose keeper was killed is killed. Elsewhere what has left the worker's process group is not found.
-What is never covered: a program that leaves its session again and again faster than it is looked for.
+What is never covered: a program that leaves its session again and again faster than it is looked for, and one that left
+it before the worker killed the keeper.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ def main() -> None:
     """Keep a worker."""
     keeper, memory_bytes = os.getpid(), int(sys.argv[1])
     _on_linux(PR_SET_CHILD_SUBREAPER, 1)
+    _on_linux(PR_SET_PDEATHSIG, signal.SIGCONT)  # else one that its worker has stopped would never see it
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake, warn_on_full_buffer=False)

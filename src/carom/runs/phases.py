@@ -34,7 +34,7 @@ class PhaseSpread:
         time_median_s: Median over phases of the magnitude of the largest time error, seconds.
         time_worst_s: The largest.
         pit_miss_probability: In what share of all phases PIT misses the impact, by closed form; NaN where the scene is
-            not of two discs that meet.
+            not of two discs that meet on straight paths.
     """
 
     phases: int
@@ -62,11 +62,14 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     """Return in what share of all phases PIT misses the impact of two discs at a step: NaN where none is to be missed.
 
     PIT sees them overlap and approach for half the chord, ``sqrt(R^2 - b^2)`` at the relative speed; a frame falls into
-    that for certain where it lasts a step, and with the probability of its length in steps where it does not.
+    that for certain where it lasts a step, and with the probability of its length in steps where it does not. That is
+    so of straight paths, relative to each other, that meet within the run.
     """
     if len(scene.discs) != 2 or scene.walls:
         return math.nan
     one, two = scene.discs
+    if any(scene.gravity_m_s2) and one.immovable is not two.immovable:
+        return math.nan  # the one falls onto the other: no straight path
     d = np.subtract(two.position_m, one.position_m)
     u = np.subtract(two.velocity_m_s, one.velocity_m_s)
     speed = math.hypot(*u)
@@ -77,6 +80,8 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     if offset >= reach:
         return math.nan
     half_chord = math.sqrt((reach - offset) * (reach + offset))
+    if -float(d @ u) / speed - half_chord > speed * scene.duration_s:
+        return math.nan  # they meet after the run
     return max(0.0, 1.0 - half_chord / (speed * dt_s))
 
 

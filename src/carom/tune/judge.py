@@ -59,7 +59,9 @@ class JudgeTask(JobTask):
             raise UnsupportedError(reference)
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
-        judged = Judged(score.grade, score.price_paid, len(score.missed), len(score.spurious))
+        judged = Judged(
+            score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits
+        )
         if not self.timed:
             return judged
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)

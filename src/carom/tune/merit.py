@@ -31,11 +31,12 @@ class Judged:
 
     Attributes:
         grade: Its grade; None where it was not run.
-        price: Its velocity error over PIT's at worst, see `carom.comparator.Score.price_paid`; NaN where there is none.
+        price: Its error over PIT's at worst, see `carom.comparator.Score.price_paid`; NaN where there is none.
         missed: How many impacts are missed.
         spurious: How many are invented.
         reason: Why it was not run.
         seconds: Seconds of all steps, NaN where they were not timed.
+        float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
     """
 
     grade: Grade | None
@@ -44,6 +45,7 @@ class Judged:
     spurious: int = 0
     reason: str = ""
     seconds: float = math.nan
+    float_bits: int = 64
 
     @property
     def wrong(self) -> bool:

@@ -11,7 +11,7 @@ import pytest
 from tests.planted.faults import DT, ROW, delayed, faithful, faster, replayed, tunnelling
 from tests.stage import disc_at, staged
 
-from carom import Disc, Score, Trace, compare, solve_pic, solve_pit
+from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scenes import catalogue
@@ -134,6 +134,16 @@ def test_what_is_no_number_pays_more_than_any_price(value: float) -> None:
         assert (scored(broken).price_paid, scored(broken).grade) == (math.inf, Grade.WRONG)
 
 
+@pytest.mark.parametrize("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])
+def test_a_run_that_ends_before_an_impact_pays_more_than_any_price(outcome: Outcome) -> None:
+    """What never came to an impact has not paid nothing for it, however it says that it ended."""
+    whole = faithful(REFERENCE)
+    none = {name: getattr(whole, name)[:0] for name in ("impacts", "effective_time_s", "state_before")}
+    start = np.array([disc.position_m for disc in OBLIQUE.discs])
+    score = scored(dataclasses.replace(whole, **none, final_position_m=start, end_time_s=0.0, outcome=outcome))
+    assert (score.price_paid, score.grade) == (math.inf, Grade.WRONG)
+
+
 def test_without_an_impact_or_without_pit_there_is_no_price() -> None:
     """NaN is the answer where there is nothing to pay for, or nothing to compare with."""
     apart = OBLIQUE.model_copy(update={"discs": (OBLIQUE.discs[0], Disc(position_m=(3, 3), radius_m=0.5))})
@@ -185,7 +195,8 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
     """In a run that is off in everything, the numbers of the largest errors are all different, and nowhere else."""
     reference = solve_pic(catalogue()["classics/inelastic-oblique"].scene)
     pit = solve_pit(reference.scene, frame_rate_hz=50)
-    score = compare(reference, solve_pit(reference.scene, frame_rate_hz=17), sampling=pit)
+    coarse = dataclasses.replace(solve_pit(reference.scene, frame_rate_hz=17), dt_s=pit.dt_s)
+    score = compare(reference, coarse, sampling=pit)
     plain = [getattr(score, field.name) for field in dataclasses.fields(score)]
     numbers = [value for value in plain if isinstance(value, float) and math.isfinite(value)]
     for errors in (score.total, score.sampling, score.against_pit):

@@ -92,7 +92,7 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path) -> None:
     hangs = f"if do == 'step': import os, time; open({str(pid)!r}, 'w').write(str(os.getpid())); time.sleep(3600)"
     name = engine_named(str(manifest_of(tmp_path, hangs)))
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
-    with Lane(10.0) as lane:
+    with Lane(20.0) as lane:  # by when the program has been started, on a machine that is busy
         answer = lane.ask(Observe(Job(scene, Method(name, "tuned"), 0.5)))
     assert answer.status is Status.TIMED_OUT
     with pytest.raises(ProcessLookupError):

@@ -21,12 +21,14 @@ from carom.comparator import Grade, compare
 from carom.errors import InputError
 from carom.report.diff import Diff, Kind, diff
 from carom.report.diff_document import MOST_ROWS, diff_document
+from carom.report.grid import Mark
 from carom.report.records import records
 from carom.report.records_schema import records_schema
 from carom.report.render import html, markdown
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Results, Row
+from carom.scenes import find_scenes
 from carom.trace import Trace
 
 Engines = dict[str, Trace | Status]
@@ -108,6 +110,27 @@ def test_the_same_regression_is_found_between_runs_that_had_errors_before(write:
     assert "velocity error 0.02 → 0.021" in [str(measure) for measure in change.measures]
     assert change.violates(Grade[change.new.name])
     assert not change.violates(Grade.WRONG)
+
+
+def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two runs that turn a disc wrongly, inaccurate both, the one that does so by more is the worse one."""
+    scene = find_scenes(["spin/slide"])[0].scene
+    right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
+
+    def turned(by: float) -> Trace:
+        assert right.spins is not None
+        assert right.final_spin_rad_s is not None
+        spins = right.spins.copy()
+        spins["first_after"][-1] += by
+        return replace(right, spins=spins, final_spin_rad_s=right.final_spin_rad_s + by, dt_s=DT)
+
+    monkeypatch.setattr(f"{__name__}.REFERENCE", right)
+    monkeypatch.setattr(f"{__name__}.PIT", pit)
+    monkeypatch.setattr(f"{__name__}.ROW", scene)
+    change = only(diff(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
+    assert (change.kind, change.old, change.new) == (Kind.WORSE, Mark.INACCURATE, Mark.INACCURATE)
+    assert {"spin error", "final spin"} <= {measure.name for measure in change.measures}
+    assert diff(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
 
 
 def test_better_is_not_worse(write: Write) -> None:

@@ -20,17 +20,18 @@ import pytest
 from rich.console import Console
 
 import carom
+from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.folders import MARKER
 from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
-from carom.report.records import read_records
+from carom.report.records import junit, read_records
 from carom.report.render import html as html_of
 from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
 from carom.runs.job import Status
-from carom.runs.results import Results
+from carom.runs.results import Results, violates
 from carom.scenes import find_scenes
 from carom.text import visible
 
@@ -251,6 +252,16 @@ def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> N
         row.status in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED} for row in results.rows
     )
     assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
+
+
+@pytest.mark.parametrize("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
+def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade | None) -> None:
+    """A case fails where the row violates the line that was asked for, and for no other grade."""
+    cases = ET.fromstring(junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
+    failed = sorted(f"{case.get('classname')} {case.get('name')}" for case in cases if case.find("failure") is not None)
+    rows = [row for row in results.rows if fail_on is not None and violates(row, fail_on)]
+    assert len(failed) == len(rows)
+    assert bool(failed) is (fail_on is not None)
 
 
 def test_markdown_tables_are_well_formed(folder: Path) -> None:

@@ -5,23 +5,30 @@ from __future__ import annotations
 import io
 import json
 import re
+import statistics
 from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
 from rich.console import Console
 
+from carom import cross_check
 from carom.comparator import Errors, compare
 from carom.report import price
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.grid import build_grid
+from carom.report.overview import overview
 from carom.report.price import price_chart, price_section, prices
 from carom.report.records import records
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import cell_sections, spread_section
+from carom.report.wording import number
+from carom.runs.job import Method
 from carom.runs.phases import PhaseSpread
+from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
+from carom.scenes import find_scenes
 from carom.trace import Trace
 
 
@@ -85,7 +92,7 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
     assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
     for text in in_every_medium(price_of(results)):
-        assert "price paid in velocity, median" in text
+        assert "price paid, median" in text
         assert "velocity error of its own, median" in text
 
 
@@ -101,7 +108,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
         else:
             rows.append(row)
     said = of_toy(replace(results, rows=tuple(rows)))
-    heads = ("price paid in velocity, median", "velocity error of its own, median")
+    heads = ("price paid, median", "velocity error of its own, median")
     paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
     assert own < 2e-9
@@ -185,3 +192,22 @@ def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     text = markdown(cross_check_document(short))
     assert "0 of 1 impacts" in text
     assert "a horizon is an estimate" in text
+
+
+def test_the_price_is_one_number_wherever_it_stands() -> None:
+    """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
+    scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
+    found = cross_check(scenes, ["pic", "pit"], profiles=["tuned"], timing=False, pool=InProcess())
+    toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
+    rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
+    of_all = replace(found, rows=rows)
+    grid = build_grid(of_all)
+    tables = [block for block in next(iter(overview(of_all, grid, prices(grid)))).blocks if isinstance(block, Table)]
+    heads, lines = tables[-1].shown(Medium.MARKDOWN)
+    (line,) = (line for line in lines if line[0].text == "toy tuned")
+    shown = line[[head.line for head in heads].index("error by PIT's")].text
+    assert shown == of_toy(of_all)["price paid, median"].split()[0]
+    written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
+    own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
+    assert shown == number(statistics.median(float(price) for price in own if price is not None))
+    assert own.count(None) == 2

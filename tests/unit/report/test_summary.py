@@ -111,3 +111,15 @@ def test_what_does_not_print_is_escaped_and_a_long_line_cut() -> None:
     """No control character and no change of direction reaches a terminal; a cut is seen as one."""
     assert printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
     assert printable("x" * 50, 10) == f"{'x' * 9}…"
+
+
+def test_exact_says_to_the_rounding_of_which_floats() -> None:
+    """What declares 32-bit floats is exact in 32 bits wherever a word stands for its grade."""
+    reference = carom.solve_pic(scene())
+    score = carom.compare(reference, replace(reference, float_bits=32))
+    results = carom.cross_check([scene()], ["pic"], profiles=["tuned"], timing=False, pool=InProcess())
+    narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
+    shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
+    assert all("exact, 32 bits" in (text or "") for text in shown)
+    ungraded = replace(narrow, rows=tuple(replace(row, score=None) for row in results.rows))
+    assert "not scored" in repr(ungraded)

@@ -10,23 +10,30 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rich.console import Console
+from tests.stage import disc_at, staged
 
 from carom.adapter import Capabilities
-from carom.comparator import Grade, compare
+from carom.comparator import Grade, Score, Verdict, compare
 from carom.registry import EngineInfo
 from carom.report import wording
 from carom.report.cross_check import cross_check_document
 from carom.report.divergences import divergences
 from carom.report.document import Cell, Lines, Medium, Section, Table
-from carom.report.grid import Mark, build_grid, reasons_of
+from carom.report.grid import GridCell, Mark, build_grid, reasons_of
 from carom.report.paths import exact_paths, observed_paths
 from carom.report.price import prices
 from carom.report.records import junit
 from carom.report.render import html, markdown, terminal
+from carom.report.replay import impact_rows
 from carom.report.tables import run_time_section, settings_section
 from carom.report.trend import build_trend
-from carom.runs.job import Status
+from carom.runs.environment import Environment
+from carom.runs.job import Job, Method, Status
 from carom.runs.results import Results, Row
+from carom.scene import Scene
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit.solve import solve_pit
+from carom.trace import Outcome, Trace
 
 
 def said(results: Results) -> str:
@@ -127,6 +134,59 @@ def test_what_has_a_horizon_before_its_first_impact_has_no_tick(results: Results
     (table,) = re.findall(r"(?s)paper/late.*?paper/missed[^\n]*", said(bare))[:1]
     assert "✓" not in table
     assert "≈" not in table
+
+
+def cell_of(scene: Scene, observed: Trace, dt_s: float) -> tuple[GridCell, Score]:
+    """What a grid of one cell shows of a trace, and its score."""
+    reference = solve_pic(scene)
+    found = compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=1.0 / dt_s))
+    row = Row(Job(scene, Method("toy", "tuned"), dt_s), Status.RAN, trace=observed, score=found)
+    here = Environment("", "", "", "", "", 1, {})
+    grid = build_grid(Results((row,), {scene.name: reference}, {}, (), here, "", 0.0))
+    return grid.rows[0].cells[0], found
+
+
+def test_late_is_late_wherever_it_is_told() -> None:
+    """In 32 bits a run of 30 s rounds to 3e-4 s, and a hundredth of a step is less: 2.5e-4 s is late in every place."""
+    scene = staged("slow", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=30.0)
+    right = solve_pic(scene)
+    impacts = right.impacts.copy()
+    impacts["time_s"] += 2.5e-4
+    cell, score = cell_of(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
+    assert Verdict.LATE in score.verdicts
+    assert cell.figure == "0.015 steps late"
+    assert cell.row is not None
+    assert cell.row.trace is not None
+    (told,) = impact_rows(right, cell.row.trace, score)
+    assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
+
+
+def test_an_impact_too_close_to_the_end_is_not_called_none() -> None:
+    """Where the one impact comes in the last step, a run that has not found it yet leaves one undecided."""
+    scene = staged("last", disc_at(-5, 0, 1, 0, r=0.5), disc_at(0, 0, r=0.5), duration_s=4.01)
+    right = solve_pic(scene)
+    assert len(right.impacts) == 1
+    start = scene.arrays
+    before = replace(
+        right,
+        impacts=right.impacts[:0],
+        dt_s=1 / 60,
+        final_velocity_m_s=start.velocity_m_s,
+        final_position_m=start.position_m + 4.01 * start.velocity_m_s,
+    )
+    cell, _ = cell_of(scene, before, 1 / 60)
+    assert (cell.mark, cell.figure) == (Mark.UNGRADED, "1 of 1 undecided")
+
+
+def test_a_scene_is_wrong_for_more_than_an_impact(results: Results) -> None:
+    """A run that ends early is wrong though it misses nothing: no sentence calls it one that misses an impact."""
+    row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
+    assert row.trace is not None
+    score = compare(results.references["paper/late"], replace(row.trace, outcome=Outcome.WARNED, notes=("careful",)))
+    assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
+    early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
+    told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step")
+    assert "missed or invented impact" not in str(told.blocks)
 
 
 def test_verdict_line_counts_the_rows(results: Results) -> None:

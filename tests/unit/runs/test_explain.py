@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.forms import needs_extension, plain_form
 
 from carom.errors import UnknownNameError
 from carom.runs import reference
@@ -33,6 +34,24 @@ def test_two_discs_need_no_queue() -> None:
     assert 0 < int(looked_at[1]) < 24
     assert "none are kept, as no report is written" not in text
     assert "pit default: skipped: another profile has the very same settings" in text
+
+
+@needs_extension
+def test_the_form_that_runs_is_the_one_that_is_told() -> None:
+    """PIC's compiled kernel is told where it runs, and all pairs in plain Python where there is no extension."""
+    found = "13 impacts in 13 predictions"
+    assert f"PIC: event-driven, in the compiled kernel with cells: {found}" in plan("classics/box", engines=["pit"])
+    with plain_form():
+        assert f"PIC: event-driven over all pairs, in plain Python: {found}" in plan("classics/box", engines=["pit"])
+
+
+def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:
+    """What a cross-check leaves out since it is not installed the plan leaves out as well, and says how to get it."""
+    found = plan_of([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcess())
+    gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
+    text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
+    assert "gone is not run: gone is not installed; pip install gone" in text
+    assert "gone tuned" not in text
 
 
 def test_what_is_not_drawn_is_not_kept() -> None:

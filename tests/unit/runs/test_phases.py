@@ -138,6 +138,18 @@ def test_the_closed_form_speaks_of_two_discs_that_meet_only() -> None:
         assert math.isnan(pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
 
 
+def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
+    """What falls onto a fixed disc takes no straight path to it, and who meets after the run is missed by nobody."""
+    small, post = disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)
+    fixed = post.model_copy(update={"mass_kg": math.inf})
+    down = (0.0, -9.81)
+    both, one = (staged("fall", small, other, duration_s=1.0, gravity_m_s2=down) for other in (post, fixed))
+    straight, later = (staged("straight", small, post, duration_s=duration_s) for duration_s in (1.0, 0.05))
+    assert pit_miss_probability(straight, 1 / 5) == pit_miss_probability(both, 1 / 5) > 0.5
+    assert math.isnan(pit_miss_probability(one, 1 / 5))
+    assert math.isnan(pit_miss_probability(later, 1 / 5))
+
+
 @pytest.mark.parametrize("phases", [-1, True, 2.5])
 def test_a_number_of_phases_that_is_none_is_refused(phases: int) -> None:
     """A negative, fractional or logical number of phases is refused by name."""

@@ -22,8 +22,9 @@ from carom.runs.results import Results
 #: Engines that a process survives, and such as end it or never answer.
 SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")
 DEADLY = ("aborts", "exits", "hangs")
-#: Long enough for a process to start on a machine that is busy.
-LIMIT_S = 10.0
+#: Long enough for a process to start on a machine that is busy: where one never answers, and where each does.
+LIMIT_S = 20.0
+PATIENT_S = 120.0
 
 
 @contextmanager
@@ -124,6 +125,6 @@ def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -
     """An hour that passes between two looks at a clock is none that an engine has worked: its answer is waited for."""
     hours = itertools.count()
     monkeypatch.setattr("carom.runs.process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
-    with LocalPool(1, LIMIT_S) as pool:
+    with LocalPool(1, PATIENT_S) as pool:
         (row,) = execute(plan_of([scene()], options(("pit",)), pool), pool).rows
     assert row.status is Status.RAN

@@ -1,0 +1,49 @@
+"""What a trace must be to be compared at all: its bodies are those of its scene, and so are its spins and its end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import InputError
+from carom.trace import Trace, body_name, wall_body
+
+__all__ = ["require_sound"]
+
+
+def require_sound(trace: Trace) -> None:
+    """Refuse a trace that can't be of its scene; what its numbers are worth is no question here.
+
+    Raises:
+        InputError: An impact is of a body that the scene has not, discs turn and no spins are told, a wall has a spin,
+            or the run goes on beyond the scene.
+    """
+    scene, impacts, spins = trace.scene, trace.impacts, trace.spins
+    of = f"the trace of {trace.method!r} of scene {scene.name!r}"
+    for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
+        body = impacts[side]
+        for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():
+            number = int(body[k])
+            raise InputError(
+                f"{side} of impact {k} of {of} is {body_name(number)} ({number}): the scene has {len(scene.discs)} "
+                f"discs from 0 on, and {len(scene.walls)} walls from {wall_body(0)} down; a wall is the second body"
+            )
+    if scene.arrays.turns and (spins is None or trace.final_spin_rad_s is None):
+        raise InputError(
+            f"{of} tells no spins, and discs turn: nobody can say how right they are; run the scene with a method "
+            "that declares spin"
+        )
+    for when in ("before", "after"):
+        told = np.zeros(len(impacts)) if spins is None else spins[f"second_{when}"]
+        for k in np.flatnonzero((impacts["second"] < 0) & (told != 0.0) & np.isfinite(told))[:1].tolist():
+            raise InputError(
+                f"second_{when} of the spins of impact {k} of {of} is {told[k]:g}, and its second body is "
+                f"{body_name(int(impacts['second'][k]))}: a wall does not turn, and has 0"
+            )
+    if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
+        raise InputError(
+            f"{of} ends at {trace.end_time_s:g} s, and the scene at {scene.duration_s:g} s: nothing is known of what "
+            "comes later; its final state is that at the scene's end"
+        )

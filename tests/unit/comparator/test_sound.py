@@ -1,0 +1,69 @@
+"""A trace that can't be of its scene is refused in a sentence, before anything is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from carom.comparator import compare
+from carom.errors import InputError
+from carom.scenes import find_scenes
+from carom.solvers.pic import solve_pic
+from carom.solvers.pit.solve import solve_pit
+from carom.trace import Trace
+
+#: One disc that slides along a wall, and turns.
+REFERENCE = solve_pic(find_scenes(["spin/slide"])[0].scene)
+
+
+def of_bodies(**bodies: int) -> Callable[[Trace], Trace]:
+    """Return what gives the first impact of a trace other bodies."""
+
+    def changed(trace: Trace) -> Trace:
+        impacts = trace.impacts.copy()
+        for side, body in bodies.items():
+            impacts[side][0] = body
+        return replace(trace, impacts=impacts)
+
+    return changed
+
+
+def with_spin_of_the_wall(trace: Trace) -> Trace:
+    assert trace.spins is not None
+    spins = trace.spins.copy()
+    spins["second_after"][0] = 2.5
+    return replace(trace, spins=spins)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (of_bodies(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
+        (of_bodies(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
+        (of_bodies(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
+        (with_spin_of_the_wall, "second_after of the spins of impact 0 .* is 2.5, and its second body is wall 0"),
+        (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
+        (lambda trace: replace(trace, spins=None), "tells no spins"),
+    ],
+    ids=["no such wall", "no such disc", "a wall first", "spin of a wall", "end", "no spins"],
+)
+def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
+    """Bodies that there are not, a spin of a wall, which nothing would read, and an end after the scene's."""
+    for pair in ((REFERENCE, change(REFERENCE)), (change(REFERENCE), REFERENCE)):
+        with pytest.raises(InputError, match=words):
+            compare(*pair)
+
+
+def test_pit_must_be_of_the_same_scene_and_step() -> None:
+    """A run at 1/60 s is "no worse than PIT at the same step" against no coarser PIT, nor against one of elsewhere."""
+    scene = find_scenes(["paper/late"])[0].scene
+    reference, observed = solve_pic(scene), solve_pit(scene, frame_rate_hz=60)
+    with pytest.raises(InputError, match=r"a step of 0.0166667 s, sampling one of 0.333333 s"):
+        compare(reference, observed, sampling=solve_pit(scene, frame_rate_hz=3))
+    with pytest.raises(InputError, match="sampling of 'spin/slide'"):
+        compare(reference, observed, sampling=solve_pit(REFERENCE.scene, frame_rate_hz=60))
+    # Who has no steps is held against PIT at any.
+    assert np.isfinite(compare(reference, reference, sampling=solve_pit(scene, frame_rate_hz=3)).price_paid)
