@@ -16,7 +16,7 @@ from carom.bench.sampling_limit import PairLimit, Window, pair_limit
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
 from carom.runs.engines import engines, methods_of, to_run
-from carom.runs.job import Job, Method, Progress
+from carom.runs.job import Answer, Job, Method, Progress, Status
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
 from carom.runs.scoring import Measures, job_key, sweep
@@ -106,6 +106,7 @@ class StepTrial:
         lost_anywhere: Whether any start, aimed ones among them, missed or invented one.
         direction_error_rad: Largest direction error at any start.
         reason: Why a start gave no numbers, empty where all did.
+        unsupported: Whether that is what the method declares of so large a step, or of the scene.
     """
 
     dt_s: float
@@ -114,6 +115,7 @@ class StepTrial:
     lost_anywhere: bool
     direction_error_rad: float
     reason: str = ""
+    unsupported: bool = False
 
 
 @dataclass(frozen=True)
@@ -244,9 +246,7 @@ def advise(
         results = sweep(todo, pool, refusal=lambda job: methods.dead(job.method, guess))
         for method, own in jobs.items():
             answers = [results[job_key(job)].answer for job in own]
-            reason = next((answer.said for answer in answers if answer.said), "")
-            measured = [answer.value for answer in answers if answer.value is not None]
-            searches[method].take(_trial(own[0].dt_s, measured, phases, demand, reason))
+            searches[method].take(_trial(own[0].dt_s, answers, phases, demand))
         tried += len(open_searches)
         if progress is not None:
             closed = sum(search.wanted is None for search in searches.values())
@@ -272,9 +272,11 @@ def _starts(dt_s: float, phases: int, hardest: Sequence[HardImpact]) -> list[flo
     return found
 
 
-def _trial(dt_s: float, measured: Sequence[Measures], phases: int, demand: Demand, reason: str) -> StepTrial:
-    if reason:
-        return StepTrial(dt_s, False, math.nan, False, math.nan, reason)
+def _trial(dt_s: float, answers: Sequence[Answer[Measures]], phases: int, demand: Demand) -> StepTrial:
+    if silent := [answer for answer in answers if answer.value is None]:
+        unsupported = all(answer.status is Status.UNSUPPORTED for answer in silent)
+        return StepTrial(dt_s, False, math.nan, False, math.nan, silent[0].said, unsupported)
+    measured = [answer.value for answer in answers if answer.value is not None]
     lost = [measures.missed + measures.spurious > 0 or measures.outcome != "completed" for measures in measured]
     direction = max((m.total.direction_rad for m in measured if not math.isnan(m.total.direction_rad)), default=0.0)
     share = sum(lost[:phases]) / phases
@@ -297,7 +299,7 @@ class _Search:
 
     def take(self, trial: StepTrial) -> None:
         """Take what came of the step that was wanted."""
-        if trial.reason:
+        if trial.reason and not trial.unsupported:  # what can't take a large step may well take a smaller one
             self.give_up(trial.reason)
             return
         try:
@@ -329,6 +331,8 @@ class _Search:
             if self._passes is None:
                 lowest = self._fails
                 self._reason = "not met" + (f" down to a step of {lowest.dt_s:.3g} s" if lowest else "")
+                if lowest is not None and lowest.reason:
+                    self._reason = lowest.reason
                 return
             while self._fails is not None and self._fails.dt_s > self._passes.dt_s * RESOLUTION:
                 yield from self._try(math.sqrt(self._passes.dt_s * self._fails.dt_s))

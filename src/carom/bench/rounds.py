@@ -314,7 +314,7 @@ def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: fl
         if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
             break
         cost = costs.pop(most_expensive)
-        untimed[most_expensive] = f"{cost:.1f} s a run is more than the timing budget has left; raise --budget"
+        untimed[most_expensive] = f"{cost:.3g} s a run is more than the timing budget has left; raise --budget"
     if not costs:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))

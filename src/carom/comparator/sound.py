@@ -17,8 +17,8 @@ def require_sound(trace: Trace) -> None:
     """Refuse a trace that can't be of its scene; what its numbers are worth is no question here.
 
     Raises:
-        InputError: An impact is of a body that the scene has not, discs turn and no spins are told, a wall has a spin,
-            or the run goes on beyond the scene.
+        InputError: An impact is of a body that the scene has not, a wall moves or turns, discs turn and no spins are
+            told, or the run goes on beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
@@ -35,12 +35,17 @@ def require_sound(trace: Trace) -> None:
             f"{of} tells no spins, and discs turn: nobody can say how right they are; run the scene with a method "
             "that declares spin"
         )
-    for when in ("before", "after"):
-        told = np.zeros(len(impacts)) if spins is None else spins[f"second_{when}"]
-        for k in np.flatnonzero((impacts["second"] < 0) & (told != 0.0) & np.isfinite(told))[:1].tolist():
+    of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
+    if spins is not None:
+        of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
+    for name, told in of_second.items():
+        rows = told if told.ndim > 1 else told[:, None]
+        moves = ((rows != 0.0) & np.isfinite(rows)).any(axis=1)
+        for k in np.flatnonzero((impacts["second"] < 0) & moves)[:1].tolist():
+            shown = ", ".join(f"{value:g}" for value in rows[k])
             raise InputError(
-                f"second_{when} of the spins of impact {k} of {of} is {told[k]:g}, and its second body is "
-                f"{body_name(int(impacts['second'][k]))}: a wall does not turn, and has 0"
+                f"{name} of impact {k} of {of} is {shown}, and its second body is "
+                f"{body_name(int(impacts['second'][k]))}: a wall neither moves nor turns, and has 0"
             )
     if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
         raise InputError(

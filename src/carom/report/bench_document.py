@@ -131,7 +131,7 @@ def _answers(bench: Bench, targets: Sequence[float]) -> Iterator[str]:
             none = f"; no engine reaches it on {found.count(None)}" if None in found else ""
             yield f"Cheapest to an error of {wording.number(target)}, of {len(found)} scenes: {best}{none}."
         else:
-            yield f"No engine reaches an error of {wording.number(target)} on any scene."
+            yield f"No engine reaches an error of {wording.number(target)} on any scene, at the steps that were scored."
         if not tally:
             return  # what is beyond all of them, a smaller error is too
 

@@ -126,7 +126,7 @@ def _order(order: ConvergenceOrder) -> Cell:
 
 
 def _sound(curve: Curve) -> str:
-    return f"{sum(point.sound for point in curve.points)} of {len(curve.points)}"
+    return f"{sum(point.sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
 
 
 def _least(curve: Curve) -> Cell:

@@ -241,7 +241,7 @@ def _remark(answer: Advised) -> str:
         return answer.reason
     if answer.closed_form_s is not None:
         return f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
-    return "no step that was tried fails" if answer.fails is None else ""
+    return "no step that was tried fails" if answer.fails is None else answer.fails.reason
 
 
 def _step(trial: StepTrial | None) -> str:
@@ -249,7 +249,7 @@ def _step(trial: StepTrial | None) -> str:
 
 
 def _found(trial: StepTrial | None) -> str:
-    if trial is None:
+    if trial is None or trial.reason:
         return wording.ABSENT
     lost = wording.percent(trial.lost_share) + ("+" if trial.lost_anywhere and not trial.lost_share else "")
     return f"{lost}, {wording.number(math.degrees(trial.direction_error_rad), 3)}°"

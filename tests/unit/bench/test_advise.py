@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -8,12 +9,14 @@ from hypothesis import strategies as st
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
-from carom.bench.adviser import RESOLUTION, Cause, Demand, advise, hardest_impacts
+from carom.bench.adviser import RESOLUTION, Cause, Demand, StepTrial, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
+from carom.report.document import Medium, Table
 from carom.report.small import advice_document
 from carom.runs.pool import InProcess
+from carom.scenes import find_scenes
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
@@ -135,6 +138,27 @@ def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails(
         assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
     assert pymunk.passes is not None
     assert pymunk.passes.dt_s == pytest.approx(advice.closed_form_s, rel=0.02)
+
+
+def test_what_cannot_take_a_large_step_is_asked_for_a_smaller_one() -> None:
+    """Box2D moves nothing by more than 2 m a step: at 5 m/s it can't take the first, 0.5 s, and has an answer."""
+    pytest.importorskip("Box2D", reason="Box2D is not installed")
+    (entry,) = find_scenes(["spin/grip"])
+    with InProcess() as pool:
+        advice = advise(entry.scene, Demand(DEGREE), pool, ["box2d"], profiles=["tuned"], phases=2, budget_s=300)
+    (answer,) = advice.answers
+    assert answer.reason == ""
+    assert answer.passes is not None
+    assert answer.fails is not None
+    assert answer.passes.direction_error_rad <= DEGREE < answer.fails.direction_error_rad
+    refused = StepTrial(0.5, False, math.nan, False, math.nan, "unsupported: too far a step", unsupported=True)
+    (section,) = advice_document(replace(advice, answers=(replace(answer, fails=refused),))).sections
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    assert [cell.text for cell in table.shown(Medium.DETAIL)[1][0]][-3:] == [
+        "0.5",
+        "n/a",
+        "unsupported: too far a step",
+    ]
 
 
 @pytest.mark.parametrize(

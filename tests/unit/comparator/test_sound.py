@@ -38,20 +38,27 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
     return replace(trace, spins=spins)
 
 
+def with_velocity_of_the_wall(trace: Trace) -> Trace:
+    impacts = trace.impacts.copy()
+    impacts["velocity_second_before"][0] = (0.0, -0.1)
+    return replace(trace, impacts=impacts)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (of_bodies(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
         (of_bodies(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
         (of_bodies(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
-        (with_spin_of_the_wall, "second_after of the spins of impact 0 .* is 2.5, and its second body is wall 0"),
+        (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, and its second body is wall 0"),
+        (with_velocity_of_the_wall, "velocity_second_before of impact 0 .* is 0, -0.1, and its second body is wall 0"),
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
         (lambda trace: replace(trace, spins=None), "tells no spins"),
     ],
-    ids=["no such wall", "no such disc", "a wall first", "spin of a wall", "end", "no spins"],
+    ids=["no such wall", "no such disc", "a wall first", "spin of a wall", "velocity of a wall", "end", "no spins"],
 )
 def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
-    """Bodies that there are not, a spin of a wall, which nothing would read, and an end after the scene's."""
+    """Bodies that there are not, a wall that moves or turns, which nothing would read, and an end after the scene's."""
     for pair in ((REFERENCE, change(REFERENCE)), (change(REFERENCE), REFERENCE)):
         with pytest.raises(InputError, match=words):
             compare(*pair)

@@ -13,6 +13,7 @@ from carom.bench.points import Curve
 from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
 from carom.report.bench_document import bench_document
+from carom.report.bench_tables import method_table
 from carom.report.document import Document, Medium, Table
 from carom.report.growth_document import growth_document
 from carom.report.small import advice_document
@@ -118,3 +119,14 @@ def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
     row = next(row for table in tables for row in table.shown(Medium.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
     assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
+
+
+def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
+    """Of six steps of which one was scored, and finds all, the table says 1 of 1."""
+    whole = bench().scenes[0]
+    curve = whole.curves[0]
+    unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
+    short = replace(curve, points=(curve.points[0], *unscored))
+    table = method_table(replace(whole, curves=(short,)), (1e-3,))
+    columns, (line,) = table.shown(Medium.MARKDOWN)
+    assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"
