@@ -16,11 +16,13 @@ from xml.etree import ElementTree as ET
 
 from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
+from carom.limits import MOST_BYTES, MOST_VALUES, values_in
 from carom.report import wording
 from carom.report.files import FORMATS, plain
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
+from carom.text import shortened
 
 __all__ = ["junit", "read_records", "records"]
 
@@ -84,15 +86,22 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 def _lines(path: Path) -> Iterator[dict[str, Any]]:
     ask = f"give a report's folder, or the results.jsonl that `carom run --report` wrote (format {FORMATS['results']})"
+    most_bytes, most_values = MOST_BYTES[".jsonl"], MOST_VALUES[".jsonl"]
     try:
-        texts = path.read_text(encoding="utf-8").split("\n")  # a name may hold other signs that break lines
+        with path.open("rb") as file:
+            data = file.read(most_bytes + 1)
+        if len(data) > most_bytes or values_in(data) > most_values:
+            most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
+            raise InputError(f"{path} is larger than {most}, the limit for results; {ask}")
+        texts = data.decode().split("\n")  # a name may hold other signs that break lines
     except (OSError, UnicodeError) as error:
         raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}; {ask}") from None
+    del data
     for number, text in enumerate(texts[:-1] if texts[-1] == "" else texts, start=1):
         try:
             line = json.loads(text)
-        except ValueError as error:
-            raise InputError(f"{path}, line {number}: no JSON ({error}); {ask}") from None
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}, line {number}: no JSON ({shortened(str(error), 200)}); {ask}") from None
         if not isinstance(line, dict):
             raise InputError(f"{path}, line {number}: no JSON object; {ask}")
         yield line

@@ -23,6 +23,7 @@ import carom
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.folders import MARKER
+from carom.limits import MOST_BYTES, MOST_VALUES
 from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
@@ -233,6 +234,25 @@ def test_json_lines_of_another_format_are_refused_in_a_sentence(folder: Path, tm
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=f"{what}; this Carom reads .* run the cross-check again"):
             read_records(path)
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (b"[" * 100_000, "line 1: no JSON"),
+        (b'{"a":' + b"9" * 5000 + b"}", "line 1: no JSON"),
+        (b" " * (MOST_BYTES[".jsonl"] + 1), "is larger than 48 MiB"),
+        (b"[]," * MOST_VALUES[".jsonl"], "or 4,194,304 values, the limit for results"),
+        (b"\xff", "can't be read"),
+    ],
+    ids=["deep", "digits", "large", "many", "bytes"],
+)
+def test_what_no_report_holds_is_refused_in_a_sentence(data: bytes, words: str, tmp_path: Path) -> None:
+    """Nesting, digits and sizes that would take all memory or end the reader are named, with what to give."""
+    path = tmp_path / "results.jsonl"
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=f"{words}.*give a report's folder"):
+        read_records(path)
 
 
 def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> None:
