@@ -39,6 +39,7 @@ __all__ = [
     "Positive",
     "SignedCoefficient",
     "Vector",
+    "said_of",
 ]
 
 
@@ -145,14 +146,10 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
                 yield Problem(location + problem.field, problem.message)
             continue
         match item["type"]:
-            case "missing":
-                yield Problem(location, "is required, but missing")
             case "extra_forbidden":
                 yield Problem(location, "is not a field of a scene; see `carom scenes --schema`")
             case "too_long" | "too_short":
                 yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
-            case "tuple_type":
-                yield Problem(location, f"must be a list, got {shown(item['input'])}")
             case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:
                 yield Problem(location, f"must be greater than 0, got {shown(item['input'])}")
             case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST:
@@ -160,8 +157,22 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
             case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
                 yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
             case _:
-                message = item["msg"]
-                for prefix in ("Value error, ", "Input should ", "String should "):
-                    message = message.removeprefix(prefix)
-                message = message if message.startswith("must") else f"must {message}"
-                yield Problem(location, f"{message}, got {shown(item['input'])}")
+                yield Problem(location, said_of(item))
+
+
+def said_of(item: ErrorDetails) -> str:
+    """Return what Pydantic found wrong with a value, in plain words and with the value."""
+    match item["type"]:
+        case "missing":
+            return "is required, but missing"
+        case "extra_forbidden":
+            return "is not known"
+        case "tuple_type" | "list_type":
+            return f"must be a list, got {shown(item['input'])}"
+    message = item["msg"]
+    for prefix in ("Value error, ", "Input should ", "String should "):
+        message = message.removeprefix(prefix)
+    if item["type"] == "value_error" and not message.startswith("must"):  # a sentence of its own
+        return message
+    message = message if message.startswith("must") else f"must {message}"
+    return f"{message}, got {shown(item['input'])}"

@@ -183,12 +183,12 @@ def engine_named(word: str) -> str:
     Worker processes of this machine know it, too, since they inherit the environment.
 
     Args:
-        word: A name, a manifest, or a folder with one; a path has a slash or ends in ``.toml``.
+        word: A name, a manifest, or a folder with one; a path has a slash, ends in ``.toml``, or is ``.`` or ``..``.
 
     Raises:
         AdapterError: The manifest is not there, or is none, or has the name of another engine.
     """
-    if not (word.endswith(".toml") or "/" in word or os.sep in word):
+    if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
     path = _manifest_in(Path(word)).resolve()
     name = load_manifest(path).name

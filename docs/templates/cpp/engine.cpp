@@ -12,7 +12,7 @@ struct Json {  // as much of JSON as the protocol needs; take a library where yo
   std::string raw;  // the value as it was written
   std::vector<Json> items;
   std::map<std::string, Json> fields;
-  const Json& operator[](const char* name) const { return fields.at(name); }
+  const Json& operator[](const std::string& name) const { return fields.count(name) ? fields.at(name) : throw std::runtime_error("there is no " + name); }
   double number() const { return raw == "\"inf\"" ? INFINITY : std::stod(raw); }  // JSON has no infinity
   bool is(const char* text) const { return raw == '"' + std::string(text) + '"'; }
 };

@@ -8,9 +8,10 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 
-__all__ = ["finite_impacts", "not_finite"]
+__all__ = ["finite_impacts", "not_finite", "turned"]
 
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
@@ -24,11 +25,25 @@ def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     return sound
 
 
+def turned(before: NDArray[np.float64], after: NDArray[np.float64], float_bits: int) -> NDArray[np.bool_]:
+    """Return for each impact whether it changed a velocity by more than rounding, shape ``(m,)``.
+
+    Args:
+        before: Velocities of the two bodies, shape ``(2, m, 2)``.
+        after: Likewise.
+        float_bits: Width of the method's floats, whose rounding is a part of the pair's greatest speed.
+    """
+    greatest = np.max(np.linalg.norm([before, after], axis=-1), axis=(0, 1))
+    change = np.max(np.linalg.norm(after - before, axis=-1), axis=0)
+    found: NDArray[np.bool_] = ~(change <= THRESHOLDS.rounding_of(float_bits) * greatest)
+    return found
+
+
 def not_finite(trace: Trace) -> str:
     """Return which number of a trace is NaN or infinite, the first of them, as a clause; empty where there is none.
 
     NaN has a meaning in two places. The state before an impact is not known where its positions are NaN, all of them.
-    The effective time is not known where that state is not, or where the impact changed no velocity.
+    The effective time is not known where that state is not, or where the impact turned no path.
     """
     return next(_broken(trace), "")
 
@@ -47,7 +62,7 @@ def _broken(trace: Trace) -> Iterator[str]:
         for name in state.dtype.names or ():
             yield from _named(f"{name} of the state before impact", state[name], unknown)
     if effective is not None:
-        changed = np.any(velocities(impacts, "before") != velocities(impacts, "after"), axis=(0, 2))
+        changed = turned(velocities(impacts, "before"), velocities(impacts, "after"), trace.float_bits)
         yield from _named("effective_time_s of impact", effective, np.isnan(effective) & (unknown | ~changed))
     yield from _named("final_position_m of disc", trace.final_position_m)
     yield from _named("final_velocity_m_s of disc", trace.final_velocity_m_s)

@@ -148,7 +148,8 @@ class ConformanceRun:
                 f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
                 f"{count('xfailed')} known failures"
             )
-            write(f"{info.name}: {info.engine} {info.version} ({info.distribution}): {counts}")
+            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has none
+            write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
 
     def pytest_sessionfinish(self) -> None:
         """End the engines' processes."""

@@ -13,7 +13,9 @@ from typing import Annotated, Any
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from carom.adapter import Accuracy, Capabilities, ContactTimes, Knob, Stamp
+from carom.arguments import shown
 from carom.errors import AdapterError
+from carom.fields import said_of
 from carom.program.messages import PROTOCOL
 from carom.trace import Setting
 
@@ -21,6 +23,10 @@ __all__ = ["MANIFEST", "Manifest", "ProgramProfile", "load_manifest"]
 
 #: The name that a manifest has in a folder.
 MANIFEST = "engine.toml"
+#: Where an author reads what a field may be.
+PAGE = "see docs/engine-protocol.md#the-manifest"
+#: What Pydantic adds to the place of a setting that is of no kind: the first kind that it tried.
+_KINDS = (["float"], ["int"], ["bool"], ["str"])
 #: A manifest is a page of text; a file above this size is none.
 MOST_BYTES = 2**20
 
@@ -30,7 +36,7 @@ def _known(kind: type[Any]) -> Any:
 
     def check(table: object) -> object:
         if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
-            raise ValueError(f"there is no {', '.join(map(repr, unknown))}; see docs/adapters.md")
+            raise ValueError(f"there is no {', '.join(map(repr, unknown))}")
         return table
 
     return BeforeValidator(check)
@@ -165,9 +171,10 @@ def load_manifest(path: Path) -> Manifest:
         raise AdapterError(f"{path} is no TOML: {error}") from error
     except ValidationError as error:
         wrong = error.errors(include_url=False)[0]
-        field = ".".join(map(str, wrong["loc"])) or "the manifest"
-        got = "" if wrong["type"] == "missing" else f", got {str(wrong['input'])[:80]!r}"
-        raise AdapterError(f"{path}: {field}: {wrong['msg']}{got}") from error
+        place, said = list(map(str, wrong["loc"])), said_of(wrong)
+        if place[-1:] in _KINDS:
+            place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
+        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}; {PAGE}") from error
     if found.protocol != PROTOCOL:
-        raise AdapterError(f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}")
+        raise AdapterError(f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}; {PAGE}")
     return found

@@ -6,11 +6,13 @@ import os
 import select
 import subprocess
 from collections.abc import Sequence
+from pathlib import Path
 from typing import IO, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
 from carom.errors import AdapterError
+from carom.fields import said_of
 from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
 from carom.text import last_words
 
@@ -86,8 +88,13 @@ class Program:
         except ValidationError as error:
             wrong = error.errors(include_url=False)[0]
             field = ".".join(map(str, wrong["loc"])) or "the line"
-            told = f"{self.name} answered {request.do!r} with nonsense: {field}: {wrong['msg']}"
-            raise AdapterError(f"{told}; it wrote {line[:SHOWN]!r}") from error
+            said = (
+                "is no JSON, and standard output is for answers alone"
+                if wrong["type"] == "json_invalid"
+                else said_of(wrong)
+            )
+            told = f"{self.name} answered {request.do!r} with nonsense: {field} {said}; it wrote {line[:SHOWN]!r}"
+            raise AdapterError(f"{told}; see docs/engine-protocol.md#the-requests") from error
 
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the line that answers it; None where there is none.
@@ -134,7 +141,8 @@ class Program:
         """Return what it has last printed since it was last asked, in a phrase; empty where that is nothing."""
         while self._take_words():
             pass
-        said = last_words(self._words.decode(errors="replace"))
+        # A worker's folder has another name each time; without it one reason is one.
+        said = last_words(self._words.decode(errors="replace").replace(f"{Path.cwd()}{os.sep}", ""))
         return f"it last printed {said!r}" if said else ""
 
     def _obituary(self) -> str:

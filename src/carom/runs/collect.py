@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation
+from carom.comparator.finite import turned
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array
 
@@ -92,8 +93,9 @@ class _OpenContact:
 class ImpactCollector:
     """Takes the observation after each step and gives the impacts of the whole run."""
 
-    def __init__(self, scene: Scene, start: Observation) -> None:
+    def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
         arrays = scene.arrays
+        self._float_bits = float_bits
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
         self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
@@ -218,7 +220,9 @@ class ImpactCollector:
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
-        effective = _effective_time(pair, contact, self._gravity) if contact.alone else math.nan
+        # Paths that turned by rounding alone, of an impact that is undone, meet anywhere.
+        known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
+        effective = _effective_time(pair, contact, self._gravity) if known_time else math.nan
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         bent = bool(self._gravity.any()) and len(self._movable(pair)) < len(pair)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)

@@ -22,18 +22,23 @@ from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "sound_adapter"]
+__all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "slip", "sound_adapter"]
 
 Kind = TypeVar("Kind")
 
-#: Where an author reads what a field may be.
-PAGE = "see docs/adapters.md#field-by-field"
+#: Where an author reads what a field may be, and what may be declared.
+FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
 
 #: A warning, a name or a setting is read by people; so are settings and counts, one by one.
 MOST_CHARACTERS = 2000
 MOST_ENTRIES = 1000
 #: Whole numbers are as large as a machine's; Python can't even print much larger ones.
 MOST_WHOLE = 2**64
+
+
+def slip(message: str, section: str = FIELDS) -> AdapterError:
+    """Return what to raise of a slip of an adapter's author, with where to read on."""
+    return AdapterError(f"{message}; see docs/adapters.md#{section}")
 
 
 def plain_text(value: object, what: str) -> str:
@@ -43,14 +48,14 @@ def plain_text(value: object, what: str) -> str:
         AdapterError: It is no text, too long, or can't be written; `what` says which.
     """
     if not isinstance(value, str):
-        raise AdapterError(f"{what} must be a text, got {_shown(value)}")
+        raise slip(f"{what} must be a text, got {_shown(value)}")
     text = str.__str__(value)
     if len(text) > MOST_CHARACTERS:
-        raise AdapterError(f"{what} must have at most {MOST_CHARACTERS} characters, got {len(text)}")
+        raise slip(f"{what} must have at most {MOST_CHARACTERS} characters, got {len(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise AdapterError(f"{what} must be Unicode text, got {text!a}") from None
+        raise slip(f"{what} must be Unicode text, got {text!a}") from None
     return text
 
 
@@ -68,9 +73,9 @@ def plain_settings(settings: object, of: str) -> dict[str, Setting]:
 
 def _entries(found: object, what: str) -> Iterable[tuple[object, object]]:
     if not isinstance(found, Mapping):
-        raise AdapterError(f"{what} must be a mapping, got {_shown(found)}")
+        raise slip(f"{what} must be a mapping, got {_shown(found)}")
     if len(found) > MOST_ENTRIES:
-        raise AdapterError(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+        raise slip(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
     return found.items()
 
 
@@ -84,7 +89,7 @@ def _plain(name: object, value: object, of: str) -> Setting:
         return _whole(value, f"setting {name!r} {of}")
     if isinstance(value, str):
         return plain_text(value, f"setting {name!r} {of}")
-    raise AdapterError(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}; {PAGE}")
+    raise slip(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
 
 
 def plain_counts(counts: object) -> dict[str, int]:
@@ -119,14 +124,14 @@ def sound_adapter(adapter: Adapter) -> Declared:
     plain_text(engine.name, "engine.name")
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
-        raise AdapterError(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}")
+        raise slip(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
     for name, profile in _entries(profiles, "profiles"):
         where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
-            raise AdapterError(f"{where} must be a Profile, got {_shown(profile)}")
+            raise slip(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
         plain_text(profile.description, f"{where}.description")
         if not callable(profile.settings) or not isinstance(profile.located, bool):
-            raise AdapterError(f"{where} must have settings that can be called, and a located that is True or False")
+            raise slip(f"{where} must have settings that can be called, and a located that is True or False", DECLARED)
         if profile.capabilities is not None:
             _able(profile.capabilities, f"{where}.capabilities")
     return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
@@ -149,27 +154,28 @@ def _able(found: object, where: str) -> Capabilities:
         if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
             isinstance(value, tuple) and not value[0] <= value[1]
         ):
-            raise AdapterError(f"{where}.{name} must be a number, or a least and a greatest, got {_shown(value)}")
+            kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
+            raise slip(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
     if able.float_bits not in MANTISSA_BITS:
-        raise AdapterError(f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}")
+        raise slip(f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}", DECLARED)
     for name in ("restitution_combine", "friction_combine"):
         if getattr(able, name) not in COMBINE_RULES:
             rules = ", ".join(COMBINE_RULES)
-            raise AdapterError(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}")
+            raise slip(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}", DECLARED)
     return able
 
 
 def _held(found: object, kind: type[Kind], where: str) -> Kind:
     """Return a dataclass of the seam with each field of the type that it declares."""
     if not isinstance(found, kind):
-        raise AdapterError(f"{where} must be {kind.__name__}(...), got {_shown(found)}")
+        raise slip(f"{where} must be {kind.__name__}(...), got {_shown(found)}", DECLARED)
     hints, values = get_type_hints(kind), {}
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # the seam's are dataclasses
         value = _python(getattr(found, name))
         try:
             values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
-            raise AdapterError(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}") from None
+            raise slip(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}", DECLARED) from None
     return kind(**values)
 
 
@@ -203,16 +209,14 @@ class Door:
             AdapterError: A field is not what it must be.
         """
         if not isinstance(found, Observation):
-            raise AdapterError(f"observe() must return an Observation, got {_shown(found)}; {PAGE}")
+            raise slip(f"observe() must return an Observation, got {_shown(found)}")
         spins = (
             None
             if found.spin_rad_s is None
             else _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
         )
         if spins is None and self._needs_spins:
-            raise AdapterError(
-                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none; {PAGE}"
-            )
+            raise slip(f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none")
         return Observation(
             _array(found.position_m, "position_m of an Observation", (self._discs, 2)),
             _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2)),
@@ -229,7 +233,7 @@ class Door:
         """
         found: object = state.contacts
         if not isinstance(found, Iterable):
-            raise AdapterError(f"contacts of an observation must be a tuple, got {_shown(found)}")
+            raise slip(f"contacts of an observation must be a tuple, got {_shown(found)}")
         return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
 
     def _wall_numbers(self) -> str:
@@ -239,24 +243,22 @@ class Door:
 
     def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
-            raise AdapterError(f"a contact must be a Contact, got {_shown(found)}; {PAGE}")
+            raise slip(f"a contact must be a Contact, got {_shown(found)}")
         first, second = _whole(found.first, "first of a contact"), _whole(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
-            raise AdapterError(
+            raise slip(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
-                f"disc of a higher number{self._wall_numbers()}; {PAGE}"
+                f"disc of a higher number{self._wall_numbers()}"
             )
         of = f"of a contact of bodies {first} and {second}"
         (time_s,) = _numbers((found.time_s,), f"time_s {of}", 1)
         # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{begin_s:.9g} to {end_s:.9g} s"
-            raise AdapterError(
-                f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}; {PAGE}"
-            )
+            raise slip(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
         x, y = _numbers(found.normal, f"normal {of}", 2)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
-            raise AdapterError(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+            raise slip(f"normal {of} must have the length 1, got {x:g}, {y:g}")
         told: dict[str, Any] = {
             name: None if (value := getattr(found, name)) is None else _numbers((value,), f"{name} {of}", 1)[0]
             for name in ("impulse_n_s", "tangential_impulse_n_s")
@@ -264,7 +266,7 @@ class Door:
         if found.velocities is None:
             return Contact(first, second, time_s, (x, y), **told)
         if self._needs_spins and found.spins_rad_s is None:
-            raise AdapterError(
+            raise slip(
                 f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose discs "
                 "turn"
             )
@@ -278,16 +280,16 @@ class Door:
 
 def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise AdapterError(f"{name} must be an array of floats, got {_shown(found)}; {PAGE}")
+        raise slip(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
-        raise AdapterError(f"{name} must have the shape {shape}, got {found.shape}; {PAGE}")
+        raise slip(f"{name} must have the shape {shape}, got {found.shape}")
     return np.array(found, dtype=np.float64)
 
 
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:
     items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
     if len(items) != count:
-        raise AdapterError(f"{what} must be {count} of them, got {_shown(found)}")
+        raise slip(f"{what} must be {count} of them, got {_shown(found)}")
     return items
 
 
@@ -298,9 +300,9 @@ def _numbers(found: object, what: str, count: int) -> list[float]:
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count:
-        raise AdapterError(f"{what} must be numbers, got {_shown(found)}")
+        raise slip(f"{what} must be numbers, got {_shown(found)}")
     if not all(map(math.isfinite, numbers)):
-        raise AdapterError(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise slip(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
     return numbers
 
 
@@ -308,10 +310,10 @@ def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     try:
         number = operator.index(value)  # type: ignore[arg-type] # what is none raises
     except TypeError:
-        raise AdapterError(f"{what} must be a whole number, got {_shown(value)}") from None
+        raise slip(f"{what} must be a whole number, got {_shown(value)}") from None
     if not least <= number <= MOST_WHOLE:
         limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
-        raise AdapterError(f"{what} must be {limits}, got {_shown(number)}")
+        raise slip(f"{what} must be {limits}, got {_shown(number)}")
     return number
 
 

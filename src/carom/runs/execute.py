@@ -13,7 +13,7 @@ from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError
 from carom.limits import require_seconds
-from carom.registry import require_named
+from carom.registry import engine_named, require_named
 from carom.runs.engines import engines
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
@@ -53,7 +53,7 @@ def run(
 
     Args:
         scene: The scene.
-        engine: Name of an adapter, as `carom.engines()` lists it.
+        engine: Name of an adapter, as `carom.engines()` lists it, or the ``engine.toml`` of a program.
         dt: Step, seconds.
         profile: Name of one of its profiles.
         settings: Settings to try in place of the profile's own, by name.
@@ -66,7 +66,7 @@ def run(
     """
     require_positive(dt=dt)
     require_seconds("time_limit_s", time_limit_s)
-    require_named(engine)
+    require_named(engine := engine_named(engine))
     with LocalPool(1, time_limit_s) as pool:
         tried = tried_by(engines([engine], pool=pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
@@ -89,7 +89,7 @@ def cross_check(
 
     Args:
         scenes: Scenes, of one's own or of the catalogue; no two of one name.
-        engine_names: Names of adapters; every one that is installed by default.
+        engine_names: Names of adapters, or manifests; every one that is installed by default.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
         pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
@@ -99,7 +99,7 @@ def cross_check(
         InputError: No scenes, two scenes of one name, or a number that is out of range.
         UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
     """
-    asked = Options(engine_names, **options)
+    asked = Options(engine_names and [engine_named(word) for word in engine_names], **options)
     own: AbstractContextManager[Pool]
     own = LocalPool(asked.jobs, asked.time_limit_s, asked.memory_limit_mb) if pool is None else nullcontext(pool)
     with own as opened:

@@ -12,7 +12,7 @@ from carom.adapter import Adapter, Capabilities, Observation, World, unsupported
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
-from carom.runs.door import PAGE, Door, plain_counts, plain_settings, plain_text
+from carom.runs.door import Door, plain_counts, plain_settings, plain_text, slip
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
@@ -88,7 +88,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
         told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
-        raise AdapterError(f"{told}, got {plain.get('dt_s', 'none')}; {PAGE}")
+        raise slip(f"{told}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(tried)}
 
 
@@ -110,7 +110,7 @@ def observe_run(
     missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
     if missing:
         lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
-        raise AdapterError(f"prepare() must return a world; {lacks}; {PAGE}")
+        raise slip(f"prepare() must return a world; {lacks}")
     try:
         used = plain_settings(world.settings, "of a world")
         world.observe()  # some engines begin to note their contacts when they are first looked at
@@ -143,7 +143,7 @@ class _Run:
             np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
             spin_rad_s=scene.arrays.spins,
         )
-        self.collector = ImpactCollector(scene, self.state)
+        self.collector = ImpactCollector(scene, self.state, float_bits)
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
         self.gravity = gravity_of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.unit.program.programs import manifest_of
 
 from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, selected_engines
@@ -93,6 +94,13 @@ def test_a_case_that_hangs_is_ended_and_a_known_failure_is_counted(project: Path
     assert "the engine hangs" in done.stdout
     assert "no answer within 1 s" in done.stdout
     assert ": 0 passed, 2 failed, 0 skipped, 1 known failures" in done.stdout
+
+
+@pytest.mark.long
+def test_an_engine_of_a_manifest_is_summed_up_without_a_distribution(run_pytest: Pytest, tmp_path: Path) -> None:
+    """What brings a manifest is nobody's wheel: the last line names the engine and its version alone."""
+    done = run_pytest("--carom-engine", str(manifest_of(tmp_path, version="2.5")), "-k", "declares-capabilities")
+    assert "toy: toy 2.5: 1 passed, 0 failed" in done.stdout
 
 
 @pytest.mark.long

@@ -27,6 +27,8 @@ from carom.scene import Disc, Scene, Wall
 
 TEMPLATES = Path(__file__).resolve().parents[3] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
+#: What a message ends with whose mistake is in an answer.
+REQUESTS = "see docs/engine-protocol.md#the-requests"
 #: Commands that build a template beside its manifest, and the program that each needs; one needs none.
 BUILDS = {
     "javascript": ("node", []),
@@ -92,10 +94,14 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
             "if do == 'step': sys.stderr.write('inertia is 0\\n'); answer = {'error': {'message': 'boom'}}",
             "failed 'step': boom; it last printed 'inertia is 0'",
         ),
-        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds"),
-        ("if do == 'step': answer = {'seconds': -1}", "seconds"),
-        ("if do == 'step': answer = []", "nonsense"),
-        ("if do == 'step': print('no JSON', flush=True)", "no JSON"),
+        ("if do == 'step': answer = {}", f"seconds is required, but missing; it wrote b'{{}}'; {REQUESTS}"),
+        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds must be a valid number, got 'soon'"),
+        ("if do == 'step': answer = {'seconds': -1}", "seconds must be greater than or equal to 0, got -1"),
+        ("if do == 'step': answer = []", "the line must be an object, got []"),
+        (
+            "if do == 'step': print('debug', flush=True)",
+            f"is no JSON, and standard output is for answers alone; it wrote b'debug'; {REQUESTS}",
+        ),
         (
             "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
             "exit code 3, it last printed 'out of ideas',",
@@ -164,8 +170,9 @@ def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, m
     path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
-    with pytest.raises(AdapterError, match=r"can't open file .*program\.py beside its manifest .* \./program\.py"):
+    with pytest.raises(AdapterError, match=r"open file .*program\.py beside its manifest .* \./program\.py") as caught:
         program_adapter(path).prepare(still(), {"dt_s": 0.5})
+    assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
 
 
 def test_a_program_that_prints_much_is_not_waited_for(tmp_path: Path) -> None:

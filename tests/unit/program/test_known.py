@@ -11,6 +11,7 @@ import pytest
 from tests.unit.program.programs import manifest_of
 from typer.testing import CliRunner
 
+import carom
 from carom.cli import app
 from carom.errors import AdapterError
 from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
@@ -30,12 +31,14 @@ def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     adapter_points.cache_clear()
 
 
-def test_a_manifest_makes_its_engine_known(tmp_path: Path) -> None:
+def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A manifest, or its folder, is its engine's name from then on, for worker processes too; a name stays as it is."""
     path = manifest_of(tmp_path)
     assert engine_named("pit") == "pit"
     assert engine_named(str(path)) == "toy"
     assert engine_named(f"{tmp_path}/") == "toy"
+    monkeypatch.chdir(tmp_path)
+    assert engine_named(".") == "toy"
     assert os.environ[MANIFESTS] == str(path)
     assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
 
@@ -94,6 +97,12 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path) -> None:
     assert answer.status is Status.TIMED_OUT
     with pytest.raises(ProcessLookupError):
         os.kill(int(pid.read_text()), 0)
+
+
+def test_a_run_in_python_takes_a_manifest(tmp_path: Path) -> None:
+    """`carom.run` finds an engine by its manifest as the command line does."""
+    scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+    assert carom.run(scene, str(manifest_of(tmp_path)), dt=0.5).method == "toy"
 
 
 @pytest.mark.long

@@ -94,7 +94,10 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ('name = "toy"', "", "name"),
+        ('name = "toy"', "", "name: is required"),
+        ('version = "1.2"', "version = 1.2", "version: must be a valid string, got 1.2;"),
+        ("restitution = [0.0, 1.0]", "restitution = 1", "capabilities.restitution: must be a list, got 1;"),
+        ('"instant"', '"middle"', "capabilities: stamp must be one of start, end, instant, got 'middle';"),
         ('name = "toy"', 'name = "../toy"', "name"),
         ('name = "toy"', 'name = "toy"\nprotocol = 2', "protocol"),
         ('command = ["./toy", "--quiet", "../shared.js"]', "command = []", "command"),
@@ -102,23 +105,23 @@ def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_
         ('"solved"', '"sometimes"', "contact_times"),
         ("late_steps = 1.0", 'late_steps = "one"', "late_steps"),
         ('description = "As shipped."', "", "profiles.default.description"),
-        ("slop = 0.005", "slop = [1]", "slop"),
+        ("slop = 0.005", "slop = [1]", "settings.slop: must be a number, true, false or a text, got [1]"),
         ("name = ", "nam = ", "nam"),
-        ("[capabilities]", "[capabilities", "TOML"),
     ],
 )
 def test_what_is_wrong_is_named(old: str, new: str, told: str, tmp_path: Path) -> None:
-    """A manifest with a slip is refused with the file, and with the field or its value."""
+    """A manifest with a slip is refused with the file, the field or its value, and where to read on."""
     path = written(tmp_path, WHOLE.replace(old, new, 1))
     with pytest.raises(AdapterError) as caught:
         load_manifest(path)
     assert str(path) in str(caught.value)
     assert told in str(caught.value)
+    assert "see docs/engine-protocol.md#the-manifest" in str(caught.value)
 
 
 def test_a_manifest_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:
     """A missing file, a folder, bytes that are no UTF-8, and a file of megabytes are each a sentence."""
-    for data in (None, b"\xff\xfe", b"#" * 2**21):
+    for data in (None, b"\xff\xfe", b"[capabilities", b"#" * 2**21):
         path = tmp_path / "other.toml"
         if data is not None:
             path.write_bytes(data)

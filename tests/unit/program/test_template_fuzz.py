@@ -124,6 +124,14 @@ def mutated(chance: random.Random) -> bytes:
     return line
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("talk", ["cpp", "rust"], indirect=True)
+def test_a_field_that_a_template_looks_for_and_does_not_find_is_named(talk: Talk) -> None:
+    """Its author asks for a setting by a wrong name as the harness might leave one out: the answer says which."""
+    prepare = next(request for request in REQUESTS if request["do"] == "prepare")
+    assert "there is no dt_s" in talk.ask(json.dumps(prepare | {"settings": {}}).encode())["error"]["message"]
+
+
 def test_whatever_a_template_is_sent_it_answers(talk: Talk) -> None:
     """A line that is no request, or one with a field missing or odd, is answered once; a sound session then runs."""
     chance = random.Random(18)

@@ -57,6 +57,17 @@ def test_a_contact_of_several_steps_is_one_impact() -> None:
     assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
 
 
+@pytest.mark.parametrize(("turned", "float_bits", "known"), [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
+def test_paths_that_turned_by_rounding_alone_meet_nowhere(turned: float, float_bits: int, known: bool) -> None:
+    """An impact that is undone leaves a velocity's last bits changed: where such lines meet is no time of anything."""
+    start = state((0.0, 1.0), (0.21, 0.0))
+    collector = ImpactCollector(scene_of(start), start, float_bits)
+    pushed = state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
+    collector.add(0.1, pushed)
+    _, effective = collector.finish()
+    assert math.isfinite(effective[0]) == known
+
+
 def test_a_contact_of_zero_impulse_is_no_impact() -> None:
     """A contact that an engine reports but that did nothing does not count."""
     start = state((0.0, 1.0), (1.0, 0.0))

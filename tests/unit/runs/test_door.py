@@ -70,7 +70,7 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
 )
 def test_a_field_of_an_observation_is_refused_by_name_and_value(fields: dict[str, Any], words: str) -> None:
     """Wrong types and shapes are the adapter's slip, and the message says of which field."""
-    with pytest.raises(AdapterError, match=words.replace("'", "")):
+    with pytest.raises(AdapterError, match=words.replace("'", "") + ".*; see docs/adapters.md#field-by-field"):
         enter(**fields)
 
 
@@ -123,7 +123,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
 )
 def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:
     """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
-    with pytest.raises(AdapterError, match=words):
+    with pytest.raises(AdapterError, match=f"{words}.*; see docs/adapters.md#field-by-field"):
         enter(contact)
 
 
