@@ -49,7 +49,7 @@ class Mark(Enum):
     WRONG = ("wrong", "✗", Grade.WRONG, "bold red")
     UNGRADED = ("not graded", "○", Grade.UNGRADED, "dim")
     UNSCORED = ("not scored", "?", "ran, but PIC can't solve the scene, so there is nothing to hold it against", "dim")
-    UNSUPPORTED = ("unsupported", "∅", "the engine declares that it can't do what the scene needs", "dim")
+    UNSUPPORTED = ("unsupported", "∅", "the scene asks for more than the engine declares, or than a cross-check follows", "dim")
     UNAVAILABLE = ("unavailable", "∅", "the engine is not installed here", "dim")
     CRASHED = ("crashed", "†", "the engine ended its process", "bold magenta")
     TIMED_OUT = ("timed out", "⧖", "the engine gave no answer in time", "bold magenta")
