@@ -352,9 +352,12 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
         engine,
         (
             Table(
-                columns, own, note="Median and largest over the scenes; energy: the most lost and made in any scene."
+                columns,
+                own,
+                note="Median and largest over the scenes; energy: the most lost and made in any scene. All but the "
+                "last column is made of the rows of results.jsonl, which this writes:",
             ),
-            Code(f"carom run paper classics gravity engines -e {engine} -p all -v"),
+            Code(f"carom run paper classics gravity engines -e {engine} -p all --report reports/{engine}"),
             Text(text),
             *((Code(known),) if known else ()),
         ),

@@ -147,16 +147,16 @@ class Program:
 
     def _obituary(self) -> str:
         """End what is left of the program, and return how it ended and what it last printed."""
-        if len(self._answered) > MOST_ANSWER_BYTES:
-            how = f"it answered more than {MOST_ANSWER_BYTES >> 20} MiB in a line"
-        else:
-            how = "it closed its output"
-        self._stop()
+        by_itself = self._stop()
         said = self._last_said()
         self.end()
         code = self._popen.returncode
-        if code:
+        if len(self._answered) > MOST_ANSWER_BYTES:
+            how = f"it answered more than {MOST_ANSWER_BYTES >> 20} MiB in a line"
+        elif by_itself and code:
             how = f"its program was ended by signal {-code}" if code < 0 else f"its program ended with exit code {code}"
+        else:
+            how = "it closed its output"
         return f"{how}, {said}," if said else how
 
     @property
@@ -170,13 +170,16 @@ class Program:
         for pipe in (self._answers, self._printed):
             pipe.close()
 
-    def _stop(self) -> None:
+    def _stop(self) -> bool:
+        """End its input, and kill it where it does not end then; whether it ended by itself."""
         self._requests.close()
         try:
             self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
             self._popen.kill()
             self._popen.wait(GRACE_S)
+            return False
+        return True
 
 
 def _pipes(popen: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:

@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from tests.unit.program.programs import manifest_of
 
 from carom.adapter import AdapterError, CuttableWorld
+from carom.program import process
 from carom.program.adapter import ProgramWorld, program_adapter
 from carom.program.messages import protocol_schema
 from carom.registry import load_adapter
@@ -119,6 +120,24 @@ def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> Non
     assert "toy" in str(caught.value)
     assert "all is well" not in str(caught.value)
     world.close()
+
+
+@pytest.mark.parametrize(
+    ("instead", "told"),
+    [
+        ("while do == 'step': sys.stdout.write('x' * 65536)", "answered more than 1 MiB in a line"),
+        ("if do == 'step': import os, time; os.close(1); time.sleep(3600)", "closed its output"),
+    ],
+)
+def test_a_program_that_had_to_be_killed_is_told_for_what(
+    instead: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That it was killed is no news, and not the program's doing."""
+    monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
+    monkeypatch.setattr(process, "GRACE_S", 0.2)
+    with pytest.raises(AdapterError, match=told) as caught:
+        world_of(tmp_path, instead).advance(1)
+    assert "signal" not in str(caught.value)
 
 
 def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:
