@@ -266,7 +266,10 @@ def _numbers(row: Mapping[str, Any], scales: Mapping[str, float], found: Mapping
         "final_spin": (rounding, ""),
     }
     for name, (limit, unit) in limits.items():
-        error, shown = row["total"].get(name), math.degrees if unit == "°" else float  # 0.1 told no spins
+        error, shown = (
+            row["total"].get(name),
+            math.degrees if unit == "°" else float,
+        )  # where nothing turns no spins are told
         yield _Number(_NAMES[name], None if error is None else shown(error), shown(limit), unit)
 
 

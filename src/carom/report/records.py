@@ -14,19 +14,23 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from carom.comparator import Grade, Score, Verdict
+from carom.comparator import Errors, Grade, Score, Verdict
+from carom.comparator.consistency import Consistency
 from carom.errors import InputError
 from carom.limits import MOST_BYTES, MOST_VALUES, values_in
 from carom.report import wording
-from carom.report.files import FORMATS, plain
+from carom.report.files import FORMATS, fields_of, plain
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
 from carom.text import shortened
 
-__all__ = ["junit", "read_records", "records"]
+__all__ = ["OF_SPINS", "junit", "read_records", "records"]
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
+
+#: Of the parts of a score, what is of spins.
+OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
 #: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -121,12 +125,13 @@ def _fields(row: Row) -> dict[str, object]:
         "grade": row.grade,
         "verdicts": score.findings if score else (),
         "matched": len(score.errors) if score else None,
-        **{name: getattr(score, name, None) for name in ("missed", "spurious", "undecided", "total", "against_pit")},
+        **{name: getattr(score, name, None) for name in ("missed", "spurious", "undecided")},
+        **{name: _of_scores(row, getattr(score, name, None)) for name in ("total", "against_pit")},
         "own_velocity": score.own_velocity if score else None,
         "price_paid": _paid(score.price_paid) if score else None,
         **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
         "local": _local(score) if score else None,
-        "consistency": score.consistency if score else None,
+        "consistency": _of_scores(row, score.consistency) if score else None,
         "outcome_taken": _outcome(score) if score else None,
         "spread": row.spread,
         "counts": trace.counts if trace else None,
@@ -139,22 +144,33 @@ def _fields(row: Row) -> dict[str, object]:
     }
 
 
+def _of_scores(row: Row, part: Errors | Consistency | None) -> dict[str, object] | None:
+    """Return the fields of a part of a score: those of spins only where discs turn."""
+    if part is None:
+        return None
+    turns = row.job.scene.arrays.turns
+    return {name: value for name, value in fields_of(part).items() if turns or name not in OF_SPINS}
+
+
 def _paid(price: float) -> float | str:
     """A price that is infinite is one still, which JSON has no number for; a mass is written in the same way."""
     return "inf" if math.isinf(price) else price
 
 
 def _local(score: Score) -> dict[str, object]:
-    """Medians and largest of the local errors: one entry an impact would be too long a line."""
+    """Medians and largest of the local errors: one entry an impact would be too long a line.
+
+    A kind of error that no impact has, of spins where nothing turns say, is left out.
+    """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")
     kinds = ("velocity", "spin", "time_s", "restitution", "energy", *sampled)
-    return {
-        "scored": local.scored,
-        "spurious": len(local.spurious),
+    found = {
         **{f"{kind}_median": local.median(kind) for kind in kinds},
         **{f"{kind}_worst": local.worst(kind) for kind in kinds},
     }
+    said = {name: value for name, value in found.items() if not math.isnan(value)}
+    return {"scored": local.scored, "spurious": len(local.spurious), **said}
 
 
 def _outcome(score: Score) -> dict[str, object] | None:

@@ -14,6 +14,7 @@ from carom.comparator.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.comparator.verdict import Finding
 from carom.report.files import FORMATS
+from carom.report.records import OF_SPINS
 from carom.runs.environment import Environment
 from carom.runs.job import Status
 from carom.runs.phases import PhaseSpread
@@ -95,7 +96,7 @@ class CellLine:
 
 
 class _AsWritten(GenerateJsonSchema):
-    """As `carom.report.files.plain` writes: an enum by its name, null for what is no finite number."""
+    """As `carom.report.records` writes: an enum by its name, null for no finite number, spins only where discs turn."""
 
     def float_schema(self, schema: Any) -> dict[str, Any]:
         return super().float_schema(schema) if "gt" in schema else {"type": ["number", "null"]}
@@ -107,7 +108,7 @@ class _AsWritten(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])  # a default, which may be NaN, is written as well
 
     def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
-        return True
+        return field["name"] not in OF_SPINS
 
 
 def records_schema() -> dict[str, Any]:
