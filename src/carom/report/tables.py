@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import os
 import statistics
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
 from carom.comparator import Errors, Horizon, ImpactError, Score
@@ -152,7 +154,10 @@ def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[s
     run = {method.engine for method in grid.columns}
     missing = [info for info in results.engines if info.missing and info.name not in run]
     if in_full:
-        yield from (f"{info.name} is not run: {info.unavailable}" for info in missing)
+        here = (
+            f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
+        )
+        yield from (f"{info.name} is not run: {info.unavailable.replace(here, '')}" for info in missing)
     elif missing:
         yield f"Not installed: {wording.listed([info.name for info in missing])}; 'carom engines' says how to get them."
 

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -204,13 +205,17 @@ def test_verdict_line_counts_the_rows(results: Results) -> None:
 
 
 def test_engines_that_are_not_installed_are_named(results: Results) -> None:
-    """What was not run for that is one sentence on a terminal, and a line with the reason on paper and in full."""
-    missing = EngineInfo("absent", "Absent", "", "absent is not installed; make it", Capabilities(), {"tuned": ""}, "")
+    """What was not run for that is one sentence on a terminal, and a line with the reason on paper and in full.
+
+    A report goes to others: no file below the working folder is told by its whole name.
+    """
+    reason = f"absent is not installed; make it in {Path.cwd() / 'its' / 'folder'}"
+    missing = EngineInfo("absent", "Absent", "", reason, Capabilities(), {"tuned": ""}, "")
     shown = replace(results, engines=(*results.engines, missing))
     short = "\n".join(line for line in terminal(cross_check_document(shown), 80) if isinstance(line, str))
     assert "Not installed: absent; 'carom engines' says how to get them." in short
-    assert "absent is not run: absent is not installed; make it" in said(shown)
-    assert "absent is not run: absent is not installed; make it" in markdown(cross_check_document(shown))
+    assert "absent is not run: absent is not installed; make it in its/folder" in said(shown)
+    assert "absent is not run: absent is not installed; make it in its/folder" in markdown(cross_check_document(shown))
     assert "absent" not in said(results)
 
 
