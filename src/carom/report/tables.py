@@ -154,9 +154,7 @@ def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[s
     run = {method.engine for method in grid.columns}
     missing = [info for info in results.engines if info.missing and info.name not in run]
     if in_full:
-        here = (
-            f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
-        )
+        here = f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
         yield from (f"{info.name} is not run: {info.unavailable.replace(here, '')}" for info in missing)
     elif missing:
         yield f"Not installed: {wording.listed([info.name for info in missing])}; 'carom engines' says how to get them."
