@@ -102,7 +102,8 @@ Jobs = Annotated[
 ]
 
 Resume = Annotated[
-    bool, typer.Option("--resume", help="Go on with what lies in the folder of results: run only what is missing.")
+    bool,
+    typer.Option("--resume", help="Go on with the journal in the folder of results: run only what is missing in it."),
 ]
 
 Retry = Annotated[

@@ -99,7 +99,8 @@ def cross_check(
         InputError: No scenes, two scenes of one name, or a number that is out of range.
         UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
     """
-    asked = Options(engine_names and [engine_named(word) for word in engine_names], **options)
+    asked = Options(engine_names, **options)
+    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = LocalPool(asked.jobs, asked.time_limit_s, asked.memory_limit_mb) if pool is None else nullcontext(pool)
     with own as opened:

@@ -12,6 +12,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 from carom.adapter import Capabilities, ContactTimes
+from carom.arguments import count, shown
 from carom.errors import InputError, UnknownNameError
 from carom.limits import require_seconds
 from carom.registry import EngineInfo
@@ -99,9 +100,15 @@ class Options:
     def __post_init__(self) -> None:
         for name in ("engines", "dts", "profiles"):
             value = getattr(self, name)
-            if isinstance(value, str):
+            if isinstance(value, str) or not isinstance(value, Iterable | None):
                 raise InputError(f"{name} must be a list, also where there is one of them, got {value!r}")
             object.__setattr__(self, name, None if value is None else tuple(value))
+        for name in ("engines", "profiles"):
+            for k, word in enumerate(getattr(self, name) or ()):
+                if not isinstance(word, str):
+                    raise InputError(f"{name}[{k}] must be a name, got {word!r}")
+        if self.jobs is not None:
+            count("jobs", self.jobs, least=1)
         if not isinstance(self.settings, Mapping):
             raise InputError(f"settings must be a mapping from names to values, got {self.settings!r}")
         object.__setattr__(self, "settings", dict(self.settings))
@@ -168,9 +175,12 @@ def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, .
     Raises:
         InputError: There is no scene, or two have one name.
     """
-    if isinstance(scenes, Scene | CatalogueScene):
-        raise InputError("scenes must be a list, also where there is one of them")
+    if isinstance(scenes, Scene | CatalogueScene) or not isinstance(scenes, Iterable):
+        raise InputError(f"scenes must be a list, also where there is one of them, got {type(scenes).__name__}")
     entries = list(scenes)
+    for k, entry in enumerate(entries):
+        if not isinstance(entry, Scene | CatalogueScene):
+            raise InputError(f"scenes[{k}] must be a Scene, or one of the catalogue, got {shown(entry)}")
     answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
     plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
     if not plain:

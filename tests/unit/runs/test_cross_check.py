@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -227,6 +228,24 @@ def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
         carom.cross_check([], ["pit"])
     with pytest.raises(InputError, match="two scenes have the name 'meeting'"):
         carom.cross_check([scene, scene], ["pit"])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"engine_names": "pit"}, "engines must be a list, also where there is one of them, got 'pit'"),
+        ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
+        ({"dts": 0.1}, "dts must be a list, also where there is one of them, got 0.1"),
+        ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
+        ({"jobs": 0}, "jobs must be a whole number, 1 or more, got 0"),
+        ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
+        ({"scenes": ["paper/late"]}, "scenes[0] must be a Scene, or one of the catalogue, got 'paper/late'"),
+    ],
+)
+def test_what_is_no_list_is_refused_by_name_and_value(scene: Scene, given: dict[str, Any], said: str) -> None:
+    """Each option says what it must be and what it got, before any engine starts."""
+    with pytest.raises(InputError, match=re.escape(said)):
+        carom.cross_check(**{"scenes": [scene], "engine_names": ["pit"], **given})
 
 
 def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
