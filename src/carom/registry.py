@@ -153,11 +153,12 @@ def _points_of(distribution: metadata.Distribution) -> list[AdapterPoint]:
         where = str(distribution.locate_file(""))
         broken = f"the entry points of a distribution there can't be read, install it again: {type(error).__name__}"
         return [AdapterPoint(where, where, broken=f"{broken}: {error}")]
+    name = _name_of(distribution) if points else ""  # reads a file
     return [
         AdapterPoint(
             point.name,
             point.value,
-            _name_of(distribution),
+            name,
             broken=""
             if point.pattern.match(point.value)
             else f"an entry point must name an object, as module:object, got {point.value!r}",
