@@ -22,7 +22,7 @@ __all__ = ["DiscArrays"]
 
 @dataclass(frozen=True, eq=False)
 class DiscArrays:
-    """The start of an event-driven run, which refuses one in which discs overlap.
+    """The start of an event-driven run, which refuses one in which discs overlap. Compared by identity, not by value.
 
     Attributes:
         position_m: Centres at time 0, shape ``(n, 2)``, metres.

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.display import Tabular
+from carom.equality import ByValue
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -156,8 +157,8 @@ class Outcome(Enum):
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
 
 
-@dataclass(frozen=True)
-class Samples:
+@dataclass(frozen=True, eq=False)
+class Samples(ByValue):
     """States at chosen instants, for drawing.
 
     Attributes:
@@ -169,9 +170,9 @@ class Samples:
     position_m: NDArray[np.float64]
 
 
-@dataclass(frozen=True, repr=False)
-class Trace(Tabular):
-    """All that one run of one method produced.
+@dataclass(frozen=True, repr=False, eq=False)
+class Trace(ByValue, Tabular):
+    """All that one run of one method produced. Two are equal if all fields are, arrays to the bit; there is no hash.
 
     Attributes:
         method: Name of the method or engine.
@@ -230,8 +231,8 @@ class Trace(Tabular):
         return profile_shown(self.profile, self.tried)
 
 
-@dataclass(frozen=True)
-class Flight:
+@dataclass(frozen=True, eq=False)
+class Flight(ByValue):
     """A disc's flight between two of its impacts, by the trace's own velocities; the start and the end count as such.
 
     Attributes:

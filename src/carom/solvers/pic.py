@@ -7,13 +7,15 @@ part are predicted again. All impacts come in their order, however many there ar
 from __future__ import annotations
 
 import functools
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.request import ALWAYS, Request
+from carom.solvers.options import ALWAYS, PLAIN, Options
+from carom.solvers.request import Request
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import IMPACT_DTYPE, Trace
 
@@ -30,7 +32,7 @@ __all__ = ["pic_run", "solve_pic"]
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
-def pic_run(scene: Scene, request: Request | None = None, *, all_pairs: bool = False) -> Run:
+def pic_run(scene: Scene, options: Options = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
 
     Under gravity it records everything. Solving for `all_pairs`, as without the extension, changes no result.
@@ -41,12 +43,12 @@ def pic_run(scene: Scene, request: Request | None = None, *, all_pairs: bool = F
             from carom.solvers.falling.run import BallisticRun
 
             return BallisticRun(scene)
-        options = request.options(units) if request else {}
+        asked = asdict(options.in_units(units))
         if extension_available() and not all_pairs:
-            return EventDrivenRun(scene, **options)
+            return EventDrivenRun(scene, **asked)
         from carom.solvers.plain.run import AllPairsRun
 
-        return AllPairsRun(scene, **options)
+        return AllPairsRun(scene, **asked)
 
     run: Run = run_in_ordinary_units(scene, make)
     return run
@@ -89,7 +91,7 @@ def solve_pic(
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
         if trace is not None:
             return trace
-    run = pic_run(scene, request)
+    run = pic_run(scene, request.options)
     outcome, samples = request.carry_out(run, _patient(request.progress))
     kept = request.kept(run.log)
     return Trace(
@@ -102,7 +104,7 @@ def solve_pic(
         outcome=outcome,
         ambiguous=kept.ambiguous,
         samples=samples,
-        settings={"contact_duration_s": request.contact_duration_s} if request.contact_duration_s else {},
+        settings={"contact_duration_s": contact_s} if (contact_s := request.options.contact_duration_s) else {},
         counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=(*run.notes, *extension_notes()),

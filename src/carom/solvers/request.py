@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.arguments import count, number, shown, times
+from carom.arguments import count, number, times
 from carom.errors import InputError
 from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
 from carom.sizes import span_problems
+from carom.solvers.options import ALWAYS, PLAIN, Options
 from carom.trace import Outcome, Samples
 
 if TYPE_CHECKING:
@@ -18,11 +18,8 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
     from carom.solvers.run import Progress, Run, RunImpacts
-    from carom.solvers.units import Units
 
-__all__ = ["ALWAYS", "Request", "frames_of"]
-
-ALWAYS = (-math.inf, math.inf)
+__all__ = ["Request", "frames_of"]
 
 
 class Kept(NamedTuple):
@@ -37,12 +34,10 @@ class Request(NamedTuple):
     """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""
 
     end_s: float
-    max_impacts: int | None = None
-    keep: bool = True  # impacts at all
-    window_s: tuple[float, float] = ALWAYS
-    samples_s: tuple[float, ...] = ()  # ascending
-    contact_duration_s: float = 0.0
-    progress: Progress | None = None
+    max_impacts: int | None
+    options: Options
+    samples_s: tuple[float, ...]  # ascending
+    progress: Progress | None
 
     @classmethod
     def checked(
@@ -61,30 +56,21 @@ class Request(NamedTuple):
         Raises:
             InputError: An argument is outside its range, or not there under gravity; the message names it.
         """
-        if record not in ("all", "none"):
-            raise InputError(f"record must be 'all' or 'none', got {shown(record)}")
-        contact_s = number("contact_duration_s", contact_duration_s, least=0.0)
-        if contact_s and scene.gravity_m_s2 != (0.0, 0.0):
-            raise InputError(f"contact_duration_s must be 0 in a scene with gravity, got {contact_s}")
+        options = Options.of(record, window_s, contact_duration_s)
+        if options.contact_duration_s and scene.gravity_m_s2 != (0.0, 0.0):
+            raise InputError(f"contact_duration_s must be 0 in a scene with gravity, got {options.contact_duration_s}")
         return cls(
             scene.duration_s if until_s is None else _until(scene, until_s),
             None if max_impacts is None else count("max_impacts", max_impacts),
-            record == "all",
-            _window(window_s),
+            options,
             tuple(times("sample_times_s", sample_times_s)),
-            contact_s,
             progress,
         )
 
     @property
     def is_plain(self) -> bool:
         """Whether impacts are asked for, all or the first few, and nothing else."""
-        return self.max_impacts != 0 and self[2:] == (True, ALWAYS, (), 0.0, None)
-
-    def options(self, units: Units) -> dict[str, Any]:
-        """Return what a run without gravity is made with, in units of its own."""
-        window, contact = map(units.of_seconds, self.window_s), units.of_seconds(self.contact_duration_s)
-        return {"record": "all" if self.keep else "none", "window_s": tuple(window), "contact_duration_s": contact}
+        return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
     def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
         """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""
@@ -104,9 +90,10 @@ class Request(NamedTuple):
     def kept(self, log: RunImpacts) -> Kept:
         """Return the impacts of a log that are to be kept."""
         impacts, spins, ambiguous = log.array(), log.spins(), log.ambiguous()
-        if self.keep and self.window_s == ALWAYS:
+        begin_s, end_s = self.options.recorded_s
+        if (begin_s, end_s) == ALWAYS:
             return Kept(impacts, spins, ambiguous)
-        kept = self.keep & (self.window_s[0] <= impacts["time_s"]) & (impacts["time_s"] <= self.window_s[1])
+        kept = (begin_s <= impacts["time_s"]) & (impacts["time_s"] <= end_s)
         places = np.cumsum(kept) - 1
         impacts = impacts[kept]
         impacts.flags.writeable = False
@@ -124,16 +111,6 @@ def _until(scene: Scene, until_s: object) -> float:
         for problem in span_problems(scene.arrays, scene.gravity_m_s2, end_s):
             raise InputError(f"until_s {problem.message}")
     return end_s
-
-
-def _window(window_s: Any) -> tuple[float, float]:
-    try:
-        begin, end = map(float, window_s)
-    except (TypeError, ValueError, OverflowError):
-        begin = end = math.nan
-    if math.isnan(begin) or math.isnan(end):
-        raise InputError(f"window_s must be two times, got {shown(window_s)}")
-    return begin, end
 
 
 def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol
 
-from carom.errors import InputError
-
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from carom.trace import Outcome
 
-__all__ = ["Progress", "Run", "RunImpacts", "require_time"]
+__all__ = ["Progress", "Run", "RunImpacts"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
@@ -55,7 +53,11 @@ class Run(Protocol):
         """Work so far, by name."""
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
+        """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
+
+        Raises:
+            InputError: One of the two is none, see `carom.solvers.options.require_goal`.
+        """
 
     def positions(self) -> NDArray[np.float64]:
         """Return the centres now, metres, shape ``(n, 2)``."""
@@ -68,13 +70,3 @@ class Run(Protocol):
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-
-
-def require_time(time_s: float) -> None:
-    """Refuse to take a run to a time that is none: no impact is later than NaN, so the run would have no end.
-
-    Raises:
-        InputError: It is NaN.
-    """
-    if time_s != time_s:
-        raise InputError(f"time_s must be a number of seconds, got {time_s}")

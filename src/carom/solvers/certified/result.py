@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from carom.display import Drawn
+from carom.equality import ByValue
 from carom.trace import body_name
 
 if TYPE_CHECKING:
@@ -74,9 +75,9 @@ class Degeneracy:
         return f"{self.kind.value}: {names}, {when} ({how})"
 
 
-@dataclass(frozen=True, repr=False)
-class CertifiedTrace(Drawn):
-    """A trace with a proven bound on the error of every number in it.
+@dataclass(frozen=True, repr=False, eq=False)
+class CertifiedTrace(ByValue, Drawn):
+    """A trace with a proven bound on the error of every number in it; compared as a trace is, and without a hash, too.
 
     Attributes:
         trace: Method "certified". Each number is the float64 nearest to the middle of the ball that was proven to hold
@@ -97,7 +98,7 @@ class CertifiedTrace(Drawn):
         precision_bits: Bits that the run was begun with.
         bits_lost: Bits of accuracy lost in the worst disc until the end.
         replays: How often it was begun again at a higher precision.
-        elapsed_s: Seconds that it took.
+        elapsed_s: Seconds that it took; left out of a comparison.
     """
 
     trace: Trace
@@ -112,7 +113,7 @@ class CertifiedTrace(Drawn):
     precision_bits: int = 0
     bits_lost: float = 0.0
     replays: int = 0
-    elapsed_s: float = 0.0
+    elapsed_s: float = field(default=0.0, compare=False)
     spin_radii: NDArray[np.void] | None = None
     final_spin_radius_rad_s: NDArray[np.float64] | None = None
 

@@ -23,6 +23,7 @@ from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 from carom.solvers.certified.selection import OutOfTime, Selection, Undecided
+from carom.solvers.options import require_goal
 from carom.trace import Outcome, Trace
 
 if TYPE_CHECKING:
@@ -130,7 +131,11 @@ class CertifiedRun:
             max_impacts: Stop after so many impacts in all; None for no limit.
             progress: Called now and then with impacts and seconds.
             time_budget_s: Seconds of clock time; None for no limit.
+
+        Raises:
+            InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
         """
+        require_goal(time_s, max_impacts)
         if self.ending not in _GOES_ON:
             return self.outcome
         begin_s = time.perf_counter()
@@ -166,6 +171,11 @@ class CertifiedRun:
         """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         return self.result().trace.final_spin_rad_s
 
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of certified impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        bodies = [body for row in self.log.rows for body in (row.values.first, row.values.second) if body >= 0]
+        return np.bincount(np.array(bodies, np.int64), minlength=len(self.scene.discs)).astype(np.int64)
+
     def result(self) -> CertifiedTrace:
         """Return what is certified so far, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
@@ -192,6 +202,7 @@ class CertifiedRun:
             settings={"digits": self.log.digits, "precision_bits": attempt.bits},
             counts=self.counts,
             notes=self.notes,
+            impacts_per_disc=self.impacts_per_disc(),
             spins=self.log.spins(),
             final_spin_rad_s=spin[:, 0].copy() if bodies.turns else None,
         )

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
 from carom.solvers.impact_log import standstill_impacts
+from carom.solvers.options import ALWAYS, Options, require_goal
 from carom.solvers.resolution import too_far_out
 from carom.solvers.rows import Rows
-from carom.solvers.run import require_time
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
 if TYPE_CHECKING:
@@ -40,6 +41,7 @@ class RunState(NamedTuple):
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
+    fixed: Mapping[str, Any]  # what no impact changes, by name, but for radii and masses, which the kernel's rows hold
 
 
 class RecordedImpacts:
@@ -81,11 +83,13 @@ class EventDrivenRun:
         contact_duration_s: Contact time of the TC model (Luding & McNamara, Granular Matter 1 (1998) 113): an impact of
             a disc whose last one is more recent than this loses no energy: it is elastic, without friction. That ends
             inelastic collapse. 0 for none.
-        resume: The state of an earlier run of the same start to go on from.
+        resume: The state of an earlier run to go on from: of discs of the same radii, masses and moments of inertia,
+            the same walls, coefficients and contact time. Places, velocities and spins are the state's.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, discs given as arrays overlap, or an option is outside its range.
+        InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `resume` is
+            the state of a run of another scene; the message names what differs.
         CaromError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -94,7 +98,7 @@ class EventDrivenRun:
         start: Scene | DiscArrays,
         *,
         record: str = "all",
-        window_s: tuple[float, float] = (-math.inf, math.inf),
+        window_s: tuple[float, float] = ALWAYS,
         contact_duration_s: float = 0.0,
         resume: RunState | None = None,
         cell_factor: float = 1.0,
@@ -107,20 +111,18 @@ class EventDrivenRun:
             start.require_ordinary()
         elif resume is None:
             start.require_apart()
-        if record not in {"all", "none"}:
-            raise InputError(f"record must be 'all' or 'none', got {record!r}")
-        if not contact_duration_s >= 0:
-            raise InputError(f"contact_duration_s must be 0 or more, got {contact_duration_s}")
+        self.options = Options(record, window_s, contact_duration_s)
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        self._kernel = _kernel_of(start, contact_duration_s, cell_factor)
-        if record == "all":
-            self._kernel.record(*window_s)
+        self._kernel = _kernel_of(start, self.options.contact_duration_s, cell_factor)
+        self._fixed = _fixed_of(start, self.options.contact_duration_s)
+        if self.options.record == "all":
+            self._kernel.record(*self.options.window_s)
         self.log = RecordedImpacts(self._kernel)
         if resume is not None:
-            _require_fitting(resume, start, contact_duration_s)
+            _require_same(resume, self._fixed, self._kernel.discs)
             self._kernel.resume(resume.kernel)
             self.time_s = resume.time_s
 
@@ -128,9 +130,10 @@ class EventDrivenRun:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
 
         Raises:
-            InputError: `time_s` is NaN, or two discs met so far out that floats do not tell their centres apart.
+            InputError: `time_s` is NaN, `max_impacts` no number of impacts, or two discs met so far out that floats do
+                not tell their centres apart.
         """
-        require_time(time_s)
+        require_goal(time_s, max_impacts)
         ended = _PAUSE
         while ended == _PAUSE:  # between calls Python hears of Ctrl-C
             ended = self._kernel.run(time_s, _NEVER if max_impacts is None else max_impacts, _EVENTS)
@@ -162,7 +165,7 @@ class EventDrivenRun:
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""
-        return RunState(self._kernel.state(), self.time_s)
+        return RunState(self._kernel.state(), self.time_s, self._fixed)
 
     @property
     def impacts(self) -> int:
@@ -208,12 +211,45 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
     )
 
 
-def _require_fitting(state: RunState, start: DiscArrays, contact_duration_s: float) -> None:
-    """Refuse a state of another number of discs, or one that knows nothing of spins or of contacts that take time."""
-    discs = len(state.kernel["discs"])
-    if discs != len(start):
-        raise InputError(f"resume must be the state of a run of {len(start)} discs, got one of {discs}")
-    if start.turns and state.kernel.get("spins") is None:
-        raise InputError("resume must be the state of a run with friction or spin, as this one has")
-    if contact_duration_s > 0 and not len(state.kernel["last_impacts"]):
-        raise InputError("resume must be the state of a run with a contact_duration_s above 0, as this one has")
+#: Coefficients of a start: with the walls, and the discs' radii, masses and inertia, all that no impact changes.
+_LAW = (
+    *("restitution", "wall_restitution"),
+    *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
+)
+
+
+def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
+    """Return by name what no impact changes, but for radii and masses, which the kernel has copied."""
+    law = {name: getattr(start, name) for name in _LAW}
+    inertia = start.inertia.copy() if start.turns else None
+    return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}
+
+
+def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.void]) -> None:
+    """Refuse a state of other discs, walls or coefficients: a run that went on from it would be of neither scene."""
+    if not isinstance(state, RunState):
+        raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
+    theirs = state.kernel["discs"]
+    if len(theirs) != len(discs):
+        raise InputError(f"resume must be the state of a run of {len(discs)} discs, got one of {len(theirs)}")
+    for name, field in (("radius_m", "radius"), ("mass_kg", "inverse_mass")):
+        _require_equal(name, discs[field], theirs[field])
+    for name, value in fixed.items():
+        other = state.fixed[name]
+        if (value is None) != (other is None):  # of the inertia, without which no spins are kept
+            has, got = ("with", "without") if other is None else ("without", "with")
+            raise InputError(f"resume must be the state of a run {has} friction or spin, as this one, got one {got}")
+        if isinstance(value, np.ndarray):
+            _require_equal(name, value, other)
+        elif value != other:
+            found = f"{shown(value)}, got {shown(other)}"
+            raise InputError(f"resume must be the state of a run of the same {name}: {found}")
+
+
+def _require_equal(name: str, values: NDArray[np.float64], others: NDArray[np.float64]) -> None:
+    differ = np.flatnonzero(values != others)
+    if len(differ):
+        raise InputError(
+            f"resume must be the state of a run of the same {name}: that of disc {differ[0]} differs, "
+            f"and that of {len(differ) - 1} others"
+        )

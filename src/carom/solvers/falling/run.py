@@ -11,7 +11,7 @@ import numpy as np
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.clock import START, Instant
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
-from carom.solvers.run import require_time
+from carom.solvers.options import require_goal
 from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -61,9 +61,9 @@ class BallisticRun:
             progress: Called now and then with the number of impacts so far and the time reached.
 
         Raises:
-            InputError: `time_s` is NaN.
+            InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
         """
-        require_time(time_s)
+        require_goal(time_s, max_impacts)
         end = (time_s, 0.0)
         outcome = Outcome.COMPLETED
         while self._ended is None and self._events and (event := self._events[0])[0] <= end:

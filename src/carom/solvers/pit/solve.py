@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
+from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
 from carom.solvers.units import run_in_ordinary_units
@@ -74,8 +75,9 @@ class FrameRun:
             progress: Called now and then with the number of impacts so far and the time reached.
 
         Raises:
-            InputError: The time is not a finite number, 0 or more.
+            InputError: The time is not a finite number, 0 or more, or `max_impacts` no number of impacts.
         """
+        require_goal(time_s, max_impacts)
         outcome = self._advance(self.clock.frames_before(time_s), max_impacts, progress)
         self.time_s = max(self.time_s, time_s if outcome is Outcome.COMPLETED else self._last_frame_s)
         return outcome

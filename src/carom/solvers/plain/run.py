@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
+from carom.solvers.options import ALWAYS, Options, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
-from carom.solvers.run import require_time
 from carom.trace import Outcome, wall_body
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class AllPairsRun:
     The arguments are those of `EventDrivenRun`.
 
     Raises:
-        InputError: The scene has gravity.
+        InputError: The scene has gravity, or an option is outside its range.
     """
 
     def __init__(
@@ -45,16 +45,15 @@ class AllPairsRun:
         scene: Scene,
         *,
         record: str = "all",
-        window_s: tuple[float, float] = (-math.inf, math.inf),
+        window_s: tuple[float, float] = ALWAYS,
         contact_duration_s: float = 0.0,
     ) -> None:
         require_supported(scene, "PIC")
+        self.options = Options(record, window_s, contact_duration_s)
         self.bodies = Bodies(scene)
         self.log = ImpactLog(scene)
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        self._window_s = window_s if record == "all" else (math.inf, -math.inf)
-        self._contact_duration_s = contact_duration_s
         self._now_s = 0.0  # of the last impact, since the epoch
         self._reported_s = 0.0  # of the last impact, since the start
         self._at_instant = 0
@@ -70,7 +69,7 @@ class AllPairsRun:
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out."""
-        require_time(time_s)
+        require_goal(time_s, max_impacts)
         outcome = None
         while outcome is None:
             first, column = divmod(int(np.argmin(self._times)), self._times.shape[1])
@@ -127,11 +126,12 @@ class AllPairsRun:
         self._at_instant += 1
         discs = [first, second] if second >= 0 else [first]
         moved = [disc for disc in discs if bodies.inverse_mass[disc] > 0.0]
-        soon = [self._now_s - self._last_impact_s[disc] < self._contact_duration_s for disc in moved]
+        soon = [self._now_s - self._last_impact_s[disc] < self.options.contact_duration_s for disc in moved]
         for disc in moved:
             self._last_impact_s[disc] = self._now_s
         record = bodies.collide(first, second, self._now_s, elastic=any(soon))._replace(time_s=self._reported_s)
-        if self._window_s[0] <= record.time_s <= self._window_s[1]:
+        begin_s, end_s = self.options.recorded_s
+        if begin_s <= record.time_s <= end_s:
             self.log.add(record, bodies.resolution_s(record))
         for disc in discs:
             self._impacts_per_disc[disc] += 1

@@ -1,0 +1,47 @@
+"""Results that hold arrays, compared by value: a dataclass's own ``==`` fails on the first array of two rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+__all__ = ["ByValue"]
+
+
+class ByValue:
+    """A frozen dataclass, declared with ``eq=False``, that is equal to another of its class if every field is.
+
+    Fields declared with ``compare=False`` don't count.
+
+    Arrays are equal if type, shape and every bit are: NaN equals NaN, and 0 is not -0. Since an array can be changed
+    in its place, there is no hash: such a result is no key of a dictionary.
+    """
+
+    __hash__ = None  # type: ignore[assignment] # how Python is told that there is none
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return _same_fields(self, other)
+
+
+def _same_fields(one: Any, other: Any) -> bool:
+    return all(_same(getattr(one, field.name), getattr(other, field.name)) for field in fields(one) if field.compare)
+
+
+def _same(one: Any, other: Any) -> bool:
+    if isinstance(one, np.ndarray) or isinstance(other, np.ndarray):
+        alike = isinstance(one, np.ndarray) and isinstance(other, np.ndarray) and one.dtype == other.dtype
+        return alike and one.shape == other.shape and one.tobytes() == other.tobytes()
+    if type(one) is not type(other):
+        return bool(one == other)
+    if isinstance(one, Mapping):
+        return one.keys() == other.keys() and all(_same(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(_same, one, other))
+    if is_dataclass(one) and not isinstance(one, type):
+        return _same_fields(one, other)
+    return bool(one == other or (isinstance(one, float) and one != one and other != other))

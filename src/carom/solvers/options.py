@@ -1,0 +1,96 @@
+"""What is asked of a PIC run: checked once, in the same words whether by `carom.solve_pic` or by a run itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from carom.arguments import count, number, shown
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.solvers.units import Units
+
+__all__ = ["ALWAYS", "PLAIN", "Options", "require_goal"]
+
+ALWAYS = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Which impacts a run records, and whether a contact lasts.
+
+    Attributes:
+        record: "all" impacts, or "none". How many each disc had is counted always.
+        window_s: Record only impacts reported within these times, seconds.
+        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
+
+    Raises:
+        InputError: An option is outside its range; the message names it.
+    """
+
+    record: str = "all"
+    window_s: tuple[float, float] = ALWAYS
+    contact_duration_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the values."""
+        if self.record not in ("all", "none"):
+            raise InputError(f"record must be 'all' or 'none', got {shown(self.record)}")
+        if self.window_s is not ALWAYS:
+            object.__setattr__(self, "window_s", _window(self.window_s))
+        duration_s = number("contact_duration_s", self.contact_duration_s, least=0.0)
+        object.__setattr__(self, "contact_duration_s", duration_s)
+
+    @classmethod
+    def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> Options:
+        """Return checked options; the same ones each time of the defaults, whose making two discs would notice."""
+        if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
+            return PLAIN
+        return cls(record, window_s, contact_duration_s)
+
+    def in_units(self, units: Units) -> Options:
+        """Return these options for a run in units of its own."""
+        begin, end = map(units.of_seconds, self.window_s)
+        return Options(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
+
+    @property
+    def recorded_s(self) -> tuple[float, float]:
+        """Impacts reported within these times are recorded; no time is where none are."""
+        return self.window_s if self.record == "all" else (math.inf, -math.inf)
+
+
+def _window(window_s: Any) -> tuple[float, float]:
+    try:
+        begin, end = map(float, window_s)
+    except (TypeError, ValueError, OverflowError):
+        begin = end = math.nan
+    if math.isnan(begin) or math.isnan(end):
+        raise InputError(f"window_s must be two times, got {shown(window_s)}")
+    return begin, end
+
+
+#: The options by default.
+PLAIN = Options()
+
+
+def require_goal(time_s: float, max_impacts: int | None) -> None:
+    """Refuse to take a run to what is no time, infinity being one, or to what is no number of impacts.
+
+    No impact is later than NaN, so a run to there would have no end.
+
+    Raises:
+        InputError: The message names the argument and its value.
+    """
+    if isinstance(time_s, (bool, str)) or not _is_time(time_s):
+        raise InputError(f"time_s must be a number of seconds, got {shown(time_s)}")
+    if max_impacts is not None:
+        count("max_impacts", max_impacts)
+
+
+def _is_time(value: Any) -> bool:
+    try:
+        return not math.isnan(value)
+    except (TypeError, OverflowError):  # an integer beyond floats is none either
+        return False

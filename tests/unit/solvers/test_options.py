@@ -1,0 +1,154 @@
+"""What is asked of a run is refused in the same words at every door, and a state fits its own scene alone."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.forms import needs_extension
+from tests.stage import disc_at, staged, wall_at
+
+from carom import solve_pic
+from carom.disc_arrays import DiscArrays
+from carom.errors import InputError
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.options import Options
+from carom.solvers.plain.run import AllPairsRun
+
+from .five_runs import RUNS
+
+SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), wall_at(9, 0, -1, 0), duration_s=4)
+
+DOORS: dict[str, Callable[..., Any]] = {
+    "Options": Options,
+    "solve_pic": lambda **asked: solve_pic(SCENE, **asked),
+    "EventDrivenRun": lambda **asked: EventDrivenRun(SCENE, **asked),
+    "AllPairsRun": lambda **asked: AllPairsRun(SCENE, **asked),
+}
+
+REFUSED: list[tuple[dict[str, Any], str]] = [
+    ({"record": "some"}, "record must be 'all' or 'none', got 'some'"),
+    ({"record": ["all"]}, "record must be 'all' or 'none', got ['all']"),
+    ({"window_s": (math.nan, math.nan)}, "window_s must be two times, got (nan, nan)"),
+    ({"window_s": (0.0, math.nan)}, "window_s must be two times, got (0.0, nan)"),
+    ({"window_s": (1.0,)}, "window_s must be two times, got (1.0,)"),
+    ({"window_s": None}, "window_s must be two times, got None"),
+    ({"contact_duration_s": math.inf}, "contact_duration_s must be a finite number, 0 or more, got inf"),
+    ({"contact_duration_s": math.nan}, "contact_duration_s must be a finite number, 0 or more, got nan"),
+    ({"contact_duration_s": -1.0}, "contact_duration_s must be a finite number, 0 or more, got -1.0"),
+    ({"contact_duration_s": True}, "contact_duration_s must be a finite number, 0 or more, got True"),
+]
+
+
+@needs_extension
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize(("asked", "message"), REFUSED)
+def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
+    door: str, asked: dict[str, Any], message: str
+) -> None:
+    """The message names the option and the value, whichever way it came in."""
+    with pytest.raises(InputError) as refusal:
+        DOORS[door](**asked)
+    assert str(refusal.value) == message
+
+
+@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize(
+    ("goal", "message"),
+    [
+        ((math.nan,), "time_s must be a number of seconds, got nan"),
+        (("3",), "time_s must be a number of seconds, got '3'"),
+        ((None,), "time_s must be a number of seconds, got None"),
+        ((3.0, -1), "max_impacts must be a whole number, 0 or more, got -1"),
+        ((3.0, 1.5), "max_impacts must be a whole number, 0 or more, got 1.5"),
+        ((3.0, True), "max_impacts must be a whole number, 0 or more, got True"),
+    ],
+)
+def test_a_goal_that_is_none_is_refused_in_the_same_words_by_every_run(
+    name: str, goal: tuple[Any, ...], message: str
+) -> None:
+    """No run goes to what is no time or no number of impacts, and none is taken forward by being asked to."""
+    run = RUNS[name](SCENE)
+    with pytest.raises(InputError) as refusal:
+        run.advance_to(*goal)
+    assert str(refusal.value) == message
+    assert run.time_s == 0.0
+    assert len(run.log) == 0
+
+
+def rough_start(**changes: Any) -> DiscArrays:
+    position, velocity = np.array([[0.0, 0.0], [3.0, 0.0], [6.0, 1.0]]), np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    fields = {"radius_m": np.full(3, 0.5), "mass_kg": np.ones(3), "inertia_factor": np.full(3, 0.5), "friction": 0.25}
+    walls = ((9.0, 0.0, -1.0, 0.0),)
+    return DiscArrays(**{"position_m": position, "velocity_m_s": velocity, "walls": walls, **fields, **changes})
+
+
+@needs_extension
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("radius_m", np.array([0.5, 0.5, 0.25]), "that of disc 2 differs, and that of 0 others"),
+        ("radius_m", np.full(3, 0.25), "that of disc 0 differs, and that of 2 others"),
+        ("mass_kg", np.array([1.0, 2.0, 1.0]), "that of disc 1 differs, and that of 0 others"),
+        ("mass_kg", np.array([1.0, math.inf, 1.0]), "that of disc 1 differs, and that of 0 others"),
+        ("inertia_factor", np.array([0.5, 0.5, 1.0]), "that of disc 2 differs, and that of 0 others"),
+        ("walls", ((8.0, 0.0, -1.0, 0.0),), "((8.0, 0.0, -1.0, 0.0),), got ((9.0, 0.0, -1.0, 0.0),)"),
+        ("walls", (), "(), got ((9.0, 0.0, -1.0, 0.0),)"),
+        ("restitution", 0.5, "0.5, got 1.0"),
+        ("wall_restitution", 0.5, "0.5, got 1.0"),
+        ("friction", 0.5, "0.5, got 0.25"),
+        ("wall_friction", 0.5, "0.5, got 0.0"),
+        ("tangential_restitution", 0.5, "0.5, got 0.0"),
+        ("wall_tangential_restitution", 0.5, "0.5, got 0.0"),
+    ],
+)
+def test_a_state_of_another_scene_is_refused_by_what_differs(name: str, value: Any, message: str) -> None:
+    """Radii, masses, inertia, walls and each coefficient are compared; another place or velocity is the state's own."""
+    run = EventDrivenRun(rough_start())
+    run.advance_to(1.0)
+    with pytest.raises(InputError) as refusal:
+        EventDrivenRun(rough_start(**{name: value}), resume=run.state())
+    assert str(refusal.value) == f"resume must be the state of a run of the same {name}: {message}"
+    elsewhere = rough_start(position_m=rough_start().position_m + 0.25)
+    assert EventDrivenRun(elsewhere, resume=run.state()).positions().tobytes() == run.positions().tobytes()
+
+
+def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> None:
+    """An attribute that is added to `DiscArrays` is compared, too, or this list is told why it need not be."""
+    compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}
+    compared |= {"wall_friction", "tangential_restitution", "wall_tangential_restitution"}
+    of_the_state = {"position_m", "velocity_m_s", "spin_rad_s"}
+    assert {field.name for field in dataclasses.fields(DiscArrays)} == compared | of_the_state
+
+
+@needs_extension
+def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refused() -> None:
+    """Another number of discs, spins on one side alone, another contact time, and what is no state."""
+    smooth = {"friction": 0.0, "inertia_factor": None}
+    state, bare = EventDrivenRun(rough_start()).state(), EventDrivenRun(rough_start(**smooth)).state()
+    fewer = DiscArrays(np.zeros((1, 2)), np.zeros((1, 2)), np.full(1, 0.5), np.ones(1))
+    for start, resume, message in (
+        (fewer, state, "a run of 1 discs, got one of 3"),
+        (rough_start(), bare, "a run with friction or spin, as this one, got one without"),
+        (rough_start(**smooth), state, "a run without friction or spin, as this one, got one with"),
+    ):
+        with pytest.raises(InputError) as refusal:
+            EventDrivenRun(start, resume=resume)
+        assert str(refusal.value) == f"resume must be the state of {message}"
+    with pytest.raises(InputError, match=r"a run of the same contact_duration_s: 0\.5, got 0\.0"):
+        EventDrivenRun(rough_start(), contact_duration_s=0.5, resume=state)
+    wrong: Any = {"time_s": 1.0}
+    with pytest.raises(InputError, match=r"resume must be what EventDrivenRun.state\(\) returns, got {'time_s': 1.0}"):
+        EventDrivenRun(rough_start(), resume=wrong)
+
+
+def test_options_can_not_be_changed_and_are_equal_by_value() -> None:
+    """A run's options are those that were checked."""
+    options = Options(window_s=(1, 2))
+    assert options == Options("all", (1.0, 2.0), 0)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        options.record = "none"  # type: ignore[misc] # which is what must fail

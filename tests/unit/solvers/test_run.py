@@ -1,0 +1,89 @@
+"""Every run of a solver offers what `carom.solvers.run.Run` promises, whatever its method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged, wall_at
+
+from carom.extension import extension_available
+from carom.scene import Scene
+from carom.solvers.run import Run, RunImpacts
+from carom.solvers.units import RunInUnits, units_of
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
+
+from .five_runs import RUNS, of_frames
+
+#: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s, and that meets the wall after 6 s; so
+#: no frame of 1/64 s is late, except that it stands at the instant itself, and what comes later is not in it.
+ROW = staged("row", disc_at(0, 0, 1, 0), disc_at(3, 0), disc_at(6, 0), wall_at(8.5, 0, -1, 0), duration_s=7)
+ROUGH = ROW.model_copy(update={"friction": 0.5, "tangential_restitution": 0.0})
+
+
+def members(protocol: type) -> list[str]:
+    return [name for name in vars(protocol) if not name.startswith("_")]
+
+
+@pytest.fixture(params=[*RUNS, "in units"])
+def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
+    name = request.param
+    if name == "event-driven" and not extension_available():
+        pytest.skip("compiled only")
+    if name == "certified":
+        pytest.importorskip("flint")
+    if name != "in units":
+        return RUNS[name]
+
+    def make(scene: Scene) -> Any:
+        return RunInUnits(of_frames(scene), units_of(scene))
+
+    return make
+
+
+def test_every_run_has_every_member(make: Callable[[Scene], Run]) -> None:
+    """What the protocol names is there, and so is what it names of a log."""
+    run = make(ROW)
+    assert {name for name in members(Run) if not hasattr(run, name)} == set()
+    assert {name for name in members(RunImpacts) if not hasattr(run.log, name)} == set()
+
+
+@pytest.mark.parametrize("scene", [ROW, ROUGH], ids=["smooth", "rough"])
+def test_every_run_means_the_same_by_them(make: Callable[[Scene], Run], scene: Scene) -> None:
+    """Time, outcome, log, counts, and arrays of the shapes promised, before the first impact and after two of three."""
+    run, discs, turns = make(scene), len(scene.discs), scene.arrays.turns
+    for time_s, impacts in ((1.0, 0), (5.0, 2)):
+        assert run.advance_to(time_s) is Outcome.COMPLETED
+        assert run.time_s == time_s
+        assert len(run.log) == len(run.log.array()) == impacts
+        assert run.log.array().dtype == IMPACT_DTYPE
+        assert not run.log.array().flags.writeable
+        assert run.log.ambiguous() == ()
+        spins, now = run.log.spins(), run.spins()
+        assert (spins is None) == (now is None) == (not turns)
+        if spins is not None and now is not None:
+            assert spins.dtype == SPIN_DTYPE
+            assert (len(spins), now.shape) == (impacts, (discs,))
+        assert run.positions().shape == run.velocities().shape == (discs, 2)
+        assert np.isfinite(run.positions()).all()
+        assert run.impacts_per_disc().dtype == np.int64
+        assert run.impacts_per_disc().tolist() == ([0, 0, 0] if impacts == 0 else [1, 2, 1])
+        assert all(isinstance(value, int) for value in run.counts.values())
+        assert all(isinstance(note, str) for note in run.notes)
+    assert run.advance_to(7.0) is Outcome.COMPLETED
+    assert run.impacts_per_disc().tolist() == [1, 2, 2]
+
+
+def test_every_run_stops_after_so_many_impacts_and_goes_on(make: Callable[[Scene], Run]) -> None:
+    """The limit counts from the start; where it ends a run, time is no later than that impact's frame."""
+    run = make(ROW)
+    assert run.advance_to(7.0, 1) is Outcome.MAX_IMPACTS
+    assert len(run.log) == 1
+    assert 2.0 <= run.time_s <= 2.0 + 2.0 / ROW.frame_rate_hz
+    assert run.advance_to(7.0, 3) in (Outcome.COMPLETED, Outcome.MAX_IMPACTS)
+    assert len(run.log) == 3
+    assert run.advance_to(7.0) is Outcome.COMPLETED
+    assert not math.isnan(float(run.velocities().sum()))
