@@ -138,7 +138,7 @@ def _least(curve: Curve) -> Cell:
     reasons = list(dict.fromkeys(point.reason for point in curve.points))
     if all(reasons):
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if curve.points else "")
-    return Cell("", "misses or invents impacts at every step", short="misses")
+    return Cell("", "misses or invents impacts at every step that was run", short="misses")
 
 
 def exact_or(error: float) -> str:

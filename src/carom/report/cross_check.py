@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from carom.comparator import Grade
+from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.folders import write_files
 from carom.report import tables, wording
@@ -26,8 +26,9 @@ __all__ = ["PURPOSE", "cross_check_document", "write_report"]
 
 ABOUT = (
     "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
-    "interference test), finds an impact late and turns the discs from the wrong place in the wrong direction, or "
-    "never sees them touch. PIC (predicted instant of collision) solves for the instant: it is the reference here."
+    "interference test), finds an impact up to a step late and turns discs from the wrong place, those that meet off "
+    "centre in the wrong direction, or never sees them touch. PIC (predicted instant of collision) solves for the "
+    "instant: it is the reference here."
 )
 
 #: What a folder of a cross-check is for.
@@ -97,7 +98,11 @@ def write_report(
 def _reference(results: Results) -> str:
     """Say what PIC is worth here."""
     if not results.known:
-        return "None of these scenes has a known answer, so PIC is the reference here without a proof of its own."
+        proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
+        if not proven:
+            return "None of these scenes has a known answer, so PIC is the reference here without a proof of its own."
+        which = f"{len(proven)} of {wording.count(len(results.references), 'scene')}"
+        return f"None of these scenes has a known answer; of {which} every impact of PIC is certified."
     deviations = {name: deviation for name, (_, deviation) in results.known.items()}
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:

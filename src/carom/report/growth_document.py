@@ -58,10 +58,8 @@ def _fastest(growth: Growth) -> Iterator[str]:
     if ran:
         took_s, best = min(ran, key=lambda one: one[0])
         step = wording.number(1e3 * took_s / STEPS, 3)
-        yield (
-            f"With {most} discs {best.engine} ({best.profile}) is the fastest of {wording.count(len(ran), 'method')}: "
-            f"{step} ms a step."
-        )
+        rank = f"is the fastest of {len(ran)} methods: " if len(ran) > 1 else "takes "
+        yield f"With {most} discs {best.engine} ({best.profile}) {rank}{step} ms a step."
 
 
 def _tables(growth: Growth) -> tuple[Table, ...]:

@@ -7,7 +7,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from carom.comparator import Score
+from carom.comparator import Grade, Score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
 from carom.report.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column, Section, Table, Text
@@ -21,7 +21,7 @@ _WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 0.22, 1.3, 0.5
 #: What is rounding has a strip of its own: its part of the axis, where two labels stand side by side.
 _STRIP = 0.14
 
-#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes.
+#: An engine is said to be PIT in disguise where it equals PIT in at least this share of the scenes that it is off in.
 MOSTLY = 0.5
 
 PRICE_TITLE = "What sampling costs each engine, and what error is its own"
@@ -67,6 +67,16 @@ class EnginePrice:
         return [score for score in self.scores.values() if score.equals_pit]
 
     @property
+    def disguised(self) -> list[Score]:
+        """Those of them in which there is an error at all, for sampling to be the whole of it."""
+        return [score for score in self.equal if score.grade is not Grade.EXACT]
+
+    @property
+    def off(self) -> list[Score]:
+        """Those in which it is off by more than rounding."""
+        return [score for score in self.scores.values() if score.grade is not Grade.EXACT]
+
+    @property
     def different(self) -> list[str]:
         """Names of the scenes in which it does not."""
         return [name for name, score in self.scores.items() if not score.equals_pit]
@@ -78,8 +88,8 @@ class EnginePrice:
 
     @property
     def beside_pit(self) -> float:
-        """Largest difference from PIT where it equals PIT: velocity over the speed, or time over the duration."""
-        errors = [(score.against_pit, score.scales.time_s) for score in self.equal if score.against_pit is not None]
+        """Largest difference from PIT in its disguise: velocity over the speed, or time over the duration."""
+        errors = [(s.against_pit, s.scales.time_s) for s in self.disguised if s.against_pit is not None]
         found = [number for e, duration_s in errors for number in (e.velocity, abs(e.time_s) / duration_s)]
         return max((number for number in found if not math.isnan(number)), default=0.0)
 
@@ -164,18 +174,18 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
 
 def _agreement(found: Sequence[EnginePrice]) -> str:
     """Say which engines are PIT in disguise; nothing where none is."""
-    close = [entry for entry in found if entry.equal and len(entry.equal) >= MOSTLY * len(entry.scores)]
+    close = [entry for entry in found if entry.disguised and len(entry.disguised) >= MOSTLY * len(entry.off)]
     if not close:
         return ""
     shares = [
-        f"of {entry.column.name} in {len(entry.equal)} of {wording.count(len(entry.scores), 'scene')}"
+        f"of {entry.column.name} in {len(entry.disguised)} of {wording.count(len(entry.off), 'scene')}"
         for entry in close
     ]
     largest = wording.number(max(entry.beside_pit for entry in close))
     does = "it does" if len(close) == 1 else "they do"
     return (
-        f"Sampling is the whole error {wording.listed(shares)}: there {does} exactly what PIT does at the same step, "
-        f"to rounding (largest difference {largest})."
+        f"Of the scenes with an error, sampling is the whole of it {wording.listed(shares)}: there {does} exactly what "
+        f"PIT does at the same step, to rounding (largest difference {largest})."
     )
 
 

@@ -19,6 +19,7 @@ import numpy as np
 import tomli_w
 
 from carom.comparator import ImpactError, Score
+from carom.comparator.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import asked_as
 from carom.report import wording
@@ -35,6 +36,9 @@ __all__ = ["impact_rows", "packed", "replay_data", "replay_link", "run_command",
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
+
+#: Why a cause is not told.
+UNKNOWN = "not told apart: its own state before is not known"
 
 Json = dict[str, Any]
 
@@ -170,7 +174,6 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
         )
     for k in score.spurious:
         impact = trace.impacts[k]
-        alone = k in score.local.spurious
         rows.append(
             {
                 "bodies": _bodies(impact),
@@ -178,12 +181,19 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
                 "reported": _or_none(float(impact["time_s"])),
                 "flag": "invented",
                 "became": "invented",
-                "cause": "from its own state before, these bodies do not meet"
-                if alone
-                else "follows from errors before",
+                "cause": _invented(k, score.local),
             }
         )
     yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _invented(k: int, local: LocalErrors) -> str:
+    """Say where an impact that the reference does not have comes from, as far as its own state before tells."""
+    if k in local.spurious:
+        return "from its own state before, these bodies do not meet"
+    if math.isnan(local.velocity[k]):
+        return UNKNOWN
+    return "from its own state before, these bodies do meet"
 
 
 def _bodies(impact: np.void) -> list[int]:
@@ -228,7 +238,7 @@ def _cause(error: ImpactError, score: Score) -> str:
     if not wrong > rounding:
         return ""
     if math.isnan(here):
-        return "not told apart: its own state before is not known"
+        return UNKNOWN
     if here <= rounding:
         return "right from its own state before: errors before this impact led it elsewhere"
     if own <= rounding:

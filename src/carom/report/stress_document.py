@@ -248,14 +248,24 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
     for kind, good, does in (("attack", SpotEnding.STANDS, "stood"), ("relation", SpotEnding.HOLDS, "kept")):
         passed: dict[int, list[str]] = {}
+        partly: list[str] = []  # who could not be asked everything is not ranked among those who could
         for method in results.methods:
             endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
-            if any(ending is not SpotEnding.NOT_RUN for ending in endings):
-                passed.setdefault(endings.count(good), []).append(f"{method.engine} ({method.profile})")
+            asked = len(endings) - endings.count(SpotEnding.NOT_RUN)
+            name = f"{method.engine} ({method.profile})"
+            if asked and asked == len(endings):
+                passed.setdefault(endings.count(good), []).append(name)
+            elif asked:
+                partly.append(f"{name} {does} {endings.count(good)} of the {asked} that it ran")
         if passed:
             most, fewest = max(passed), min(passed)
-            worst = f", and {_named(passed[fewest])} fewest, {fewest}" if most != fewest else ""
-            yield f"Of {wording.count(len(kinds[kind]), kind)} {_named(passed[most])} {does} most, {most}{worst}."
+            best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"
+            if most == fewest:
+                best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
+            yield f"Of {wording.count(len(kinds[kind]), kind)} {_named(passed[most])} {does} {best}{worst}."
+        if partly:
+            said = f": {wording.listed(partly)}" if len(partly) <= FEW else ""
+            yield f"Not ranked, as not every {kind} could be run: {wording.count(len(partly), 'method')}{said}."
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
 

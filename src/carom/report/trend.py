@@ -123,7 +123,7 @@ def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tup
         else:
             chosen.append(name)
     reasons = (
-        ("as PIT is wrong there in time only, its velocities are right at any step", exact),
+        ("as PIT's velocities are right there at every step that was run", exact),
         ("as PIT finds no impact at one of the steps, so that it has no velocity to be wrong", missed),
         ("as there is no impact", without),
         ("as the scene is not graded", other),
@@ -177,9 +177,10 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
     )
     wrong = "Scenes that are wrong are counted among all graded ones."
     said = (
-        f"Velocity errors are medians over the same {wording.count(len(trend.scenes), 'scene')} at every step. {wrong}"
+        f"Velocity errors are medians over the same {wording.count(len(trend.scenes), 'scene')} at every step, or over "
+        f"as many of these as a method found an impact in. {wrong}"
         if trend.scenes
-        else f"No scene has a velocity error that the step could change. {wrong}"
+        else f"In no scene does PIT have a velocity error at every step, so there are no medians. {wrong}"
     )
     scenes = Lines(tuple(_trend_scenes(trend)), ON_PAPER, folded="Which scenes these are")
     yield Section("Error against step", (charts, Text(said, ON_PAPER), table, scenes))

@@ -18,7 +18,7 @@ from carom.runs.reference import reference_trace
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["explain"]
 
@@ -90,15 +90,23 @@ def _pit(scene: Scene, dt_s: float) -> str:
 
 
 def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
-    last = float(reference.impacts["time_s"][-1]) if len(reference.impacts) else 0.0
     steps = scene.step_count(dt_s)
-    needed = min(steps, math.ceil(last / dt_s) + 1)
-    if _nothing_follows(scene, reference):
-        return (
-            f"stopped once their own state shows nothing but free flight: after the last impact at {last:.4g} s, step "
-            f"{needed} of {steps} at {dt_s:.6g} s, or soon after"
-        )
-    return f"followed through all {steps} steps at {dt_s:.6g} s: bodies still approach each other or a wall at the end"
+    every = f"followed through all {steps} steps at {dt_s:.6g} s"
+    if any(scene.gravity_m_s2):
+        rests = reference.outcome is Outcome.AT_REST
+        ends = f", and PIC ends at {reference.end_time_s:.4g} s, where a disc rests" if rests else ""
+        return f"{every}: under gravity no flight keeps its velocity{ends}"
+    until = "their own state shows nothing but free flight"
+    if not _nothing_follows(scene, reference):
+        return f"{every}, or until {until}: PIC's discs have impacts to come within twice the duration"
+    if not len(reference.impacts):
+        return f"stopped once {until}: PIC's discs meet nothing from the start on"
+    last_s = float(reference.impacts["time_s"][-1])
+    needed = min(steps, math.ceil(last_s / dt_s) + 1)
+    return (
+        f"stopped once {until}: PIC's does after its last impact at {last_s:.4g} s, step {needed} of {steps} at "
+        f"{dt_s:.6g} s"
+    )
 
 
 def _nothing_follows(scene: Scene, reference: Trace) -> bool:
@@ -126,7 +134,7 @@ def _fate(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, st
     left_out = [f"skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items()]
     runs = ", ".join(f"{job.dt_s:.6g}" for job in planned if job.dt_s not in refused)
     if runs and len(planned) < steps:
-        runs += " s only, as its error hardly depends on the step; finer ones with --dt"
+        runs += " s only, the coarsest; finer ones with --dt"
     elif runs:
         runs += " s"
     return "; ".join([f"run at {runs}", *left_out] if runs else left_out)

@@ -1,0 +1,73 @@
+"""List what a change of the scoring makes of honest runs: `honest_rows.py OLD NEW`, two results.jsonl of any format.
+
+Each is made by `carom run paper classics gravity spin engines issues -e pic -e pit -e pymunk -e box2d -e mujoco
+-e pybullet --no-timing --report FOLDER`: the whole catalogue at each scene's own steps. What is written, as Markdown:
+how many rows went from which grade to which, and every row whose grade is worse than it was, with what is said of it
+now. `carom diff` compares two runs of one format only.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+#: From best to worst; what is not graded stands beside them.
+WORSENING = ("exact", "close", "sampled", "inaccurate", "parted", "wrong")
+UNGRADED = "ungraded"
+
+#: Scene, engine, profile and step.
+Key = tuple[str, str, str, float]
+
+
+def read(path: str) -> dict[Key, dict[str, Any]]:
+    """Return the rows of a results.jsonl, but its head."""
+    _, *lines = Path(path).read_text(encoding="utf-8").splitlines()
+    rows = map(json.loads, lines)
+    return {(row["scene"], row["engine"], row["profile"], row["dt_s"]): row for row in rows}
+
+
+def word(row: dict[str, Any]) -> str:
+    """Return the grade of a row in a word, or why it has none."""
+    return str(row["grade"] or row["status"])
+
+
+def said(row: dict[str, Any]) -> str:
+    """Return the verdicts of a row, each with its reason."""
+    return "; ".join(f"{finding['verdict']} ({finding['reason']})" for finding in row["verdicts"])
+
+
+def worse(old: str, new: str) -> bool:
+    """Whether a grade is worse than another; what was graded and is no longer, too."""
+    if old in WORSENING and new in WORSENING:
+        return WORSENING.index(new) > WORSENING.index(old)
+    return old != new and not (old == UNGRADED and new in WORSENING)
+
+
+def listed(old: dict[Key, dict[str, Any]], new: dict[Key, dict[str, Any]]) -> Iterator[str]:
+    """Yield the lines of the two tables; rows that only one run has are not compared."""
+    both = sorted(old.keys() & new.keys())
+    moved = Counter((word(old[key]), word(new[key])) for key in both)
+    words = [w for w in (*WORSENING, UNGRADED) if any(w in pair for pair in moved)]
+    yield f"| then, now: | {' | '.join(words)} |"
+    yield f"| --- |{' --- |' * len(words)}"
+    for was in words:
+        yield f"| {was} | {' | '.join(str(moved[was, now] or '') for now in words)} |"
+    yield ""
+    yield "| scene | method | step, s | then | now | said now |"
+    yield "| --- | --- | --- | --- | --- | --- |"
+    for key in both:
+        scene, engine, profile, dt_s = key
+        was, now = word(old[key]), word(new[key])
+        if worse(was, now):
+            yield f"| {scene} | {engine} {profile} | {dt_s:.4g} | {was} | {now} | {said(new[key])} |"
+    yield ""
+    yield f"{len(both)} rows; in one of the runs only: {len(old.keys() ^ new.keys())}."
+
+
+if __name__ == "__main__":
+    old_path, new_path = sys.argv[1:]
+    sys.stdout.write("\n".join(listed(read(old_path), read(new_path))) + "\n")
