@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
+    "ADVICE_STEPS",
     "LARGEST",
     "LONGEST_S",
     "MOST_BYTES",
@@ -51,6 +52,10 @@ SPAN = 2.0**396
 
 #: Steps or frames of a run. Who asks for more has mistaken a unit.
 MOST_STEPS = 2**32
+
+#: Engine steps that the search of a method for a step may take unless told otherwise: an engine that looks once a step
+#: takes 240,000 for 1 degree on `paper/missed`.
+ADVICE_STEPS = 400_000
 
 #: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.
 MOST_DISCS = 100_000

@@ -31,7 +31,7 @@ COMMANDS = {
         *("--dt", "--profile", "--phases", "--rounds", "--seed", "--budget", "--target", "--error", "--axes"),
         *("--time-limit", "--memory-limit", "--jobs", "--discs", "--scheduler"),
     ),
-    ("advise", "paper/missed", "-e", "pit", "--budget", "2"): (
+    ("advise", "paper/missed", "-e", "pymunk", "--budget", "2000"): (
         *("--direction-error", "--miss-probability", "--phases", "--budget", "--time-limit", "--jobs", "--profile"),
     ),
     ("stress", "small", "-e", "pit", "--quick", "--out", "out"): (

@@ -61,7 +61,7 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
         (("run", "paper/missed", "-e", "pit", "--time-limit", "1e10"), "time_limit_s must be a positive"),
         (("stress", "small", "-e", "pit", "--time-limit", "1e300"), "--time-limit must be a positive"),
         (("advise", "paper/missed", "--time-limit", "1e10"), "--time-limit must be a positive"),
-        (("advise", "paper/missed", "--budget", "inf"), "--budget must be a positive number of seconds, 1e+07 at most"),
+        (("advise", "paper/missed", "--budget", "0"), "Input should be greater than or equal to 1"),
         (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "the time limit must be a positive"),
         (("bench", "paper/missed", "--dt", "1e300..1e-300:5"), "--dt must be above 0: from 1.49e-154 to 6.7e+153 s"),
         (("bench", "paper/missed", "--dt", "5e-324"), "--dt must be above 0: from 1.49e-154"),

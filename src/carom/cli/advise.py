@@ -9,7 +9,7 @@ import typer
 
 from carom.cli import shared
 from carom.errors import InputError
-from carom.limits import MOST_PHASES, require_seconds
+from carom.limits import ADVICE_STEPS, MOST_PHASES, require_seconds
 
 __all__ = ["advise"]
 
@@ -36,26 +36,27 @@ def advise(
     jobs: shared.Jobs = None,
     time_limit: shared.TimeLimit = 60.0,
     memory_limit: shared.MemoryLimit = None,
-    budget: Annotated[float, typer.Option("--budget", help="Seconds after which no further step is tried.")] = 90.0,
+    budget: Annotated[
+        int, typer.Option("--budget", min=1, help="Engine steps that the search of one method may take.")
+    ] = ADVICE_STEPS,
     verbose: shared.Verbose = False,
 ) -> None:
-    """Say the lowest frame rate that is good enough for a scene, for PIT and each engine, and which impact demands it.
+    """Say from which step on each engine misses no impact of a scene, and meets a demand, and which impact asks for it.
 
-    For two smooth discs PIT's answer is a closed form; for all else steps are tried. Each answer stands beside a step
-    that was run and passes and one that was run and fails.
+    Every step of a grid is tried, from the whole run in one step down, at starts spread over it and at unlucky ones. An
+    answer is a range: every step tried in it passes, and the next larger one that was run fails.
 
     Examples: `carom advise my-scene.toml`, `carom advise paper/missed --direction-error 5deg --miss-probability 0.1`.
     """
     from carom.bench.adviser import Demand
     from carom.bench.adviser import advise as find
-    from carom.report.small import advice_document
+    from carom.report.advice_document import advice_document
     from carom.runs.pool import LocalPool
 
     found = shared.plain_scenes_named([scene])
     if len(found) != 1:
         raise InputError(f"{scene!r} names {len(found)} scenes, and advice is for one")
-    for name, value in (("--budget", budget), ("--time-limit", time_limit)):
-        require_seconds(name, value)
+    require_seconds("--time-limit", time_limit)
     with LocalPool(jobs, time_limit, memory_limit) as pool, shared.progress_bar() as progress:
         advice = find(
             found[0],
@@ -64,7 +65,7 @@ def advise(
             engine,
             profiles=tuple(profile or ("default", "tuned")),
             phases=phases,
-            budget_s=budget,
+            budget_steps=budget,
             progress=progress,
         )
     shared.print_document(advice_document(advice), full=verbose)

@@ -1,26 +1,23 @@
-"""The documents of `carom engines`, `carom scenes`, `carom certify` and `carom advise`."""
+"""The documents of `carom engines`, `carom scenes` and `carom certify`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import tomli_w
 
 from carom.adapter import Capabilities
-from carom.bench.adviser import RESOLUTION, Advice, Advised, Cause, HardImpact, StepTrial
 from carom.registry import EngineInfo
 from carom.report import wording
-from carom.report.document import DETAIL, EVERYWHERE, TERMINAL, Cell, Column, Document, Section, Table, Text
+from carom.report.document import Cell, Column, Document, Section, Table
 from carom.scenes import CatalogueScene, Complaint
-from carom.trace import body_name, pair_name
+from carom.trace import pair_name
 
 if TYPE_CHECKING:
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["advice_document", "certified_document", "engine_document", "scene_document", "scene_text"]
+__all__ = ["certified_document", "engine_document", "scene_document", "scene_text"]
 
 
 def engine_document(infos: Sequence[EngineInfo]) -> Document:
@@ -143,113 +140,3 @@ def _reach(certified: CertifiedTrace) -> Iterator[str]:
         yield f"{certified.degeneracy}."
     if certified.commuted:
         yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference, and is not certified."
-
-
-def advice_document(advice: Advice) -> Document:
-    """Return the answer, with what was tried for it: who may take the longest step comes first."""
-    lost = Column("lost,", lambda answer: _found(answer.passes), "direction", only=DETAIL)
-    table = Table(
-        (
-            Column("method", lambda answer: f"{answer.method.engine} {answer.method.profile}"),
-            Column("steps a", lambda answer: _rate(answer.passes), "second", number=True),
-            Column("passes at", lambda answer: _step(answer.passes), "step, s", number=True),
-            lost,
-            Column("fails at", lambda answer: _step(answer.fails), "step, s", number=True),
-            replace(lost, say=lambda answer: _found(answer.fails), only=EVERYWHERE),
-            Column("search", _ended, only=TERMINAL),
-            Column("remark", _remark, only=DETAIL),
-        ),
-        sorted(advice.answers, key=lambda answer: -answer.passes.dt_s if answer.passes else 0.0),
-        title=f"{advice.scene.name}: the largest step that meets the demand",
-    )
-    short = "lost: share of starts with an impact missed or invented (+: an unlucky one)"
-    note = (
-        f"Each step was run at {wording.count(advice.phases, 'start')} spread evenly over it and at those that "
-        f"look just before the hardest impacts; the two steps are no more than {wording.percent(RESOLUTION - 1.0)} "
-        "apart. Lost: share of the even starts with an impact missed or invented (+: only at an aimed one). Found by "
-        "trying: between the steps tried there is no proof."
-    )
-    section = Section(table.title, (table, Text(short, TERMINAL), Text(note, DETAIL)))
-    return Document("Carom: advice", tuple(_sentences(advice)), (section,))
-
-
-def _sentences(advice: Advice) -> Iterator[str]:
-    """Return the answer, then which impact is the hardest and why."""
-    degrees = wording.number(math.degrees(advice.demand.direction_error_rad), 3)
-    lost = advice.demand.miss_probability
-    missing = "no impact missed" if lost == 0 else f"an impact missed at no more than {wording.percent(lost)} of starts"
-    yield f"Asked of {advice.scene.name}: directions right to {degrees}°, and {missing}."
-    if advice.closed_form_s is not None:
-        yield (
-            f"PIT needs {_at_least(advice.closed_form_s)}: by closed form, at any start."
-            if math.isfinite(advice.closed_form_s)
-            else "PIT does so at any frame rate at which it looks before the scene ends."
-        )
-    engines = [answer for answer in advice.answers if answer.method.engine not in {"pic", "pit"}]
-    ended = [(answer.passes.dt_s, answer.method) for answer in engines if answer.passes and not answer.reason]
-    if ended:
-        dt_s, method = max(ended, key=lambda one: one[0])
-        yield f"Take {method.engine} ({method.profile}), which needs the fewest steps: {_at_least(dt_s)}."
-    elif engines:
-        yield f"No engine's search ended in a step to take: {engines[0].reason}."
-    yield _hardest(advice.hardest[0], advice.impacts, rough=advice.scene.arrays.rubs_discs)
-
-
-def _at_least(dt_s: float) -> str:
-    return f"at least {wording.number(1.0 / dt_s, 4)} steps a second (a step of at most {wording.number(dt_s, 4)} s)"
-
-
-def _rate(trial: StepTrial | None) -> str:
-    return "none" if trial is None else wording.number(1.0 / trial.dt_s, 4)
-
-
-def _hardest(impact: HardImpact, impacts: int, *, rough: bool) -> str:
-    where = f"{body_name(impact.first)} and {body_name(impact.second)} at {wording.number(impact.time_s, 4)} s"
-    which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
-    window = impact.limit.window
-    if window is None:
-        return f"{which} is that of {where}: {impact.cause.value}."
-    size = f"{wording.number(window.speed_m_s)} m/s and {wording.number(window.reach_m)} m from centre to centre"
-    why = {
-        Cause.GRAZE: f"a graze, at {wording.number(window.share, 4)} of the contact distance off centre",
-        Cause.FAST: f"fast for their size, {size}",
-        Cause.TURN: f"their line of centres turns fast, at {size}",
-        Cause.WALL: impact.cause.value,
-    }[impact.cause]
-    late = impact.limit.direction_dt_s
-    direction = (
-        "and however late they are found, the directions stay right to what was asked"
-        if math.isinf(late)
-        else f"and found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
-    )
-    if rough:  # how friction turns with the line of centres has no closed form
-        direction += ", were there no friction"
-    return (
-        f"{which} is that of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, "
-        f"{direction}."
-    )
-
-
-def _ended(answer: Advised) -> str:
-    if answer.reason:
-        return "unfinished" if answer.passes else "none found"
-    return "ended" if answer.closed_form_s is None else "closed form"
-
-
-def _remark(answer: Advised) -> str:
-    if answer.reason:
-        return answer.reason
-    if answer.closed_form_s is not None:
-        return f"closed form: {wording.number(answer.closed_form_s, 4)} s, confirmed by running it"
-    return "no step that was tried fails" if answer.fails is None else answer.fails.reason
-
-
-def _step(trial: StepTrial | None) -> str:
-    return wording.ABSENT if trial is None else wording.number(trial.dt_s, 4)
-
-
-def _found(trial: StepTrial | None) -> str:
-    if trial is None or trial.reason:
-        return wording.ABSENT
-    lost = wording.percent(trial.lost_share) + ("+" if trial.lost_anywhere and not trial.lost_share else "")
-    return f"{lost}, {wording.number(math.degrees(trial.direction_error_rad), 3)}°"

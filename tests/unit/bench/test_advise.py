@@ -1,22 +1,24 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.stage import disc_at, staged, wall_at
+from tests.unit.report.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
-from carom.bench.adviser import RESOLUTION, Cause, Demand, StepTrial, advise, hardest_impacts
+from carom.bench import adviser
+from carom.bench.adviser import Cause, Demand, Ending, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
+from carom.bench.step_search import CONFIRM
+from carom.bench.step_trial import StartTask
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.report.document import Medium, Table
-from carom.report.small import advice_document
-from carom.runs.pool import InProcess
-from carom.scenes import find_scenes
+from carom.report.advice_document import advice_document
+from carom.runs.job import PIT_METHOD, Job, Method
+from carom.runs.pool import InProcess, LocalPool
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
@@ -123,44 +125,6 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-def test_an_engines_answer_stands_between_a_step_that_passes_and_one_that_fails() -> None:
-    """Search and closed form agree: tuned pymunk does what PIT does, whose closed form is confirmed by running it."""
-    pytest.importorskip("pymunk", reason="pymunk is not installed")
-    with InProcess() as pool:
-        advice = advise(pair(0.4), Demand(DEGREE), pool, ["pit", "pymunk"], profiles=["tuned"], phases=2, budget_s=300)
-    pit, pymunk = advice.answers
-    assert advice.closed_form_s is not None
-    assert pit.reason == ""
-    for answer in (pit, pymunk):
-        assert answer.passes is not None
-        assert answer.fails is not None
-        assert answer.passes.direction_error_rad <= DEGREE < answer.fails.direction_error_rad
-        assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
-    assert pymunk.passes is not None
-    assert pymunk.passes.dt_s == pytest.approx(advice.closed_form_s, rel=0.02)
-
-
-def test_what_cannot_take_a_large_step_is_asked_for_a_smaller_one() -> None:
-    """Box2D moves nothing by more than 2 m a step: at 5 m/s it can't take the first, 0.5 s, and has an answer."""
-    pytest.importorskip("Box2D", reason="Box2D is not installed")
-    (entry,) = find_scenes(["spin/grip"])
-    with InProcess() as pool:
-        advice = advise(entry.scene, Demand(DEGREE), pool, ["box2d"], profiles=["tuned"], phases=2, budget_s=300)
-    (answer,) = advice.answers
-    assert answer.reason == ""
-    assert answer.passes is not None
-    assert answer.fails is not None
-    assert answer.passes.direction_error_rad <= DEGREE < answer.fails.direction_error_rad
-    refused = StepTrial(0.5, False, math.nan, False, math.nan, "unsupported: too far a step", unsupported=True)
-    (section,) = advice_document(replace(advice, answers=(replace(answer, fails=refused),))).sections
-    (table,) = (block for block in section.blocks if isinstance(block, Table))
-    assert [cell.text for cell in table.shown(Medium.DETAIL)[1][0]][-3:] == [
-        "0.5",
-        "n/a",
-        "unsupported: too far a step",
-    ]
-
-
 @pytest.mark.parametrize(
     ("demand", "words"),
     [
@@ -177,25 +141,92 @@ def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str)
         Demand(*demand)
 
 
-def test_with_friction_steps_are_tried() -> None:
-    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the next one it is not."""
+def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
+    """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    demand = Demand(10 * DEGREE)
+    with InProcess() as pool:
+        advice = advise(pair(0.4), demand, pool, ["pic", "pit", "pymunk"], profiles=["tuned"], phases=2)
+    (found,) = advice.answers
+    assert found.method == Method("pymunk", "tuned")
+    assert found.ending is Ending.FOUND
+    closed = advice.closed_form
+    assert closed is not None
+    assert advice.sampling is None
+    for answer, limit_s in ((found.never_misses, closed.never_misses_s), (found.demand, closed.demand_s)):
+        assert answer.passes is not None
+        assert answer.fails is not None
+        assert answer.passes.starts == CONFIRM + 1
+        assert answer.passes.dt_s <= limit_s < answer.fails.dt_s
+        assert answer.fails.dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
+
+
+def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_does_not_fail_at_it() -> None:
+    """PyBullet's default is clamped at 100 m/s: no row. Box2D moves nothing by 2 m a step: no larger one is run."""
+    for module in ("Box2D", "pybullet"):
+        pytest.importorskip(module, reason=f"{module} is not installed")
+    scene = pair(speed=150.0, radius=0.5)
+    with LocalPool() as pool:
+        advice = advise(scene, Demand(10 * DEGREE), pool, ["box2d", "pybullet"], profiles=["default"], phases=1)
+    assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
+    assert "150 m/s" in advice.unable[0].reason
+    (found,) = advice.answers
+    assert found.refused_s is not None
+    assert found.refused_s * 150 >= 2.0
+    assert found.trials
+    assert all(trial.dt_s < found.refused_s and not trial.reason for trial in found.trials)
+
+
+def test_a_scene_is_asked_as_far_as_its_reference_is_reliable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rounding decides what comes later, the scene ends there and the advice says so."""
+    scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
+    monkeypatch.setattr(adviser, "estimate_horizon", lambda trace: 4.0 if trace.scene.duration_s > 4.0 else None)
+    with InProcess() as pool:
+        advice = advise(scene, Demand(DEGREE), pool, ["pit"], phases=1)
+    assert advice.horizon_s == 4.0
+    assert advice.scene.duration_s == 4.0
+    assert advice.impacts == int((solve_pic(scene).impacts["time_s"] <= 4.0).sum()) < len(solve_pic(scene).impacts)
+    assert any("Asked up to 4 s" in line for line in printed(advice_document(advice), 80))
+
+
+def test_with_friction_pit_is_tried() -> None:
+    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
     rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
-    advice = advise(rough, Demand(DEGREE), InProcess(), ["pit"])
-    assert advice.closed_form_s is None
-    (answer,) = advice.answers
+    advice = advise(rough, Demand(5 * DEGREE), InProcess(), ["pit"])
+    assert advice.closed_form is None
+    assert advice.answers == ()
+    assert advice.sampling is not None
+    answer = advice.sampling.demand
     assert answer.passes is not None
     assert answer.fails is not None
-    assert answer.reason == ""
-    assert answer.fails.dt_s <= answer.passes.dt_s * RESOLUTION * (1 + 1e-6)
     for step, right in ((answer.passes.dt_s, True), (answer.fails.dt_s, False)):
         found, worst = direction_errors(rough, step, step * 0.999)
-        assert (found == 1 and worst <= DEGREE) is right
-    assert "were there no friction" in " ".join(advice_document(advice).lead)
+        assert (found == 1 and worst <= 5 * DEGREE) is right
+    text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
+    assert "were there no friction" in text
+    assert f"and {1 / answer.passes.dt_s:.4g} a second, by trying" in text
 
 
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
-    """Discs that spin and do not rub have the closed form of those that do not spin."""
+    """Discs that spin and do not rub have the closed form of those that do not; where one falls past the other none."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
     spinning = Scene(**{**dict(pair()), "discs": discs})
-    steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form_s for scene in (pair(), spinning)]
+    steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form for scene in (pair(), spinning)]
+    assert steps[0] is not None
     assert steps[0] == steps[1]
+    hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
+    falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
+    assert advise(falling, Demand(10 * DEGREE), InProcess(), ["pit"], phases=1).closed_form is None
+
+
+def test_an_impact_in_the_last_step_is_asked_for() -> None:
+    """An impact just before the scene's end is found or missed at any step, and none is left undecided."""
+    scene = pair()
+    at = float(solve_pic(scene).impacts["time_s"][0])
+    short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
+    job = Job(short, PIT_METHOD, 0.05)
+    assert solve_pit(short, frame_rate_hz=20).impacts.size == 0
+    found = StartTask(job).carry_out()
+    assert found.lost == 0
+    assert found.completed
+    assert 0.0 < found.direction_error_rad < math.inf

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import math
 
-from carom.bench.adviser import Advice, Advised, Cause, Demand, HardImpact, StepTrial
+from carom.bench.adviser import (
+    Advice,
+    Advised,
+    Cause,
+    ClosedForm,
+    Demand,
+    Ending,
+    HardImpact,
+    StepRange,
+    StepTrial,
+)
 from carom.bench.bench_plan import BenchPlan
 from carom.bench.convergence import fit_order
 from carom.bench.growth import Growth, GrowthCurve, GrowthPoint
@@ -93,18 +103,23 @@ def campaign_results() -> StressResults:
 
 
 def advice() -> Advice:
-    """Return what the adviser says of two discs: all found, but MuJoCo's default that never passes."""
-    never = "not met down to a step of 0.00017 s"
+    """Return what the adviser says of two discs: all found, except for MuJoCo's default that never meets the demand."""
     answers = []
-    for method in METHODS[2:]:
-        passes = StepTrial(0.01 / (1 + METHODS.index(method)), True, 0.0, False, 0.017)
-        fails = StepTrial(passes.dt_s * 1.02, False, 0.0, True, 0.018)
+    for method in METHODS[3:]:
+        last = 0.01 / (1 + METHODS.index(method) // 2)  # two and two tie
+        first = [StepTrial(last * 2**k, 8, 9, 8, 9, 0.9, 40) for k in (2, 1)]
+        fine = [
+            StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
+        ]
+        never = StepRange(fine[0], fine[-1].dt_s, first[-1], (), ())
         lost = method == Method("mujoco", "default")
-        closed = 0.0055 if method.engine == "pit" else None
-        answers.append(Advised(method, None if lost else passes, fails, closed, never if lost else ""))
+        whole = StepRange(None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
+        ending = Ending.FLAT if lost else Ending.FOUND
+        answers.append(Advised(method, (*first, *fine), never, whole, ending))
     limit = PairLimit(Window.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
-    return Advice(scene(), Demand(math.radians(1.0)), 1, (hardest,), 0.0055, tuple(answers), 8)
+    closed = ClosedForm(0.148, 0.0055)
+    return Advice(scene(), Demand(math.radians(1.0)), 1, (hardest,), closed, None, tuple(answers), (), 8, 400_000)
 
 
 def growth() -> Growth:

@@ -9,15 +9,17 @@ import pytest
 from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 from tests.unit.report.test_terminal import printed
 
+from carom.bench.adviser import Advice, Ending, Unable
 from carom.bench.points import Curve
 from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
+from carom.report.advice_document import advice_document
 from carom.report.bench_document import bench_document
 from carom.report.bench_tables import method_table
 from carom.report.document import Document, Medium, Table
 from carom.report.growth_document import growth_document
-from carom.report.small import advice_document
 from carom.report.stress_document import stress_document
+from carom.runs.job import Method
 from carom.stress.spots import Line, Spot, SpotEnding
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
@@ -39,7 +41,8 @@ def test_the_answer_is_one_screen(document: Document) -> None:
     """At 80 columns no answer is longer than 24 lines, which leaves one for the path of the report."""
     lines = printed(document, 80)
     assert len(lines) <= 24, "\n".join(lines)
-    assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in METHODS[2:])
+    rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
+    assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in rows)
 
 
 @pytest.mark.parametrize(("width", "full"), [(60, False), (120, False), (200, False), (60, True), (120, True)])
@@ -82,12 +85,61 @@ def test_the_bench_says_why_points_are_missing() -> None:
     assert f"({len(curves) + 1} not scored of {all_points} points, and the page says why)" in said(*curves)
 
 
-def test_the_steps_taken_are_the_longest_that_pass() -> None:
-    """The adviser's sentence names the engine of the longest step, and none whose search has not ended."""
-    text = " ".join(" ".join(printed(advice_document(advice()), 80)).split())
-    passing = [(a.passes.dt_s, a.method) for a in advice().answers if a.method.engine != "pit" and a.passes]
-    _, longest = max(passing, key=lambda one: one[0])
-    assert f"Take {longest.engine} ({longest.profile})" in text
+def said(found: Advice) -> str:
+    """What the terminal says of advice, in one line."""
+    return " ".join(" ".join(printed(advice_document(found), 80)).split())
+
+
+def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
+    """Both answers name every method of the longest step, the word tie and the rate; one alone has no tie."""
+    found = advice()
+    text = said(found)
+    passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
+    longest = max(dt_s for dt_s, _ in passing)
+    names = [f"{m.engine} {m.profile}" for dt_s, m in passing if dt_s == longest]
+    tie = f"{wording.listed(names)}{' tie' if len(names) > 1 else ''}, {wording.number(1 / longest, 4)} a second"
+    assert text.count(tie) == 2
+    alone = replace(found, answers=found.answers[:1])
+    assert "tie" not in said(alone)
+
+
+def test_what_the_adviser_can_not_know_is_not_said() -> None:
+    """No bound is claimed, no row is PIC's or PIT's, and what never ran has no step at which it fails."""
+    found = advice()
+    text = said(found)
+    assert "at least" not in text
+    assert "at most" not in text
+    lines = printed(advice_document(found), 80)
+    assert not any(line.startswith(("pic ", "pit ")) for line in lines)
+    assert "Looking once a step (PIT), as a yardstick: 6.757 and 181.8 a second, by closed form." in text
+    one = found.answers[0]
+    never = replace(one.never_misses, fails=None)
+    refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
+    (row,) = (
+        line
+        for line in printed(advice_document(replace(found, answers=(refused,))), 120)
+        if line.startswith(f"{one.method.engine} {one.method.profile}")
+    )
+    assert row.count("2 refused") == 2
+    unable = Unable(Method("box2d", "default"), "the scene has walls")
+    assert "Not searched: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
+
+
+def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> None:
+    """A search that its budget ended is named with the budget; of a curve with a hole both sides are told."""
+    found = advice()
+    one = found.answers[0]
+    stopped = replace(one, ending=Ending.BUDGET)
+    assert "400000 engine steps each (--budget): box2d default" in said(replace(found, answers=(stopped,)))
+    coarse, fails = one.trials[0], one.trials[1]
+    holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
+    text = said(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
+    rates = [wording.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
+    assert f"Not monotone: steps of box2d default miss none at {rates[0]} a second, and not at {rates[1]}." in text
+    assert text.count("Not monotone") == 1
+    nothing = replace(one.demand, passes=None)
+    text = said(replace(found, answers=(replace(one, demand=nothing),)))
+    assert "Steps that also keep directions to 1°: none of those tried, of any engine." in text
 
 
 @pytest.mark.parametrize(
