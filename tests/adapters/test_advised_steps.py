@@ -250,7 +250,9 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
 ) -> None:
     """At 65 starts it always hits, and meets the demand; at the step said to fail at one of them it does not."""
     name, advice = advised
-    (answer,) = [found for found in advice.answers if found.method.engine == engine]
+    answer = next((found for found in advice.answers if found.method.engine == engine), None)
+    if answer is None:
+        pytest.skip(f"{engine} is not installed")
     shot, angle = Shot.of(advice.scene), advice.demand.direction_error_rad
     for found, wholly in ((answer.never_misses, False), (answer.demand, True)):
         assert found.passes is not None, name
@@ -267,27 +269,24 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
 def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_needs(
     advised: tuple[str, Advice],
 ) -> None:
-    """Of the bullet 60 steps a second are enough for Box2D and MuJoCo, and 15 for PyBullet; pymunk needs PIT's.
+    """Of the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet, and 30 of the puck.
 
-    What looks once a step passes at or below the closed form only, and no more than one step of the grid below it.
+    Pymunk needs what PIT needs: what looks once a step passes at or below the closed form only, and no more than one
+    step of the grid below it.
     """
     name, advice = advised
-    least = {answer.method.engine: answer.demand.passes for answer in advice.answers}
-    assert all(least.values())
-    rates = {engine: 1 / passes.dt_s for engine, passes in least.items() if passes}
-    if name == "bullet":
-        assert rates["box2d"] == pytest.approx(60)
-        assert rates["mujoco"] <= 60 * (1 + 1e-9)
-        assert rates["pybullet"] <= 15 * (1 + 1e-9)
-    if name == "puck":
-        assert rates["pybullet"] <= 30 * (1 + 1e-9)
-    assert advice.closed_form is not None
+    found = {answer.method.engine: answer for answer in advice.answers}
+    most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}
+    for engine, answer in found.items():
+        assert answer.demand.passes is not None
+        assert 1 / answer.demand.passes.dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
+    if "pymunk" not in found:
+        pytest.skip("pymunk is not installed")
+    looks, closed = found["pymunk"], advice.closed_form
+    assert closed is not None
     for passes, closed_s in (
-        (least["pymunk"], advice.closed_form.demand_s),
-        (
-            next(a for a in advice.answers if a.method.engine == "pymunk").never_misses.passes,
-            advice.closed_form.never_misses_s,
-        ),
+        (looks.never_misses.passes, closed.never_misses_s),
+        (looks.demand.passes, closed.demand_s),
     ):
         assert passes is not None
         assert closed_s / 1.5 < passes.dt_s <= closed_s

@@ -133,7 +133,7 @@ class Advised:
 
 @dataclass(frozen=True)
 class Wanted:
-    """A step that a search wants tried, at so many even starts and the aimed ones."""
+    """A step that a search wants tried, and the number of its even starts."""
 
     dt_s: float
     even: int
@@ -303,7 +303,7 @@ def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool
 
 
 def _reaches(run: Sequence[StepTrial], octaves: int) -> bool:
-    """Whether the steps go down by so many octaves."""
+    """Whether the steps go down by this number of octaves."""
     return bool(run) and run[0].dt_s >= 2**octaves * run[-1].dt_s
 
 

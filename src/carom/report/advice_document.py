@@ -30,22 +30,22 @@ def _whole(answer: Advised) -> StepRange:
 
 def advice_document(advice: Advice) -> Document:
     """Return the answers, a row a method, and what was not reached; who may take the longest step comes first."""
-    asked = _demanded(advice)
     rows = sorted(advice.answers, key=lambda answer: (_order(answer.demand), _order(answer.never_misses)))
     table = Table(
         (
             Column("", lambda answer: _name(answer.method)),
-            Column("misses none", lambda answer: _range(answer.never_misses), "steps/s", number=True),
+            Column("misses", lambda answer: _range(answer.never_misses), "none", number=True),
             Column("fails", lambda answer: _fails(answer, answer.never_misses), "at", number=True),
-            Column(f"and {asked}", lambda answer: _range(answer.demand), "steps/s", number=True),
+            Column("also to", lambda answer: _range(answer.demand), _angle(advice), number=True),
             Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
             Column("direction", _direction, "wrong by", number=True),
+            Column("refused", _refused, "at", number=True, only=DETAIL),
             Column("engine", lambda answer: str(answer.steps), "steps", number=True, only=DETAIL),
             Column("no further, as", lambda answer: answer.ending.value, only=DETAIL),
         ),
         rows,
         title=f"{advice.scene.name}, in steps a second:",
-        note="a to b: every step tried between passes; between the steps there is no proof.",
+        note="a-b: every step tried between passes; between the steps there is no proof.",
     )
     blocks: tuple[Block, ...] = (
         Lines(tuple(_answers(advice))),
@@ -77,7 +77,11 @@ def _answers(advice: Advice) -> Iterator[str]:
 
 
 def _demanded(advice: Advice) -> str:
-    return f"directions to {wording.number(math.degrees(advice.demand.direction_error_rad), 3)}°"
+    return f"directions to {_angle(advice)}"
+
+
+def _angle(advice: Advice) -> str:
+    return _degrees(advice.demand.direction_error_rad)
 
 
 def _fewest(advice: Advice, which: str, question: Question) -> str:
@@ -169,16 +173,17 @@ def _rates(trials: Iterable[StepTrial]) -> str:
 
 
 def _range(found: StepRange) -> str:
-    if math.isnan(found.down_to_s):
-        return wording.ABSENT
-    finest = _rate(found.down_to_s)
-    return f"none to {finest}" if found.passes is None else f"{_rate(found.passes.dt_s)} to {finest}"
+    return "none" if found.passes is None else f"{_rate(found.passes.dt_s)}-{_rate(found.down_to_s)}"
 
 
 def _fails(answer: Advised, found: StepRange) -> str:
     if found.fails is not None:
         return _rate(found.fails.dt_s)
-    return "none" if answer.refused_s is None else f"{_rate(answer.refused_s)} refused"
+    return "none" if answer.refused_s is None else "refused"
+
+
+def _refused(answer: Advised) -> str:
+    return "" if answer.refused_s is None else f"{_rate(answer.refused_s)}: {answer.refusal}"
 
 
 def _direction(answer: Advised) -> str:
@@ -188,7 +193,7 @@ def _direction(answer: Advised) -> str:
         return wording.ABSENT
     flat = answer.flat
     any_step = flat is not None and trial.dt_s <= flat.from_s
-    return _degrees(trial.direction_error_rad) + (", at any" if any_step else "")
+    return _degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 
 def _degrees(angle_rad: float) -> str:

@@ -120,7 +120,7 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
         for line in printed(advice_document(replace(found, answers=(refused,))), 120)
         if line.startswith(f"{one.method.engine} {one.method.profile}")
     )
-    assert row.count("2 refused") == 2
+    assert row.count("refused") == 2
     unable = Unable(Method("box2d", "default"), "the scene has walls")
     assert "Not searched: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
 
