@@ -6,7 +6,7 @@ INSTALLED := $(VENV)/installed
 BUILT := $(VENV)/built
 REPORT ?= reports/latest
 #: What the extension is made of; each .pyx is a module of it.
-SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd')
+SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd' -o -name '*.h')
 MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.

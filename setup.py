@@ -72,6 +72,7 @@ def _extension(name: str, source: str, sources: list[str]) -> Extension:
         name,
         [source],
         depends=[*sources, "setup.py"],
+        include_dirs=["src"],
         extra_compile_args=FLAGS,
         extra_link_args=["--coverage"] if COVERAGE else [],
         define_macros=[("Py_LIMITED_API", "0x030B0000"), ("CAROM_SOURCES", DIGEST)],
@@ -79,7 +80,10 @@ def _extension(name: str, source: str, sources: list[str]) -> Extension:
     )
 
 
-sources = sorted(path.as_posix() for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("tests").glob("probe.pyx")])
+sources = sorted(
+    path.as_posix()
+    for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("src").rglob("*.h"), *Path("tests").glob("probe.pyx")]
+)
 extensions = [
     _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)
     for path in sources

@@ -2,8 +2,7 @@
 
 Each row times two things in turn, in interpreters of their own, and prints the median of their paired ratios, with the
 quartiles: a run beside that of another environment (``--baseline``: the path of its Python), a run that records all
-impacts (the finished array with its ambiguity) beside one that records none. Times are of the processor, but for the
-ensemble.
+impacts (the finished array with its ambiguity) beside one that records none. Times are of the processor.
 """
 
 from __future__ import annotations
@@ -16,8 +15,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.arguments import count, parser, run
-
-from carom.cores import available_cores
 
 __all__ = ["main"]
 
@@ -99,14 +96,6 @@ def small_rows(baseline: str, repeats: int) -> None:
         print(f"{discs:9d} {impacts:8d} {seconds / solves * 1e6:10.1f} {beside if baseline else '-':>18}", flush=True)
 
 
-def ensemble_row(baseline: str, repeats: int) -> None:
-    """Print the time that passes until the first impacts of a million scenes of two discs are known."""
-    with Worker(sys.executable, "ensemble") as ours, Worker(baseline or sys.executable, "ensemble") as theirs:
-        seconds, beside = paired(ours, theirs, 1_000_000, repeats)
-    print(f"a million scenes of two discs on {available_cores()} cores: {seconds:.2f} s", end="")
-    print(f", x baseline {beside}" if baseline else "", flush=True)
-
-
 def start_seconds() -> float:
     """Return the time from starting Python to the first impacts, seconds."""
     code = (
@@ -123,7 +112,6 @@ def main(sizes: Sequence[int], baseline: str = "", impacts: int = 300_000, repea
     """Print the tables."""
     print(f"from nothing to 100 impacts: {statistics.median(start_seconds() for _ in range(repeats)):.2f} s")
     small_rows(baseline, repeats)
-    ensemble_row(baseline, repeats)
     kernel_rows(sizes, baseline, impacts, repeats)
 
 

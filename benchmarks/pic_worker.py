@@ -1,9 +1,9 @@
 """What the benchmark of PIC times, in an interpreter of its own: run by `benchmarks.pic`, as text.
 
 Only what versions of Carom have in common stands here. The first line of standard input says what to prepare: "gas",
-discs, packing, and whether impacts are recorded; "solve", discs, and impacts; or "ensemble". Each line after that holds
-a number of impacts, solves or scenes; the answer is the processor time of so many, in seconds; of an ensemble, which
-has several threads, it is the time that passes. The last answer, to "bytes", is the memory a disc.
+discs, packing, and whether impacts are recorded; or "solve", discs, and impacts. Each line after that holds a number of
+impacts or solves; the answer is the processor time of so many, in seconds. The last answer, to "bytes", is the memory
+a disc.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ import numpy as np
 
 from carom import Disc, Scene, solve_pic
 from carom.bench.gas import gas_scene, hard_disc_gas
-from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
 
 try:
     from carom.solvers.event_driven.run import EventDrivenRun
@@ -77,28 +76,13 @@ def _solve(discs: int, impacts: int) -> Callable[[int], float]:
     return solve
 
 
-def _ensemble() -> Callable[[int], float]:
-    """Return what times the first impacts by PIC of so many scenes of two discs, half of which meet."""
-    rng = np.random.default_rng(1)
-
-    def solve(scenes: int) -> float:
-        place = rng.uniform(-3.0, 3.0, (scenes, 2))
-        offset = np.stack([np.full(scenes, 4.0), rng.uniform(-2.0, 2.0, scenes)], axis=1)
-        pairs = TwoDiscEnsemble.of(place, (1.0, 0.0), 0.5, place + offset, (0.0, 0.0), 0.5)
-        begin = time.perf_counter()
-        pic_ensemble(pairs)
-        return time.perf_counter() - begin
-
-    return solve
-
-
 def _main() -> None:
     kind, *rest = sys.stdin.readline().split()
     memory: Callable[[], float] = lambda: 0.0  # noqa: E731 - the other one is made where the run is
     if kind == "gas":
         timed, memory = _gas(int(rest[0]), float(rest[1]), rest[2] == "recorded")
     else:
-        timed = _solve(int(rest[0]), int(rest[1])) if kind == "solve" else _ensemble()
+        timed = _solve(int(rest[0]), int(rest[1]))
     print("ready", flush=True)
     for line in sys.stdin:
         print(memory() if line.strip() == "bytes" else timed(int(line)), flush=True)

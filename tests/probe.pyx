@@ -3,17 +3,19 @@
 Built with the extension where that is built in place, see setup.py; it is in no wheel.
 """
 
-from carom.physics cimport double_double, friction, impact_law, wall_time as wall
+from carom.constants cimport INF
+from carom.physics cimport double_double, wall_time as wall
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, find_near_walls, put, take
 from carom.solvers.event_driven.layout cimport (
-    INF, NOBODY, PLACES, Block, Cell, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
+    NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
 from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
-from carom.solvers.event_driven.record cimport forget, strike
 from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
-from carom.solvers.resolution cimport clock_resolution, pair_resolution, wall_resolution
+from carom.solvers.impact cimport law
+from carom.solvers.impact.ambiguity cimport add_contact, forget
+from carom.solvers.impact.resolution cimport clock_resolution, pair_resolution, wall_resolution
 
 import numpy as np
 
@@ -57,14 +59,14 @@ def wall_time(double x, double y, double vx, double vy, double radius, double qx
 
 
 def pair_push(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    return impact_law.pair_push(dx, dy, ux, uy, inverse_masses, restitution)
+    return law.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
 def pair_rub(
     grip, double dx, double dy, double ux, double uy, double surface, double yielding, double push
 ):
-    cdef friction.Grip g = friction.Grip(grip[0], grip[1])
-    return friction.pair_rub(&g, dx, dy, ux, uy, surface, yielding, push)
+    cdef ContactFriction g = ContactFriction(grip[0], grip[1])
+    return law.pair_tangential_impulse(&g, dx, dy, ux, uy, surface, yielding, push)
 
 
 def layouts():
@@ -92,7 +94,7 @@ def ambiguous(impacts):
     """Return which of a disc's impacts, ``(time, resolution, nx, ny)`` each, are ambiguous."""
     cdef Recent recent
     forget(&recent)
-    return [strike(&recent, time, resolution, nx, ny) for time, resolution, nx, ny in impacts]
+    return [add_contact(&recent, time, resolution, nx, ny) for time, resolution, nx, ny in impacts]
 
 
 cdef class EventQueue:

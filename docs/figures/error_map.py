@@ -1,4 +1,4 @@
-"""The map of what sampling costs two equal discs, over impact parameter and speed: made from an ensemble.
+"""The map of what sampling costs two equal discs, over impact parameter and speed.
 
 Run as a script, it draws the two figures of `docs/scoring.md` beside itself.
 """
@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from carom import resolve_impact, time_of_impact
 from carom.report.svg import INK, alone, drawing, new_figure, render
-from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
 
 __all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
 
@@ -49,7 +49,7 @@ class ErrorMap:
 
 @cache
 def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
-    """Run an ensemble of two equal discs through PIC and PIT.
+    """Take many pairs of equal discs of 1 kg, the second at rest, through PIC and through three frames of PIT.
 
     Impact parameter, advance and phase come from a quasi-random sequence that fills the cube evenly: multiples of the
     powers of 1/x, where x^4 = x + 1 (M. Roberts, The unreasonable effectiveness of quasirandom sequences, 2018).
@@ -66,17 +66,18 @@ def build_error_map(scenes: int = MAP_SCENES) -> ErrorMap:
     # Contact between the first frame and the second, so that two frames more decide everything.
     start = -contact * np.sqrt(1.0 - offset**2) - advance * (1.0 - phase)
     nothing = np.zeros(scenes)
-    pairs = TwoDiscEnsemble.of(
-        position_first=np.stack([start, nothing], axis=1),
-        velocity_first=np.stack([advance, nothing], axis=1),
-        radius_first=1.0,
-        position_second=np.stack([nothing, contact * offset], axis=1),
-        velocity_second=(0.0, 0.0),
-        radius_second=1.0,
-    )
-    exact, sampled = pic_ensemble(pairs), pit_ensemble(pairs, 1.0, 3)
-    error = np.hypot(*(sampled["velocity_first_after"] - exact["velocity_first_after"]).T) / advance
-    found = np.isfinite(sampled["time_s"])
+    first, second = np.stack([start, nothing], axis=1), np.stack([nothing, contact * offset], axis=1)
+    velocity = np.stack([advance, nothing], axis=1)
+    rest = np.zeros_like(velocity)
+    instant = time_of_impact(first, velocity, 1.0, second, rest, 1.0)
+    exact, _ = resolve_impact(velocity, 1.0, rest, 1.0, second - (first + velocity * np.reshape(instant, (-1, 1))))
+    found, sampled = np.zeros(scenes, np.bool_), velocity.copy()
+    for frame in range(3):
+        apart = second - (first + velocity * frame)
+        seen = ~found & (np.sum(apart * velocity, axis=1) > 0.0) & (np.hypot(*apart.T) <= contact)
+        sampled[seen] = resolve_impact(velocity[seen], 1.0, rest[seen], 1.0, apart[seen])[0]
+        found |= seen
+    error = np.hypot(*(sampled - exact).T) / advance
     column = np.minimum((along * _COLUMNS).astype(np.intp), _COLUMNS - 1)
     row = np.minimum((offset * _ROWS).astype(np.intp), _ROWS - 1)
     cell, cells = row * _COLUMNS + column, _ROWS * _COLUMNS

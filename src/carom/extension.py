@@ -53,7 +53,7 @@ class Patience:
 
 
 def sources_digest() -> str:
-    """Return the digest of all that the extension is made of: the .pyx and .pxd files of the package, with their names.
+    """Return the digest of all that the extension is made of: the .pyx, .pxd and .h files, with their names.
 
     The build calls it too, so nothing of Carom may be imported here.
     """
@@ -61,7 +61,7 @@ def sources_digest() -> str:
 
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted(package.rglob("*.p[yx][xd]")):
+    for path in sorted([*package.rglob("*.p[yx][xd]"), *package.rglob("*.h")]):
         source = path.read_bytes().replace(b"\r\n", b"\n")  # as git may check it out on Windows
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()

@@ -7,8 +7,6 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
-
 sys.path.append(str(Path(__file__).resolve().parents[2]))  # last: Carom itself is the one installed, wherever that is
 
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
@@ -16,7 +14,6 @@ from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from carom import Trace, engines, solve_pic, solve_pit
 from carom.extension import extension_available, extension_notes
 from carom.scenes import all_scenes
-from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble, pit_ensemble
 
 #: Plain Python takes seconds for scenes of more discs or impacts.
 MOST_DISCS, MOST_IMPACTS = 40, 200
@@ -39,14 +36,6 @@ def results() -> dict[str, str]:
         if len(entry.scene.discs) <= MOST_DISCS:
             found[f"pic: {name}"] = trace_bytes(solve_pic(entry.scene, max_impacts=MOST_IMPACTS))
             found[f"pit: {name}"] = trace_bytes(solve_pit(entry.scene))
-    rng = np.random.default_rng(1)
-    place, velocity = (
-        rng.uniform(-3, 3, (2, 300, 2)) + np.array([[[-4.0, 0.0]], [[4.0, 0.0]]]),
-        rng.normal(size=(2, 300, 2)),
-    )
-    pairs = TwoDiscEnsemble.of(place[0], velocity[0], 0.7, place[1], velocity[1], 0.9, restitution=0.7)
-    for name, impacts in (("pic", pic_ensemble(pairs)), ("pit", pit_ensemble(pairs, 2.0, 20))):
-        found[f"ensemble: {name}"] = impacts.tobytes()
     return {name: hashlib.sha256(data).hexdigest() for name, data in found.items()}
 
 

@@ -62,7 +62,7 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
         if module.name != "built.pyx":  # the one that stands for all: the others would only take time
             module.unlink()
     command = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", "--force")
-    source = tree / "src/carom/physics/impact_law.pxd"
+    source = tree / "src/carom/solvers/impact/law.pxd"
 
     def collects() -> bool:
         pytest_ = (sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/unit/test_errors.py")

@@ -6,8 +6,7 @@ of higher numbers. So no arrangement is a bad one: columns, lines, far outliers,
 upon one another, of which a movable disc within reach of none meets no more than the root of their part.
 
 Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails it holds no disc that
-passes: the pairs are those that comparing all pairs gives, to the last, in the compiled form (`carom.broad_phase.tree`)
-and the plain one (`carom.broad_phase.plain`).
+passes: the pairs are those that comparing all pairs gives, to the last. Without the extension, all pairs are compared.
 """
 
 from __future__ import annotations
@@ -44,23 +43,31 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
     Yields:
         The lower number of each pair, and the higher one, in no order within a block.
     """
-    if extension_available():
-        from carom.broad_phase import tree as form
-    else:
-        from carom.broad_phase import plain as form  # type: ignore[no-redef]  # has the same Search
-    search = form.Search(np.ascontiguousarray(position_m), np.ascontiguousarray(reach_m), np.ascontiguousarray(movable))
+    if not extension_available():
+        yield from _of_all_pairs(position_m, reach_m, movable)
+        return
+    from carom.broad_phase import tree
+
+    search = tree.Search(np.ascontiguousarray(position_m), np.ascontiguousarray(reach_m), np.ascontiguousarray(movable))
     begin = 0
     while begin < len(reach_m):
         first, second, begin = search.pairs(begin)
         yield first, second
 
 
-def near_walls(
-    position_m: NDArray[np.float64],
-    reach_m: NDArray[np.float64],
-    movable: NDArray[np.bool_],
-    walls: NDArray[np.float64],
-) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+def _of_all_pairs(position: Floats, reach: Floats, movable: Flags) -> Iterator[Pairs]:
+    """Compare each disc with all of lower numbers."""
+    block = max(1, _DISTANCES // (4 * max(1, len(reach))))
+    for begin in range(0, len(reach), block):
+        end = min(begin + block, len(reach))
+        dx, dy = (position[:end] - position[begin:end, None]).transpose(2, 0, 1)
+        both = reach[:end] + reach[begin:end, None]
+        near = (both >= 0.0) & (dx * dx + dy * dy <= both * both) & (movable[:end] | movable[begin:end, None])
+        second, first = np.nonzero(np.tril(near, begin - 1))
+        yield first, begin + second
+
+
+def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
     """Yield the movable discs and walls that are no farther apart than the disc's reach, behind the wall included.
 
     Args:

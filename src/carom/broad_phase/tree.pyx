@@ -1,6 +1,6 @@
 """The compiled form of the search for near pairs: a tree over the discs, asked once for each disc.
 
-`plain.py` finds the same pairs, by the same comparison of floats, and says what the search rests on.
+`carom.broad_phase` says what the search rests on.
 """
 
 import numpy as np

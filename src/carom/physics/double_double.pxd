@@ -1,10 +1,6 @@
 """The compiled form of `double_double.py`, operation by operation; none of them may be fused or reordered."""
 
-cdef extern from *:
-    """
-    #define carom_SPLITTER 134217729.0
-    """
-    const double SPLITTER "carom_SPLITTER"  # 2^27 + 1, Veltkamp's constant: 53 bits become 26, 26 and a sign
+from carom.constants cimport SPLITTER
 
 cdef struct DoubleDouble:  # the exact sum of two floats
     double high

@@ -3,29 +3,13 @@
 from cython cimport unlikely
 from libc.math cimport fabs, frexp, ldexp, sqrt
 
+from carom.constants cimport (
+    DOUBTFUL_DISCRIMINANT, DOUBTFUL_SUM, ERROR, GRID, INF, NEGLIGIBLE, UNCERTAIN,
+)
 from carom.physics.double_double cimport (
     MOST_TERMS, DoubleDouble, add_pair_product, add_square, exact_sum, greater, negated, no_terms, pair_product, rounded,
     split, two_diff, two_prod, two_sum, write_pair_products, write_products,
 )
-
-cdef extern from *:
-    """
-    #include <math.h>
-    #define carom_NEVER HUGE_VAL
-    #define carom_ERROR 0x1p-50
-    #define carom_NEGLIGIBLE 0x1p-900
-    #define carom_GRID 0x1p28
-    #define carom_DOUBTFUL_SUM 0x1p-140
-    #define carom_DOUBTFUL_DISCRIMINANT 0x1p-90
-    #define carom_UNCERTAIN -1.0
-    """
-    const double NEVER "carom_NEVER"
-    const double ERROR "carom_ERROR"  # pair_time.py gives the reasons for this and for those that follow
-    const double NEGLIGIBLE "carom_NEGLIGIBLE"
-    const double GRID "carom_GRID"
-    const double DOUBTFUL_SUM "carom_DOUBTFUL_SUM"
-    const double DOUBTFUL_DISCRIMINANT "carom_DOUBTFUL_DISCRIMINANT"
-    const double UNCERTAIN "carom_UNCERTAIN"  # in place of a time: the error-free form must decide
 
 cdef enum:
     LARGEST_EXPONENT = 1024  # every float is below two to this
@@ -207,7 +191,7 @@ cdef inline double exact_pair_time(Encounter e) noexcept nogil:
     uy = e.uy.high
     fastest = greater(fabs(ux), fabs(uy))
     if fastest == 0.0:
-        return NEVER
+        return INF
     length = exponent_of(greater(greater(fabs(e.x.high), fabs(e.y.high)), e.reach.high))
     pace = exponent_of(fastest)
     e.x = scaled(e.x, -length)
@@ -220,7 +204,7 @@ cdef inline double exact_pair_time(Encounter e) noexcept nogil:
         b = exact_closing(e)
     # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
     if not b.high < 0.0 and not (b.high == 0.0 and e.x.high * ux + e.y.high * uy < 0.0):
-        return NEVER
+        return INF
     c = rounded(add_square(add_square(add_square(no_terms(), e.x, 1.0), e.y, 1.0), e.reach, -1.0))
     if fabs(c.high) <= DOUBTFUL_SUM * (e.reach.high * e.reach.high):
         c = exact_gap(e)
@@ -237,9 +221,9 @@ cdef inline double exact_pair_time(Encounter e) noexcept nogil:
     if fabs(d.high) <= DOUBTFUL_DISCRIMINANT * terms:
         d = exact_discriminant(e)
     if not d.high > 0.0:
-        return NEVER
+        return INF
     root = exact_root(b, c, d)
-    return NEVER if exponent_of(root) + length - pace > LARGEST_EXPONENT else ldexp(root, length - pace)
+    return INF if exponent_of(root) + length - pace > LARGEST_EXPONENT else ldexp(root, length - pace)
 
 
 cdef inline double pair_time(
@@ -252,10 +236,10 @@ cdef inline double pair_time(
     """
     b = approach(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1)
     if b.value > b.error:
-        return NEVER
+        return INF
     d = discriminant(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2)
     if d.value < -d.error:
-        return NEVER
+        return INF
     e = encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
     time = refined_time(b.value, d.value, e)
     if unlikely(time < 0.0):

@@ -2,20 +2,12 @@
 
 from libc.math cimport NAN, fabs
 
+from carom.constants cimport PAIR_LEAST, PAIR_MOST
 from carom.physics.pair_time cimport pair_time
-
-cdef extern from *:
-    """
-    #define carom_LEAST 0x1p-101
-    #define carom_MOST 0x1p100
-    """
-    const double LEAST "carom_LEAST"  # the sizes of ordinary numbers, as in any_size.py
-    const double MOST "carom_MOST"
-
 
 cdef inline bint is_ordinary(double a) noexcept nogil:
     size = fabs(a)
-    return (LEAST <= size) & (size < MOST) | (size == 0.0)
+    return (PAIR_LEAST <= size) & (size < PAIR_MOST) | (size == 0.0)
 
 
 def fill_pair_times(

@@ -1,7 +1,8 @@
 """The compiled form of `wall_time.py`, operation by operation; a test holds the two to the same bits."""
 
+from carom.constants cimport INF
 from carom.physics.double_double cimport DoubleDouble, add_product, no_terms, rounded, two_diff, two_prod
-from carom.physics.pair_time cimport NEVER, approach
+from carom.physics.pair_time cimport approach
 
 
 cdef inline DoubleDouble wall_gap(
@@ -29,10 +30,10 @@ cdef inline double wall_time(
 ) noexcept nogil:
     toward = approach(vx, vy, nx, ny)
     if toward.value > toward.error:
-        return NEVER
+        return INF
     speed = wall_speed(vx, vy, nx, ny)
     if not speed.high < 0.0:
-        return NEVER
+        return INF
     gap = wall_gap(x, y, radius, qx, qy, nx, ny)
     if gap.high <= 0.0:
         return 0.0

@@ -1,8 +1,9 @@
 """The impacts of a run as they happen: recorded, and watched for the two ways in which they can lose their meaning.
 
 An impact is *ambiguous* where it shares a movable disc with an earlier recorded one at what may be the same instant, as
-far as `carom.solvers.resolution` knows both; unless the two normals are exactly orthogonal, for then neither impulse
-changes what the other impact sees. The result then depends on an order that is a convention: (time, first, second).
+far as `carom.solvers.impact.resolution` knows both; unless the two normals are exactly orthogonal, for then neither
+impulse changes what the other impact sees. The result then depends on an order that is a convention: (time, first,
+second).
 Friction pushes across the normal, too: an impact with friction counts as one of no direction (NaN), orthogonal to none.
 
 Of a disc's earlier impacts no more than two need be known. No direction is orthogonal to two that are not parallel. So
@@ -51,7 +52,7 @@ class Struck(NamedTuple):
 
 
 class Recent:
-    """A disc's impacts, as far as they tell whether its next one is ambiguous; `record.pxd` is the compiled form."""
+    """A disc's impacts, as far as they tell whether its next one is ambiguous; compiled: `impact/ambiguity.pxd`."""
 
     def __init__(self) -> None:
         self.furthest = self.across = Struck()

@@ -1,26 +1,16 @@
 """Two discs and no wall: they meet once at most, and their impact has a closed form.
 
-One scene at one go, or the first impacts of many, by PIC and by PIT: operation by operation what the solvers of any scene
-do. Tests hold them to the same bits.
+One scene at one go: operation by operation what the solvers of any scene do. Tests hold it to the same bits.
 """
 
 from cpython.bytes cimport PyBytes_FromStringAndSize
-from libc.math cimport NAN, fabs, sqrt
+from libc.math cimport fabs, sqrt
 
-from carom.physics.impact_law cimport pair_push
-from carom.physics.pair_time cimport NEVER, pair_time
-from carom.solvers.event_driven.layout cimport Impact
-from carom.solvers.resolution cimport are_told_apart
-
-from carom.solvers.resolution import too_far_out
-
-cdef extern from *:
-    """
-    #define carom_LEAST 0x1p-200
-    #define carom_MOST 0x1p200
-    """
-    const double LEAST "carom_LEAST"  # of `ORDINARY` in limits.py
-    const double MOST "carom_MOST"
+from carom.constants cimport INF, LEAST_ORDINARY, ORDINARY
+from carom.physics.pair_time cimport pair_time
+from carom.solvers.impact.law cimport bounce_pair
+from carom.solvers.impact.resolution cimport are_told_apart
+from carom.solvers.impact.structs cimport Impact
 
 cdef struct Disc:
     double x
@@ -45,40 +35,16 @@ cdef inline void move(Disc *disc, double wait) noexcept nogil:
         disc.y += disc.vy * wait
 
 
-cdef inline double instant_of_pic(TwoDiscs *s, double until) noexcept nogil:
+cdef inline double go_to_impact(TwoDiscs *s, double until) noexcept nogil:
     """Bring two discs to their impact, if that comes until then; return its instant, infinity for none."""
     a = &s.first
     b = &s.second
     time = pair_time(a.x, a.y, a.vx, a.vy, a.radius, b.x, b.y, b.vx, b.vy, b.radius)
-    if not time <= until or time == NEVER:
-        return NEVER
+    if not time <= until or time == INF:
+        return INF
     move(a, time)
     move(b, time)
     return time
-
-
-cdef inline double instant_of_pit(TwoDiscs *s, const double[::1] frames) noexcept nogil:
-    """Bring two discs to the first frame at which they overlap and approach; return its instant, infinity for none."""
-    cdef Py_ssize_t k
-    a = &s.first
-    b = &s.second
-    for k in range(frames.shape[0]):
-        if k > 0:
-            move(a, frames[k] - frames[k - 1])
-            move(b, frames[k] - frames[k - 1])
-        dx = b.x - a.x
-        dy = b.y - a.y
-        ux = b.vx - a.vx
-        uy = b.vy - a.vy
-        along = dx * ux + dy * uy
-        squared = dx * dx + dy * dy
-        if along < 0.0 and sqrt(squared) <= a.radius + b.radius:
-            return frames[k]
-        # Rounding alone could turn a pair that separates at its closest point into one that approaches: it is followed
-        # until it has plainly passed.
-        if along > 2.0**-20 * sqrt(squared) * sqrt(ux * ux + uy * uy):
-            break
-    return NEVER
 
 
 cdef inline void write_velocities(const TwoDiscs *s, double *first, double *second) noexcept nogil:
@@ -87,27 +53,18 @@ cdef inline void write_velocities(const TwoDiscs *s, double *first, double *seco
 
 
 cdef inline bint carry_out(TwoDiscs *s, double time, double restitution, Impact *row) noexcept nogil:
-    """Give two discs in contact their velocities after the impact, and record it; no impact at `NEVER`.
-
-    Returns whether floats tell their centres apart.
-    """
+    """Give two discs in contact their velocities after the impact, and record it; return whether floats tell them apart."""
     a = &s.first
     b = &s.second
+    dx = b.x - a.x
+    dy = b.y - a.y
+    distance = sqrt(dx * dx + dy * dy)
     row.time, row.first, row.second = time, 0, 1
-    row.normal[0] = row.normal[1] = NAN
+    row.normal[0], row.normal[1] = dx / distance, dy / distance
     write_velocities(s, row.first_before, row.second_before)
-    if time != NEVER:
-        dx = b.x - a.x
-        dy = b.y - a.y
-        push = pair_push(dx, dy, b.vx - a.vx, b.vy - a.vy, a.inverse_mass + b.inverse_mass, restitution)
-        a.vx += push * a.inverse_mass * dx
-        a.vy += push * a.inverse_mass * dy
-        b.vx -= push * b.inverse_mass * dx
-        b.vy -= push * b.inverse_mass * dy
-        distance = sqrt(dx * dx + dy * dy)
-        row.normal[0], row.normal[1] = dx / distance, dy / distance
+    bounce_pair(dx, dy, &a.vx, a.inverse_mass, &b.vx, b.inverse_mass, restitution)
     write_velocities(s, row.first_after, row.second_after)
-    return time == NEVER or are_told_apart(a.x, a.y, b.x, b.y, a.radius + b.radius)
+    return are_told_apart(a.x, a.y, b.x, b.y, a.radius + b.radius)
 
 
 cdef Disc disc_of(model) except *:
@@ -128,14 +85,14 @@ def solve(first, second, double restitution, double end):
     cdef State state
     cdef int k
     for k in range(sizeof(TwoDiscs) // sizeof(double)):
-        if not (LEAST <= fabs((<double *>&s)[k]) <= MOST or (<double *>&s)[k] == 0.0):
+        if not (LEAST_ORDINARY <= fabs((<double *>&s)[k]) <= ORDINARY or (<double *>&s)[k] == 0.0):
             return None
-    if not LEAST <= end <= MOST and end != 0.0:
+    if not LEAST_ORDINARY <= end <= ORDINARY and end != 0.0:
         return None
-    time = instant_of_pic(&s, end)
-    if not carry_out(&s, time, restitution, &impact):
+    time = go_to_impact(&s, end)
+    met = time != INF
+    if met and not carry_out(&s, time, restitution, &impact):
         return None
-    met = time != NEVER
     wait = end - time if met else end
     state.position[0] = s.first.x + s.first.vx * wait
     state.position[1] = s.first.y + s.first.vy * wait
@@ -144,33 +101,3 @@ def solve(first, second, double restitution, double end):
     write_velocities(&s, state.velocity, state.velocity + 2)
     impacts = PyBytes_FromStringAndSize(<char *>&impact, sizeof(Impact) * met)
     return impacts, PyBytes_FromStringAndSize(<char *>&state, sizeof(State))
-
-
-def fill_first_impacts(first, second, double restitution, double until, frames, double[:, ::1] rows):
-    """Write the first impact of each scene: by PIC, or by PIT where frames are given.
-
-    Args:
-        first: Of the first discs: positions, velocities, shape ``(n, 2)``, radii, masses, shape ``(n,)``.
-        second: Of the second discs.
-        restitution: Of all scenes.
-        until: PIC: impacts after it do not count, seconds.
-        frames: PIT: instants of the frames, seconds, contiguous floats. None for PIC.
-        rows: What is filled: rows of `carom.trace.IMPACT_DTYPE` seen as floats; the time is infinity where there is none.
-
-    Raises:
-        InputError: Two discs meet so far out that floats do not tell their centres apart.
-    """
-    cdef const double[:, :] p1 = first[0], v1 = first[1], p2 = second[0], v2 = second[1]
-    cdef const double[:] r1 = first[2], m1 = first[3], r2 = second[2], m2 = second[3]
-    cdef bint sampled = frames is not None
-    cdef const double[::1] instants = frames if sampled else None
-    cdef Py_ssize_t k, too_far = 0
-    cdef TwoDiscs s
-    with nogil:
-        for k in range(rows.shape[0]):
-            s.first = Disc(p1[k, 0], p1[k, 1], v1[k, 0], v1[k, 1], r1[k], 1.0 / m1[k])
-            s.second = Disc(p2[k, 0], p2[k, 1], v2[k, 0], v2[k, 1], r2[k], 1.0 / m2[k])
-            time = instant_of_pit(&s, instants) if sampled else instant_of_pic(&s, until)
-            too_far += not carry_out(&s, time, restitution, <Impact *>&rows[k, 0])
-    if too_far > 0:
-        raise too_far_out()

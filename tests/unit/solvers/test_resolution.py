@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from carom.solvers.impact.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
 from carom.solvers.impact_log import Recent
-from carom.solvers.resolution import clock_resolution, pair_resolution, size_of, wall_resolution
 
 sizes = st.floats(1e-150, 1e150)
 speeds = st.one_of(st.just(0.0), st.floats(-1e100, 1e100), st.floats(1e-30, 1e-10))

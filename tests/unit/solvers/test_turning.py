@@ -14,7 +14,6 @@ from tests.stage import disc_at
 from carom import Disc, DiscArrays, Scene, Wall, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
 from carom.errors import InputError
-from carom.solvers.ensemble import TwoDiscEnsemble, pic_ensemble
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Outcome, kinetic_energy
@@ -201,16 +200,9 @@ def test_a_state_without_spins_is_not_taken_up_by_a_run_with_friction() -> None:
 
 
 @pytest.mark.parametrize("fields", [{}, {"friction": 0.5}])
-def test_who_has_no_friction_and_spin_yet_says_so(fields: dict[str, float]) -> None:
-    """Ensembles refuse such a scene by name; a method is skipped by what it declares."""
+def test_a_method_without_spin_is_skipped(fields: dict[str, float]) -> None:
+    """A method is skipped by what it declares: discs spin here, with friction and without."""
     scene = pair(**fields)
-    start = scene.arrays
-    names = ("position_m", "velocity_m_s", "radius_m", "mass_kg", "spin_rad_s")
-    rows = [
-        DiscArrays(friction=start.friction, **{name: getattr(start, name)[k : k + 1] for name in names}) for k in (0, 1)
-    ]
-    with pytest.raises(InputError, match="neither friction nor spin, since its rows hold no spins"):
-        pic_ensemble(TwoDiscEnsemble(*rows))
     assert "spinning discs, which this method does not support" in unsupported_reason(scene, Capabilities(), 1 / 60)
 
 

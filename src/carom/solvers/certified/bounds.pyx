@@ -10,28 +10,12 @@ Under gravity the states are those in the falling frame, where discs move straig
 from libc.math cimport fabs, ldexp, sqrt
 from libc.stdlib cimport calloc, free
 
+from carom.constants cimport FASTEST, FLOOR, INF, NORMAL, ROUNDOFF, TINY, WIDER
 from carom.physics.double_double cimport greater
-from carom.physics.pair_time cimport NEVER
 
 from carom.solvers.certified.floats import float_above
 from carom.solvers.units import units_of
 from carom.trace import wall_body, wall_index
-
-cdef extern from *:
-    """
-    #define carom_ROUNDOFF 0x1p-53
-    #define carom_WIDER (1.0 + 0x1p-48)
-    #define carom_TINY 0x1p-500
-    #define carom_FLOOR 0x1p-1060
-    #define carom_NORMAL 0x1p-1020
-    #define carom_FASTEST 0x1p400
-    """
-    const double ROUNDOFF "carom_ROUNDOFF"  # half a unit in the last place of 1
-    const double WIDER "carom_WIDER"  # 1 and 32 ROUNDOFF
-    const double TINY "carom_TINY"  # least error of a coordinate and of a component of a velocity, scaled
-    const double FLOOR "carom_FLOOR"  # above what underflow takes from two products
-    const double NORMAL "carom_NORMAL"  # from here up a float has all its bits, and can be scaled by what follows
-    const double FASTEST "carom_FASTEST"  # scaled speed up to which an underflow of a wait is covered by TINY
 
 cdef enum:
     NOBODY = -1
@@ -76,7 +60,7 @@ cdef struct Table:  # a bound for each disc (row) with each disc and, behind the
 cdef inline double bound_after(double start, double wait, double second) noexcept nogil:
     """Return a lower bound of an instant from one of a scaled wait after `start`: that itself where it says nothing."""
     wait *= 1.0 - 16.0 * ROUNDOFF
-    if not (wait >= NORMAL and wait < NEVER):
+    if not (wait >= NORMAL and wait < INF):
         return start
     wait *= second
     if not wait >= NORMAL:
@@ -98,17 +82,17 @@ cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) 
     d1 = fabs(dx) + fabs(dy)
     u1 = fabs(ux) + fabs(uy)
     b = e * u1 + f * (d1 + 2.0 * e) - (dx * ux + dy * uy)
-    if b <= 0.0 and b > -NEVER:
-        return NEVER
+    if b <= 0.0 and b > -INF:
+        return INF
     reach = q.radius + p.radius
     c = dx * dx + dy * dy - reach * reach - 2.0 * e * (d1 + e)
     a = greater(ux * ux + uy * uy - 2.0 * f * (u1 + f), 0.0)
     size = b * b + fabs(a * c)
-    if not size < NEVER:
+    if not size < INF:
         return start
     root = b * b - a * c + (8.0 * ROUNDOFF * size + FLOOR)
     if root < 0.0:
-        return NEVER
+        return INF
     return bound_after(start, greater(c, 0.0) / (b + sqrt(root)), table.second)
 
 
@@ -117,8 +101,8 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
     if table.falls:
         return p.time
     toward = p.error_v * WIDER * wall.span - (p.vx * wall.nx + p.vy * wall.ny)
-    if toward <= 0.0 and toward > -NEVER:
-        return NEVER
+    if toward <= 0.0 and toward > -INF:
+        return INF
     gap = p.x * wall.nx + p.y * wall.ny - wall.level - p.rim * wall.length - p.error * WIDER * wall.span
     return bound_after(p.time, greater(gap, 0.0) / toward, table.second)
 
@@ -126,7 +110,7 @@ cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *tabl
 cdef void find_least(Table *table, Py_ssize_t i) noexcept nogil:
     """Find the least bound of a row, the first of several."""
     row = &table.bounds[i * table.width]
-    cdef Least least = Least(NEVER, 0)
+    cdef Least least = Least(INF, 0)
     cdef Py_ssize_t k
     for k in range(table.width):
         if row[k] < least.bound:
@@ -142,11 +126,11 @@ cdef void fill_row(Table *table, Py_ssize_t i, Py_ssize_t begin) noexcept nogil:
     for k in range(table.discs):
         q = &table.paths[k]
         if k < begin or k == i or k == p.met or (p.immovable and (q.immovable or i == q.met)):
-            row[k] = NEVER
+            row[k] = INF
         else:
             row[k] = pair_bound(p, q, table)
     for k in range(table.discs, table.width):
-        row[k] = NEVER if k == p.met or p.immovable else wall_bound(p, &table.walls[k - table.discs], table)
+        row[k] = INF if k == p.met or p.immovable else wall_bound(p, &table.walls[k - table.discs], table)
     find_least(table, i)
 
 
@@ -154,11 +138,11 @@ cdef void renew(Table *table, Py_ssize_t i, Py_ssize_t j) noexcept nogil:
     """Bound the future of discs `i` and `j`, which have changed, anew; `j` is `i` where it is only one."""
     cdef Py_ssize_t k
     for k in range(table.discs):
-        table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = NEVER
+        table.bounds[k * table.width + i] = table.bounds[k * table.width + j] = INF
     fill_row(table, i, 0)
     if j != i:
         fill_row(table, j, 0)
-        table.bounds[j * table.width + i] = NEVER
+        table.bounds[j * table.width + i] = INF
     for k in range(table.discs):
         if table.least[k].column == i or table.least[k].column == j:
             find_least(table, k)
@@ -263,7 +247,7 @@ cdef class LowerBounds:
         path.error += ldexp(spread(x) + spread(y), -self.length) + tiny(self.length)
         path.error_v = 19.0 * ROUNDOFF * fastest + ldexp(spread(vx) + spread(vy), -self.speed) + tiny(self.speed)
         if not fastest < FASTEST:
-            path.error = NEVER
+            path.error = INF
         path.met = NOBODY
         partner = bodies.partner[i]
         if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):

@@ -1,17 +1,10 @@
 """What ends a disc's stay in its cell: the edge that it crosses, or a wall that it meets before."""
 
+from carom.constants cimport ERROR, TIME_ERROR
 from carom.physics.double_double cimport lesser
-from carom.physics.pair_time cimport ERROR, approach
+from carom.physics.pair_time cimport approach
 from carom.physics.wall_time cimport wall_time
 from carom.solvers.event_driven.layout cimport *
-
-cdef extern from *:
-    """
-    /* Two waits that differ by more than this part of the later time never round to one time. */
-    #define carom_TIME_ERROR 0x1p-51
-    """
-    const double TIME_ERROR "carom_TIME_ERROR"
-
 
 cdef inline void predict_exit(State *s, Index i) noexcept nogil:
     """Predict when disc `i` crosses an edge of its cell, or meets a wall before that.

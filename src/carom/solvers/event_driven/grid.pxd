@@ -8,24 +8,10 @@ spares the scans all special cases. Cells decide when a pair is looked at, never
 from cython cimport likely, unlikely
 from libc.math cimport fabs, sqrt
 
+from carom.constants cimport CELL_MARGIN, CELLS_PER_DISC, COORDINATE_ERROR
 from carom.physics.double_double cimport greater, lesser
 from carom.physics.pair_time cimport approach
 from carom.solvers.event_driven.layout cimport *
-
-cdef extern from *:
-    """
-    /* How much wider than the largest sum of two radii a cell is, in parts of that sum: anything that leaves room for the
-       roundings of a path and of the edges. Where coordinates are too large for that, the second, in parts of the
-       largest: twice the eight roundings (2^-53) of each of two discs' places. */
-    #define carom_MARGIN 0x1p-10
-    #define carom_COORDINATE_ERROR 0x1p-48
-    /* Cells a disc at most: beyond that they hold too little to be worth crossing. Chosen, not tuned: bounds memory. */
-    #define carom_CELLS_PER_DISC 4.0
-    """
-    const double MARGIN "carom_MARGIN"
-    const double COORDINATE_ERROR "carom_COORDINATE_ERROR"
-    const double CELLS_PER_DISC "carom_CELLS_PER_DISC"
-
 
 cdef inline double largest_reach(const double *radius, Index discs) noexcept nogil:
     """Return the largest sum of two radii; that of a single disc with one of its own size."""
@@ -58,7 +44,7 @@ cdef inline void choose_grid(
     for i in range(wall_count):  # what a wall sends back has been as far as the wall
         largest = greater(largest, fabs(walls[i].x * walls[i].nx + walls[i].y * walls[i].ny))
     reach = largest_reach(radius, discs)
-    width = (reach * (1.0 + MARGIN) + largest * COORDINATE_ERROR) * cell_factor
+    width = (reach * (1.0 + CELL_MARGIN) + largest * COORDINATE_ERROR) * cell_factor
     width = greater(width, sqrt((x1 - x0) / discs * (y1 - y0) / CELLS_PER_DISC))
     width = greater(width, greater((x1 - x0) / most, (y1 - y0) / most))
     g.x0 = x0

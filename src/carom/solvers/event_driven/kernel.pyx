@@ -1,8 +1,8 @@
 """The event-driven kernel: takes a run forward from event to event.
 
 Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd` and `exits.pxd`
-(who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, `record.pxd`, and here
-the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
+(who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, the rooms of `impact/` that
+all solvers share, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
 """
 
 from cython cimport unlikely
@@ -11,17 +11,18 @@ from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free, realloc
 from libc.string cimport memcpy, memset
 
+from carom.constants cimport EPOCH_IMPACTS
 from carom.physics.double_double cimport greater, two_sum
-from carom.physics.friction cimport Grip
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
 from carom.solvers.event_driven.exits cimport predict_exit
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
-from carom.solvers.event_driven.impacts cimport collide_pair, collide_wall, move, reported_time
+from carom.solvers.event_driven.impacts cimport carry_out_pair, carry_out_wall, move, reported_time
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
-from carom.solvers.event_driven.record cimport forget, has_room, is_recorded
 from carom.solvers.event_driven.scan cimport predict_impact
+from carom.solvers.impact.ambiguity cimport forget
+from carom.solvers.impact.record cimport has_room, is_recorded
 
 import numpy as np
 
@@ -75,17 +76,17 @@ cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
     set_time(&s.queue, i, event_time(&s.predictions[i]))
 
 
-cdef void collide_turning(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
+cdef void carry_out_turning(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
     """Carry out an impact where something turns. Out of the loop's way, in which it would cost all others their speed."""
     if second < 0:
-        collide_wall(s, first, -1 - second, time, wanted, True)
+        carry_out_wall(s, first, -1 - second, time, wanted, True)
     else:
-        collide_pair(s, first, second, time, wanted, True)
+        carry_out_pair(s, first, second, time, wanted, True)
 
 
 #: Called through a pointer: what is called once GCC makes part of the caller.
-ctypedef void (*Collide)(State *, Index, Index, double, bint) noexcept nogil
-cdef Collide collide_rough = collide_turning
+ctypedef void (*CarryOut)(State *, Index, Index, double, bint) noexcept nogil
+cdef CarryOut carry_out_rough = carry_out_turning
 
 
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
@@ -132,15 +133,15 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
                 return NO_MEMORY
             if event.kind == WALL_IMPACT:
                 if unlikely(s.record.turns):
-                    collide_rough(s, event.disc, -1 - s.predictions[event.disc].wall, time, wanted)
+                    carry_out_rough(s, event.disc, -1 - s.predictions[event.disc].wall, time, wanted)
                 else:
-                    collide_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted, False)
+                    carry_out_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted, False)
             else:
                 pair = pair_of(s, event.disc)
                 if unlikely(s.record.turns):
-                    collide_rough(s, pair.first, pair.second, time, wanted)
+                    carry_out_rough(s, pair.first, pair.second, time, wanted)
                 else:
-                    collide_pair(s, pair.first, pair.second, time, wanted, False)
+                    carry_out_pair(s, pair.first, pair.second, time, wanted, False)
                 changed[0], changed[1] = pair.first, pair.second
                 if s.looks_ahead:
                     fetch_neighbours(s, pair.second)
@@ -218,7 +219,7 @@ cdef class Kernel:
         radius: Shape ``(n,)``, metres.
         inverse_mass: Shape ``(n,)``, 1/kg; 0 for a disc that never moves.
         walls: Point and unit normal of each, shape ``(k, 4)``.
-        turning: Spin and ease of each disc, shape ``(n, 2)``: see `Turning` in layout.pxd; no rows where nothing turns.
+        turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows where nothing turns.
         law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
             friction and tangential restitution of two discs, and of a wall.
         standstill: Impacts at one instant after which time no longer advances.
@@ -252,9 +253,10 @@ cdef class Kernel:
         s.standstill = standstill
         s.looks_ahead = n >= AHEAD_FROM
         s.record.turns = turning.shape[0] > 0
-        restitution, wall_restitution, contact_duration, friction, regain, wall_friction, wall_regain = law
+        restitution, wall_restitution, contact_duration, friction, tangential, wall_friction, wall_tangential = law
         s.law = Law(
-            restitution, wall_restitution, contact_duration, Grip(friction, regain), Grip(wall_friction, wall_regain)
+            restitution, wall_restitution, contact_duration, ContactFriction(friction, tangential),
+            ContactFriction(wall_friction, wall_tangential),
         )
         choose_grid(&s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], s.wall_count, cell_factor)
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.

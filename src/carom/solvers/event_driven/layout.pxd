@@ -1,22 +1,15 @@
 """What the event-driven kernel keeps, and in which words: to be read before its other rooms.
 
 Units are metres, metres a second and kilograms. A `time` is seconds since the present epoch, unless it is said to be
-since the start: see `Clock`. A body is a disc (0 or more) or wall k (-1 - k), as in `carom.trace`.
+since the start: see `Clock`. Walls, spins, the law and recorded impacts are those of every solver: `impact/structs.pxd`.
 """
 
-from carom.physics.friction cimport Grip
-
-ctypedef Py_ssize_t Index
-
-cdef extern from *:
-    """
-    #include <math.h>
-    #define carom_INF HUGE_VAL
-    """
-    const double INF "carom_INF"
+from carom.constants cimport INF
+from carom.solvers.impact.structs cimport (
+    NOBODY, Before, Body, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Turning, Wall,
+)
 
 cdef enum:
-    NOBODY = -1  # no disc: an empty place, no partner
     NO_WALL = -1
     NO_BODY = -2147483648  # neither disc nor wall: nothing has been met yet
 
@@ -31,8 +24,6 @@ cdef enum:
     LEVELS = 11  # of the event queue: 8^10 discs are 10^9
     BATCH = 64  # discs that a scan looks at in one go: nine cells of two places hold 18
     LANES = 4  # candidates whose times are bounded together
-
-    EPOCH_IMPACTS = 32  # impacts a disc after which time is counted anew, see `new_epoch`
 
 
 # ---- events ----
@@ -84,10 +75,6 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     int impacts  # how many it has had: tells a stale prediction
     int last  # body that it met last, or NO_BODY
 
-cdef struct Turning:  # of a disc, in a scene in which something turns; apart from `Disc`, whose line is full
-    double spin  # radians a second, counterclockwise
-    double ease  # 1/k, mass times radius squared over the moment of inertia; 0: it never turns
-
 cdef struct Prediction:  # 32 bytes: what comes next for a disc
     double impact_time  # when it meets `partner`: the time itself if `exact`, else a lower bound; INF for never
     double exit_time  # when it crosses `edge`, or meets `wall` before it would cross one
@@ -97,13 +84,6 @@ cdef struct Prediction:  # 32 bytes: what comes next for a disc
     short wall  # of `exit_time`, NO_WALL where that is of an edge
     signed char edge  # of `exit_time`, NO_EDGE where that is of a wall
     signed char exact  # whether `impact_time` is the time itself
-
-cdef struct Wall:  # the free side is (p - q).n >= 0
-    double x  # q, a point of the surface
-    double y
-    double nx  # n, unit normal into the free side
-    double ny
-
 
 # ---- cells ----
 
@@ -160,55 +140,6 @@ cdef struct Queue:  # a tournament of the discs' next events; level 0 has one ti
     Index discs
 
 
-# ---- recorded impacts ----
-
-cdef struct Impact:  # a row of `carom.trace.IMPACT_DTYPE`
-    double time  # since the start
-    long long first  # disc
-    long long second  # body
-    double normal[2]  # unit vector from first to second
-    double first_before[2]  # velocities
-    double second_before[2]
-    double first_after[2]
-    double second_after[2]
-
-cdef struct Before:  # velocities before an impact; those of a wall are 0
-    double vx1
-    double vy1
-    double vx2
-    double vy2
-
-cdef struct Spins:  # a row of `carom.trace.SPIN_DTYPE`
-    double first_before
-    double second_before
-    double first_after
-    double second_after
-
-cdef struct Struck:  # an impact as the next one of the same disc sees it
-    double reach  # the latest that it can have been, since the start; -INF for none
-    double nx
-    double ny
-
-cdef struct Recent:  # all that tells whether a disc's next impact will be ambiguous, see record.pxd
-    Struck furthest
-    Struck across
-
-cdef struct Record:
-    Impact *rows
-    Spins *spins  # as many as rows, where something turns
-    bint turns
-    Index count
-    Index room
-    long long *ambiguous  # numbers of rows, counted on from `taken`
-    Index ambiguous_count
-    Index ambiguous_room
-    Index taken  # rows handed out before those in `rows`
-    Recent *recent  # one a disc
-    bint wanted
-    double begin  # since the start: what is recorded lies between these two
-    double end
-
-
 # ---- the run ----
 
 cdef struct Clock:  # a time since the start is epoch + (epoch_rest + time)
@@ -216,13 +147,6 @@ cdef struct Clock:  # a time since the start is epoch + (epoch_rest + time)
     double epoch
     double epoch_rest
     double reported  # time of the last impact since the start, never less than the one before
-
-cdef struct Law:
-    double restitution  # of two discs
-    double wall_restitution
-    double contact_duration  # of the TC model, seconds: an impact so soon after a disc's last loses no energy; 0 for none
-    Grip grip  # of two discs
-    Grip wall_grip
 
 cdef struct Counts:
     Index impacts  # since the start

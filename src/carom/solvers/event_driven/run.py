@@ -12,9 +12,9 @@ from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
+from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.options import ALWAYS, Options, require_goal
-from carom.solvers.resolution import too_far_out
 from carom.solvers.rows import Rows
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 

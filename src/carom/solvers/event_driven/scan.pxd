@@ -11,20 +11,11 @@ foresee which discs are near and which approach, and a wrong guess costs it as m
 from cython cimport likely, unlikely
 from libc.math cimport fabs, sqrt
 
+from carom.constants cimport CERTAIN, ROOT_ERROR
 from carom.physics.double_double cimport greater, lesser
 from carom.physics.pair_time cimport approach, discriminant, pair_time, separation
 from carom.solvers.event_driven.grid cimport cells_around, new_neighbours
 from carom.solvers.event_driven.layout cimport *
-
-cdef extern from *:
-    """
-    /* Relative error that a root of the plain form may have, and by how much each of its three terms must exceed its own
-       error for that to be certain. */
-    #define carom_ROOT_ERROR 0x1p-22
-    #define carom_CERTAIN 0x1p24
-    """
-    const double ROOT_ERROR "carom_ROOT_ERROR"
-    const double CERTAIN "carom_CERTAIN"
 
 cdef struct Chains:  # of a block of cells, as far as they have not been looked at
     Index left  # how many, with the one that has been begun

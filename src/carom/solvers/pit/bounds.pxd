@@ -1,28 +1,18 @@
 """For how long a disc can meet nothing: a lower bound of the time of impact that holds for PIT's rounded paths.
 
-`docs/physics.md`, section 4, derives it: the root is taken of a contact distance enlarged by `MARGIN` of what
+`docs/physics.md`, section 4, derives it: the root is taken of a contact distance enlarged by `PATH_MARGIN` of what
 ``|x| + |y|`` of both discs can grow to over `MOST_FRAMES` frames. Where anything over- or underflows the comparisons
 come out so that the wait is 0, and nothing is left out.
 """
 
 from libc.math cimport fabs, sqrt
 
-from carom.solvers.event_driven.layout cimport INF, Wall
+from carom.constants cimport IN_CONTACT, INF, PATH_MARGIN, TIME_MARGIN
+from carom.solvers.impact.structs cimport Wall
 from carom.solvers.pit.layout cimport Disc, State
 
 cdef enum:
     MOST_FRAMES = 65536  # 2^16: after so many a bound is found anew
-
-cdef extern from *:
-    """
-    #define carom_PIT_MARGIN 0x1p-34
-    #define carom_TIME_MARGIN 0x1p-50
-    #define carom_IN_CONTACT (-1.0)
-    """
-    const double MARGIN "carom_PIT_MARGIN"
-    const double TIME_MARGIN "carom_TIME_MARGIN"  # above the roundings of a sum of times and of a frame's instant
-    const double IN_CONTACT "carom_IN_CONTACT"  # a wait: the two approach and may overlap at this very frame
-
 
 cdef inline double extent(const State *s, const Disc *a) noexcept nogil:
     """Return what |x| + |y| of a disc can grow to while a bound is used, metres."""
@@ -31,7 +21,7 @@ cdef inline double extent(const State *s, const Disc *a) noexcept nogil:
 
 cdef inline double shortened(double wait) noexcept nogil:
     """Return a wait less what its own rounding may be; 0 where it has come out as no number."""
-    return wait * (1.0 - MARGIN) if 0.0 < wait < INF else 0.0
+    return wait * (1.0 - PATH_MARGIN) if 0.0 < wait < INF else 0.0
 
 
 cdef inline double pair_wait(const State *s, const Disc *a, const Disc *b, double extent_a) noexcept nogil:
@@ -45,7 +35,7 @@ cdef inline double pair_wait(const State *s, const Disc *a, const Disc *b, doubl
     uy = b.vy - a.vy
     along = dx * ux + dy * uy
     squared = dx * dx + dy * dy
-    margin = MARGIN * (extent_a + extent(s, b))
+    margin = PATH_MARGIN * (extent_a + extent(s, b))
     contact = a.radius + b.radius + margin
     if squared > contact * contact:
         if along >= 0.0:
@@ -71,8 +61,8 @@ cdef inline double wall_wait(const Disc *a, const Wall *wall, double extent_a) n
     along = a.vx * wall.nx + a.vy * wall.ny
     if along >= 0.0:  # the very number that PIT tests, at every frame
         return INF
-    margin = MARGIN * (extent_a + fabs(wall.x) + fabs(wall.y) + a.radius)
+    margin = PATH_MARGIN * (extent_a + fabs(wall.x) + fabs(wall.y) + a.radius)
     gap = (a.x - wall.x) * wall.nx + (a.y - wall.y) * wall.ny - a.radius - margin
     if gap > 0.0:
-        return shortened(gap / (MARGIN * (fabs(a.vx) + fabs(a.vy)) - along))
+        return shortened(gap / (PATH_MARGIN * (fabs(a.vx) + fabs(a.vy)) - along))
     return IN_CONTACT

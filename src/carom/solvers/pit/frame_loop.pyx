@@ -11,9 +11,11 @@ import numpy as np
 
 from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE, SPIN_DTYPE as _SPIN_DTYPE
 
-from carom.physics.friction cimport Grip
-from carom.solvers.event_driven.layout cimport INF, NOBODY, Impact, Index, Recent, Spins, Turning, Wall
-from carom.solvers.event_driven.record cimport forget
+from carom.constants cimport INF
+from carom.solvers.impact.ambiguity cimport forget
+from carom.solvers.impact.structs cimport (
+    NOBODY, ContactFriction, Impact, Index, Law, Recent, Spins, Turning, Wall,
+)
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
 from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, State
@@ -79,9 +81,10 @@ cdef class FrameLoop:
             raise ValueError("more discs and walls than can be numbered")
         s.clock.step, s.clock.rate = clock.step_s, clock.rate_hz
         s.horizon = MOST_FRAMES * clock.frame_s
-        s.law.restitution, s.law.wall_restitution = start.restitution, start.wall_restitution
-        s.law.grip = Grip(start.friction, start.tangential_restitution)
-        s.law.wall_grip = Grip(start.wall_friction, start.wall_tangential_restitution)
+        s.law = Law(
+            start.restitution, start.wall_restitution, 0.0, ContactFriction(start.friction, start.tangential_restitution),
+            ContactFriction(start.wall_friction, start.wall_tangential_restitution),
+        )
         s.record.turns = start.turns
         s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))

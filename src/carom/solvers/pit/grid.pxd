@@ -10,27 +10,11 @@ leeway say. Cells decide when a pair is tested, never what is found.
 
 from libc.math cimport fabs, sqrt
 
-from carom.solvers.event_driven.layout cimport NOBODY, Index
+from carom.constants cimport LAST_CELL, LEVEL_STEP, REACH_MARGIN, ROW_STEP
+from carom.solvers.impact.structs cimport NOBODY, Index
 from carom.solvers.pit.layout cimport NOWHERE, Disc, Grid, State
 
 ctypedef unsigned long long Hash
-
-cdef extern from *:
-    """
-    /* Odd, 2^64 over the golden ratio: rows are spread evenly over any power of 2 of chains (D. E. Knuth, TAOCP vol. 3,
-       6.4), and columns stay side by side. */
-    #define carom_ROW_STEP 0x9E3779B97F4A7C15ull
-    #define carom_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
-    /* Cells further out than this are one. Floats that large still have a place for halves. */
-    #define carom_LAST_CELL 0x1p51
-    /* What the roundings of a cell's number and of a reach are together, many times over. */
-    #define carom_REACH_MARGIN 0x1p-20
-    """
-    const Hash ROW_STEP "carom_ROW_STEP"
-    const Hash LEVEL_STEP "carom_LEVEL_STEP"
-    const double LAST_CELL "carom_LAST_CELL"
-    const double REACH_MARGIN "carom_REACH_MARGIN"
-
 
 cdef inline long long cell_number(double place) noexcept nogil:
     """Return the row or column in which a place, counted in cells, lies. It never falls as the place grows."""

@@ -1,11 +1,10 @@
 """What the compiled frame loop of PIT keeps, and in which words: to be read before its other rooms.
 
-Units are metres, metres a second and kilograms; times are seconds since the start. Walls and recorded impacts are those
-of the event-driven kernel.
+Units are metres, metres a second and kilograms; times are seconds since the start. Walls, spins, the law and recorded
+impacts are those of every solver: `impact/structs.pxd`.
 """
 
-from carom.physics.friction cimport Grip
-from carom.solvers.event_driven.layout cimport Index, Record, Turning, Wall
+from carom.solvers.impact.structs cimport Index, Law, Record, Turning, Wall
 
 cdef enum:
     NOWHERE = -1  # in no cell yet
@@ -54,12 +53,6 @@ cdef struct Turns:  # tests that are still to be made at this frame: a binary he
 
 
 # ---- the run ----
-
-cdef struct Law:
-    double restitution  # of two discs
-    double wall_restitution
-    Grip grip  # of two discs
-    Grip wall_grip
 
 cdef struct Clock:  # frame k stands at k * step / rate, and one of the two is 1: neither form adds a rounding
     double step  # seconds

@@ -8,31 +8,15 @@ discs then around it, with a wall, or of leaving its leeway. That no impact is m
 whichever was looked around later saw the other on its present path; so until they can meet, one of the two is due.
 """
 
-from carom.solvers.event_driven.layout cimport INF, NOBODY, Index
-from carom.solvers.pit.bounds cimport IN_CONTACT, MARGIN, TIME_MARGIN, extent, pair_wait, wall_wait
-from carom.solvers.pit.grid cimport REACH_MARGIN, cell_number, chain_of, settle, time_in_leeway
+from carom.constants cimport (
+    BODY_WORK, CELL_WORK, DISC_WORK, EXCESS_PART, IN_CONTACT, INF, PATH_MARGIN, REACH_MARGIN, SAVED_FRAMES, TIME_MARGIN,
+)
+from carom.solvers.impact.structs cimport NOBODY, Index
+from carom.solvers.pit.bounds cimport extent, pair_wait, wall_wait
+from carom.solvers.pit.grid cimport cell_number, chain_of, settle, time_in_leeway
 from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, wall_interferes
 from carom.solvers.pit.layout cimport MOST_STEPS, Clock, Disc, State
 from carom.solvers.pit.turns cimport FIRST_TURN, HALF, ask, next_turn, turn_of
-
-cdef extern from *:
-    """
-    /* What it costs to look around a disc, into a cell, and at a body: in tests of plain looping. Fitted to the times of
-       some hundred gases, crowds and lattices, and rounded up. */
-    #define carom_DISC_WORK 24.0
-    #define carom_CELL_WORK 6.0
-    #define carom_BODY_WORK 3.0
-    /* Where skipping has not paid, frames are looped plainly until it has cost no more than this part of them. */
-    #define carom_EXCESS_PART 0x1p-6
-    /* What has been saved counts for so many frames. */
-    #define carom_SAVED_FRAMES 64.0
-    """
-    const double DISC_WORK "carom_DISC_WORK"
-    const double CELL_WORK "carom_CELL_WORK"
-    const double BODY_WORK "carom_BODY_WORK"
-    const double EXCESS_PART "carom_EXCESS_PART"
-    const double SAVED_FRAMES "carom_SAVED_FRAMES"
-
 
 # ---- whether skipping pays ----
 
@@ -216,7 +200,7 @@ cdef inline void look_around(State *s, Index i) noexcept nogil:
     tests = s.counts.pair_tests
     settle(s, i)
     extent_i = extent(s, a)
-    least = time_in_leeway(s, a, MARGIN * extent_i)
+    least = time_in_leeway(s, a, PATH_MARGIN * extent_i)
     for k in range(s.wall_count):
         wait = wall_wait(a, &s.walls[k], extent_i)
         if wait == IN_CONTACT:

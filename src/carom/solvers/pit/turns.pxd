@@ -6,7 +6,7 @@ grows in it: i in the upper half and j in the lower, or discs + i and k.
 
 from libc.stdlib cimport realloc
 
-from carom.solvers.event_driven.layout cimport Index
+from carom.solvers.impact.structs cimport Index
 from carom.solvers.pit.layout cimport State, Turn, Turns
 
 cdef enum:

@@ -14,7 +14,7 @@ from carom.physics.friction import Grip, friction_impulse, pair_rub
 from carom.physics.impact_law import pair_push
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
-from carom.solvers.resolution import (
+from carom.solvers.impact.resolution import (
     are_told_apart,
     clock_resolution,
     pair_resolution,
@@ -154,7 +154,7 @@ class Bodies:
         return self.collide_pair(first, second, elastic=elastic)
 
     def resolution_s(self, record: ImpactRecord) -> float:
-        """How well the instant of an impact just carried out is known, seconds: see `carom.solvers.resolution`."""
+        """How well the instant of an impact just carried out is known, seconds."""
         (nx, ny), (ax, ay), (bx, by) = record[3], record[4], record[5]
         i, j = record.first, record.second
         speed = (ax - bx) * nx + (ay - by) * ny

@@ -3,19 +3,8 @@
 from cython cimport likely
 from libc.math cimport fabs, sqrt
 
+from carom.constants cimport FARTHEST, INF, ULP
 from carom.physics.double_double cimport lesser
-
-cdef extern from *:
-    """
-    #include <math.h>
-    #define carom_UNKNOWN HUGE_VAL
-    #define carom_ULP 0x1p-52
-    #define carom_FARTHEST 0x1p49
-    """
-    const double UNKNOWN "carom_UNKNOWN"  # known to no time at all
-    const double ULP "carom_ULP"
-    const double FARTHEST "carom_FARTHEST"
-
 
 cdef inline bint are_told_apart(double x1, double y1, double x2, double y2, double reach) noexcept nogil:
     return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= FARTHEST * reach
@@ -32,12 +21,12 @@ cdef inline double pair_resolution(double sizes, double reach, double ux, double
     if likely(speed >= 2.0**-10 * (fabs(ux) + fabs(uy)) and error <= 2.0**-22 * reach and speed > 0.0):
         return error / speed
     fast = sqrt(ux * ux + uy * uy)
-    graze = reach * sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else UNKNOWN
+    graze = reach * sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else INF
     return lesser(error / speed, graze) if speed > 0.0 else graze
 
 
 cdef inline double wall_resolution(double sizes, double speed) noexcept nogil:
-    return 5.0 * ULP * sizes / speed if speed > 0.0 else UNKNOWN
+    return 5.0 * ULP * sizes / speed if speed > 0.0 else INF
 
 
 cdef inline double clock_resolution(double time) noexcept nogil:

@@ -1,0 +1,89 @@
+"""What is written down of impacts, row by row, and room for it."""
+
+from cython cimport unlikely
+from libc.math cimport NAN
+from libc.stdlib cimport realloc
+
+from carom.solvers.impact.ambiguity cimport add_contact
+from carom.solvers.impact.structs cimport Before, Impact, Index, Record, Spins
+
+cdef extern from *:
+    """
+    #include <stdlib.h>
+    #include <string.h>
+    #if defined(__linux__)
+    #include <sys/mman.h>
+    #endif
+    /* As `realloc`, of which the first `used` bytes count. Where the system gives large pages on request, some megabytes or
+       more are taken anew, and copied, since what has been enlarged gets none: with small ones fresh memory costs as much
+       as all else that recording does. From a gigabyte on memory is scarcer. */
+    static void *carom_enlarged(void *memory, size_t used, size_t size) {
+    #if defined(__linux__)
+        void *fresh;
+        if (size >= (size_t)4 << 20 && size <= (size_t)1 << 30 && posix_memalign(&fresh, (size_t)2 << 20, size) == 0) {
+            madvise(fresh, size, MADV_HUGEPAGE);
+            memcpy(fresh, memory, used);
+            free(memory);
+            return fresh;
+        }
+    #endif
+        return realloc(memory, size);
+    }
+    """
+    void *enlarged "carom_enlarged" (void *memory, size_t used, size_t size) noexcept nogil
+
+
+cdef inline bint is_recorded(const Record *r, double time) noexcept nogil:
+    return r.wanted and r.begin <= time and time <= r.end
+
+
+cdef inline bint has_room(Record *r) noexcept nogil:
+    """Make room for one more impact; return whether there is any."""
+    cdef Index room
+    if unlikely(r.count == r.room):
+        room = 4 * r.room + 256 if r.room < 1 << 22 else r.room + r.room // 2
+        if r.turns:
+            spins = <Spins *>enlarged(r.spins, r.count * sizeof(Spins), room * sizeof(Spins))
+            if spins == NULL:
+                return False
+            r.spins = spins
+        rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), room * sizeof(Impact))
+        if rows == NULL:
+            return False
+        r.rows = rows
+        r.room = room
+    if unlikely(r.ambiguous_count == r.ambiguous_room):
+        room = 2 * r.ambiguous_room + 64
+        ambiguous = <long long *>realloc(r.ambiguous, room * sizeof(long long))
+        if ambiguous == NULL:
+            return False
+        r.ambiguous = ambiguous
+        r.ambiguous_room = room
+    return True
+
+
+cdef inline void record_impact(
+    Record *r, double time, Index first, Index second, double nx, double ny, const Before *before, const double *after1,
+    const double *after2, double resolution, bint slides, bint moves1, bint moves2,
+) noexcept nogil:
+    """Record an impact that was carried out just now; there is room.
+
+    `resolution` is how well its instant is known, seconds; `slides` whether friction acts between the bodies, and the
+    last two are whether each is a disc that moves. The velocity of a wall after is that before: 0.
+    """
+    row = &r.rows[r.count]
+    row.time, row.first, row.second = time, first, second
+    row.normal[0], row.normal[1] = nx, ny
+    row.first_before[0], row.first_before[1] = before.first[0], before.first[1]
+    row.second_before[0], row.second_before[1] = before.second[0], before.second[1]
+    row.first_after[0], row.first_after[1] = after1[0], after1[1]
+    row.second_after[0], row.second_after[1] = after2[0], after2[1]
+    if unlikely(slides):  # no impact is orthogonal to one with friction
+        nx = ny = NAN
+    cdef bint ambiguous = moves1 and add_contact(&r.recent[first], time, resolution, nx, ny)
+    if moves2 and add_contact(&r.recent[second], time, resolution, nx, ny):
+        ambiguous = True
+    if unlikely(ambiguous):
+        r.ambiguous[r.ambiguous_count] = r.taken + r.count
+        r.ambiguous_count += 1
+    r.count += 1

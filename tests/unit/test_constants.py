@@ -1,0 +1,67 @@
+"""The constants of the compiled rooms: each has its reason, and is that of plain Python where it has it too."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+import carom
+
+HEADER = (Path(carom.__file__).parent / "constants.h").read_text(encoding="utf-8")
+NAMES = (Path(carom.__file__).parent / "constants.pxd").read_text(encoding="utf-8")
+
+#: Where plain Python has it, by its name in the header.
+PLAIN = {
+    "INF": "math.inf",
+    "SPLITTER": "carom.physics.double_double._SPLITTER",
+    "ERROR": "carom.physics.pair_time.ERROR",
+    "NEGLIGIBLE": "carom.physics.pair_time.NEGLIGIBLE",
+    "GRID": "carom.physics.pair_time._GRID",
+    "DOUBTFUL_SUM": "carom.physics.pair_time._DOUBTFUL_SUM",
+    "DOUBTFUL_DISCRIMINANT": "carom.physics.pair_time._DOUBTFUL_DISCRIMINANT",
+    "PAIR_LEAST": "carom.physics.any_size._LEAST",
+    "PAIR_MOST": "carom.physics.any_size._MOST",
+    "ORDINARY": "carom.limits.ORDINARY",
+    "LEAST_ORDINARY": "carom.solvers.units._LEAST",
+    "ULP": "carom.solvers.impact.resolution.ULP",
+    "FARTHEST": "carom.solvers.impact.resolution.FARTHEST",
+    "EPOCH_IMPACTS": "carom.solvers.plain.run.EPOCH_IMPACTS",
+}
+
+
+def number(text: str) -> float:
+    """Return the value of a C constant: a float, decimal or hexadecimal, or an integer."""
+    if text.endswith("ull"):
+        return int(text.removesuffix("ull"), 16)
+    return float.fromhex(text) if text.startswith("0x") else float(text.replace("HUGE_VAL", "inf"))
+
+
+def values() -> dict[str, float]:
+    """Return the header's constants, sums of numbers."""
+    found = re.findall(r"^#define CAROM_(\w+) +(\S.*)$", HEADER, re.MULTILINE)
+    return {name: sum(map(number, text.strip("()").split(" + "))) for name, text in found}
+
+
+@pytest.mark.parametrize("name", PLAIN)
+def test_plain_python_computes_with_the_same_value(name: str) -> None:
+    """A constant that both forms have is the same number in both."""
+    module, attribute = PLAIN[name].rsplit(".", 1)
+    assert values()[name] == getattr(importlib.import_module(module), attribute)
+
+
+def test_every_constant_is_named_for_cython_and_has_a_reason() -> None:
+    """`constants.pxd` names each once, and in the header a comment stands above each or its neighbours."""
+    assert re.findall(r'"CAROM_(\w+)"', NAMES) == list(values())
+    assert re.findall(r"const [a-z ]+ (\w+) ", NAMES) == list(values())
+    for block in re.findall(r"((?:^#define CAROM_\w+ +\S.*\n)+)", HEADER, re.MULTILINE):
+        above = HEADER[: HEADER.index(block)].rstrip("\n").splitlines()[-1]
+        assert above.endswith("*/"), block
+
+
+def test_no_room_defines_constants_of_its_own() -> None:
+    """All `#define` of a number stand in the header."""
+    for source in Path(carom.__file__).parent.rglob("*.p[yx][xd]"):
+        assert not re.search(r"#define carom_[A-Z_]+ [-(\d]", source.read_text(encoding="utf-8")), source
