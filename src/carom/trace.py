@@ -15,6 +15,7 @@ from carom.equality import ByValue
 
 if TYPE_CHECKING:
     from carom.scene import Scene
+    from carom.windows import LocalTruth
 
 __all__ = [
     "IMPACT_DTYPE",
@@ -201,6 +202,7 @@ class Trace(ByValue, Tabular):
         spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
             `carom.DiscArrays.turns`), and where the method does not tell.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
+        local_truth: What became of every step, by the method's own states; None where these were not looked at.
     """
 
     method: str
@@ -224,6 +226,7 @@ class Trace(ByValue, Tabular):
     notes: tuple[str, ...] = ()
     spins: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
+    local_truth: LocalTruth | None = None
 
     @property
     def profile_shown(self) -> str:

@@ -1,8 +1,10 @@
 """Scoring: align the impacts of two traces, measure the errors, pass a verdict, grade."""
 
 from carom.comparator.compare import Score, compare
-from carom.comparator.grade import Grade
+from carom.comparator.grades import Grade
 from carom.comparator.horizon import Horizon, horizon, horizon_of
+from carom.comparator.local_truth import local_truth
+from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Errors, ImpactError
 from carom.comparator.scales import Scales
 from carom.comparator.verdict import Finding, Verdict
@@ -13,10 +15,12 @@ __all__ = [
     "Grade",
     "Horizon",
     "ImpactError",
+    "LocalScore",
     "Scales",
     "Score",
     "Verdict",
     "compare",
     "horizon",
     "horizon_of",
+    "local_truth",
 ]

@@ -11,10 +11,12 @@ import numpy as np
 from carom.comparator.consistency import Consistency, consistency_of
 from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.finite import not_finite
-from carom.comparator.grade import Grade, equals_pit, grade
+from carom.comparator.grade import equals_pit, grade
+from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches, wrong_branches
-from carom.comparator.horizon import reach_of
+from carom.comparator.horizon import before_rest, reach_of
 from carom.comparator.local import LocalErrors, local_errors
+from carom.comparator.local_truth.score import LocalScore, local_score, told_otherwise
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
@@ -62,6 +64,10 @@ class Score(Shown):
         consistency: How far the trace is from what its own impacts and states lead to; None where one of its numbers is
             NaN or infinite.
         branches: Which of its impacts took the wrong branch of friction.
+        local_truth: Each of its steps against PIC from its own state, to the end of the run; None where its states were
+            not looked at.
+        parted_s: When its trajectory left the reference's, if it did so without passing through anything; else None.
+        pit_parted_s: When PIT's did; None where it did not, or was not given.
     """
 
     expected: int
@@ -86,6 +92,9 @@ class Score(Shown):
     convention: ConventionMatch | None
     consistency: Consistency | None
     branches: WrongBranches
+    local_truth: LocalScore | None
+    parted_s: float | None
+    pit_parted_s: float | None
 
     @property
     def own_velocity(self) -> float | None:
@@ -152,7 +161,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
-    scales, reach = scales_of(reference.scene, reference), reach_of(reference, horizon)
+    scales = scales_of(reference.scene, reference)
+    reach = before_rest(reference, reach_of(reference, horizon), observed.dt_s)
     measured = measure(reference, observed, scales, reach)
     sampled = against_pit = price = None
     if sampling is not None:
@@ -161,7 +171,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         price = price_of_sampling(reference, sampling, sampled, scales, reach)
     # Where a disc comes to rest the reference ends, and with it free flight.
     rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
-    broken = not_finite(observed)
+    broken, truth = not_finite(observed), observed.local_truth
     evidence = Evidence(
         reference=reference,
         observed=observed,
@@ -177,6 +187,9 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         consistency=None if broken else consistency_of(observed, scales, rest_s),
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
+        local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),
+        told_otherwise=truth is not None and told_otherwise(observed, truth),
+        pit_s=None if sampling is None else sampling.impacts["time_s"],
     )
     return Score(
         expected=reach.impacts,
@@ -201,6 +214,9 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         convention=evidence.convention,
         consistency=evidence.consistency,
         branches=evidence.branches,
+        local_truth=evidence.local_truth,
+        parted_s=evidence.parted_s if evidence.parted else None,
+        pit_parted_s=evidence.pit_parted_s,
     )
 
 

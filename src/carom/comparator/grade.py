@@ -3,35 +3,46 @@
 from __future__ import annotations
 
 import math
-from enum import Enum
 
+from carom.comparator.grades import Grade
+from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Errors, Measured
 from carom.comparator.sampling import Price, changes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, contradictions
 from carom.trace import Outcome
 
-__all__ = ["Grade", "equals_pit", "grade"]
-
-
-class Grade(Enum):
-    """A grade that a reader can use, from best to worst but for the last; the value is the sentence shown."""
-
-    EXACT = "exact: to the rounding of the floats that the method declares"
-    CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
-    SAMPLED = "sampled: no worse than PIT at the same step"
-    INACCURATE = "inaccurate: finds every impact, but early, or worse than PIT at the same step, or contradicts itself"
-    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
-    UNGRADED = "not graded: no unique answer, or nothing to decide by"
-
-    def is_at_least_as_bad_as(self, other: Grade) -> bool:
-        """Whether this grade is no better than another; what is not graded is neither better nor worse than any."""
-        order = list(Grade)
-        return self is not Grade.UNGRADED and order.index(self) >= order.index(other)
+__all__ = ["equals_pit", "grade"]
 
 
 def grade(evidence: Evidence) -> Grade:
-    """Grade a comparison: the worst that is certain decides, and what can't be decided is not graded."""
+    """Grade a comparison: by the reference's trajectory, as far as that is reliable, and by local truth to the end."""
+    whole, local = _by_trajectory(evidence), evidence.local_truth
+    if local is None:
+        return whole
+    if evidence.parted:
+        return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
+    if whole is Grade.UNGRADED:
+        return _where_undecided(evidence, local)
+    if whole is Grade.EXACT and evidence.reach.whole and local.agrees_alone and local.grade is not Grade.WRONG:
+        return whole if evidence.reach.impacts else Grade.UNGRADED  # where nothing happens nothing is shown
+    return max(whole, local.grade, key=list(Grade).index)
+
+
+def _where_undecided(evidence: Evidence, local: LocalScore) -> Grade:
+    """Grade a run that its trajectory does not decide on: that bodies passed through each other is certain still."""
+    ambiguous = evidence.reference.ambiguous
+    tie_s = float(evidence.reference.impacts["time_s"][ambiguous[0]]) if ambiguous else math.inf
+    if (local.missed_own and local.first_missed_s < tie_s - evidence.observed.dt_s) or (
+        local.invented and not ambiguous
+    ):
+        return Grade.WRONG
+    rests = evidence.reference.outcome is Outcome.AT_REST and not evidence.reach.impacts
+    return local.grade if rests and local.grade is not Grade.EXACT else Grade.UNGRADED
+
+
+def _by_trajectory(evidence: Evidence) -> Grade:
+    """Grade by the reference's trajectory: the worst that is certain decides; what can't be decided is not graded."""
     if evidence.broken or evidence.observed.outcome is Outcome.NON_FINITE:
         return Grade.WRONG
     if evidence.convention is None and _is_wrong(evidence):

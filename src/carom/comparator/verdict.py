@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, Slip
 from carom.comparator.convention import ConventionMatch
+from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches
 from carom.comparator.local import LocalErrors
+from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Measured
 from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.sampling import Price
@@ -56,6 +58,13 @@ class Verdict(Enum):
     MOMENTUM = "momentum is gained or lost at an impact"
     ANGULAR = "angular momentum about the contact is gained or lost"
     NOT_FINITE = "a number is NaN or infinite"
+    PARTED = "the trajectory has left the reference's, though nothing passed through anything"
+    PASSED_THROUGH = "bodies pass through each other"
+    TURNED_ALONE = "bodies turn with nothing near"
+    SINKS = "discs sink into what they rest on"
+    WORSE_STEPS = "steps are worse than PIT's from the same state"
+    RESTED = "the reference ends where a disc comes to rest"
+    NO_IMPACT = "the scene has no impact to be graded by"
     NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
     CONFORMS = "agrees with the reference to rounding"
 
@@ -81,6 +90,9 @@ class Evidence:
         consistency: None where the observed trace has a number that is NaN or infinite.
         branches: Which of its impacts took the wrong branch of friction.
         broken: Which number that is, empty where there is none.
+        local_truth: Each step against PIC from the observed trace's own state; None where states were not looked at.
+        told_otherwise: Whether it reports other impacts than its states show.
+        pit_s: Times of the impacts of PIT; None where it was not run.
     """
 
     reference: Trace
@@ -97,6 +109,33 @@ class Evidence:
     consistency: Consistency | None
     branches: WrongBranches
     broken: str
+    local_truth: LocalScore | None
+    told_otherwise: bool
+    pit_s: NDArray[np.float64] | None
+
+    @property
+    def parted(self) -> bool:
+        """Whether the trajectory has left the reference's though no step passes through anything, or invents anything.
+
+        Not where the run reports other impacts than its states show, ends early, or the scene has no unique answer.
+        """
+        local = self.local_truth
+        if local is None or local.missed_own or local.invented or self.told_otherwise or self.broken:
+            return False
+        return self.convention is None and self.parted_s is not None and not self.ended_otherwise
+
+    @property
+    def parted_s(self) -> float | None:
+        """When the first impact is that the reference and the run do not share in this order, seconds; or None."""
+        swapped = [a for a, _ in self.order.inverted]
+        return _first_unshared(self.measured, self.reference, self.observed.impacts["time_s"], swapped)
+
+    @property
+    def pit_parted_s(self) -> float | None:
+        """The same of PIT at this step."""
+        if self.sampling is None or self.pit_s is None:
+            return None
+        return _first_unshared(self.sampling, self.reference, self.pit_s, ())
 
     @property
     def nothing_compared(self) -> bool:
@@ -133,22 +172,101 @@ class Evidence:
         return rounding * self.scales.reach_m / self.scales.length_m
 
 
+def _first_unshared(
+    measured: Measured, reference: Trace, observed_s: NDArray[np.float64], swapped: Sequence[int]
+) -> float | None:
+    expected_s, alignment = reference.impacts["time_s"], measured.alignment
+    times = [float(expected_s[k]) for k in (*alignment.missed, *swapped)]
+    times += [float(observed_s[k]) for k in alignment.spurious]
+    return min(times, default=None)
+
+
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
-    rules = (_convention, _hits, _order, _timing, _motion, _turning, _end, _own_path)
+    # Beyond the instant at which two trajectories part, which impact is which is chance.
+    apart = (_parted,) if evidence.parted else (_hits, _order, _timing, _motion, _turning, _end)
+    rules = (_convention, *apart, _own_path, _sinking)
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
     found += [finding for rule in rules for finding in rule(evidence)]
+    found += list(_steps(evidence, told=bool(found)))
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared:
         times = evidence.reference.impacts["time_s"]
         first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
         found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.reach.until_s:.6g} s; {first}"))
+    if not found and not evidence.reach.impacts and evidence.reach.whole:
+        steps = "" if evidence.local_truth is None else "; every step agrees with free flight to rounding"
+        found.append(Finding(Verdict.NO_IMPACT, f"{evidence.scales.time_s:.6g} s of free flight{steps}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.reach.impacts} impacts found{floats}"))
+    if evidence.reference.outcome is Outcome.AT_REST:
+        beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
+        found.append(Finding(Verdict.RESTED, f"at {evidence.reference.end_time_s:.6g} s; from there {beyond}"))
     return tuple(found)
+
+
+def _parted(evidence: Evidence) -> Iterator[Finding]:
+    local = evidence.local_truth
+    if local is None or evidence.parted_s is None:
+        return
+    pit = ""
+    if evidence.sampling is not None:
+        pit = " (PIT's not)" if evidence.pit_parted_s is None else f" (PIT's at {evidence.pit_parted_s:.6g} s)"
+    alignment = evidence.measured.alignment
+    yield Finding(
+        Verdict.PARTED,
+        f"at {evidence.parted_s:.6g} s{pit}; of {evidence.reach.impacts} impacts it does not have "
+        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; each step by itself is {_own_word(local)}",
+    )
+
+
+def _own_word(local: LocalScore) -> str:
+    return local.grade.name.lower() if local.grade is not Grade.SAMPLED else "no worse than PIT's from the same state"
+
+
+def _sinking(evidence: Evidence) -> Iterator[Finding]:
+    local = evidence.local_truth
+    if local is not None and (local.sinks or local.sunk_radii > evidence.rounding):
+        held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
+        yield Finding(Verdict.SINKS, f"by up to {local.sunk_radii:.3g} of the distance of contact, {held}")
+
+
+def _steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
+    """What local truth finds that the trajectory does not tell: beyond the horizon, and after rest."""
+    local, alignment = evidence.local_truth, evidence.measured.alignment
+    if local is None or evidence.broken:
+        return
+    if local.missed > len(alignment.missed) or (local.missed and evidence.parted):
+        pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
+        yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
+    if local.invented > len(alignment.spurious):
+        yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
+    if local.grade is Grade.INACCURATE and (evidence.parted or not evidence.reach.whole or not told):
+        yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
+
+
+def _faults(local: LocalScore) -> Iterator[str]:
+    """Yield what makes the steps of a run inaccurate, each with its numbers."""
+    judged = f"of {local.judged} impacts that stand alone"
+    if local.worse_than_pit:
+        worst = "where PIT pays nothing" if math.isinf(local.ratio[1]) else f"by up to {local.ratio[1]:.4g} times"
+        off = f", restitution off by {local.restitution[0]:.3g} at the median" if local.restitution[0] > 0.0 else ""
+        yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
+    if local.early:
+        yield f"{local.early} {judged} come early, by up to {local.early_steps:.3g} steps"
+    if local.too_late:
+        yield f"{local.too_late} {judged} come later than a step, by up to {local.late_steps[1]:.3g} steps"
+    if local.drifts:
+        yield f"places move other than by their velocities in {local.drifts} steps, by up to {local.drift:.3g} radii"
+    if local.slipped > 0.0:
+        yield f"velocities change with nothing near, by up to {local.slipped:.3g} of themselves"
+    if local.energy > THRESHOLDS.energy:
+        yield f"{local.energy:.3g} of the energy is gained or lost that PIT's steps do not gain or lose"
+    if local.sinks:
+        yield "a disc sinks into what it rests on"
 
 
 def _convention(evidence: Evidence) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
+from carom.comparator.local_truth import Watch
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
@@ -144,6 +145,7 @@ class _Run:
             spin_rad_s=scene.arrays.spins,
         )
         self.collector = ImpactCollector(scene, self.state, float_bits)
+        self.watch = Watch(scene, dt_s, float_bits)
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
         self.gravity = gravity_of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
@@ -160,6 +162,7 @@ class _Run:
                     return
                 self.state = self.door.contacts(now, self.seen_s, time_s)
                 self.collector.add(time_s, self.state)
+                self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)
                 self.seen_s = time_s
                 if self.outcome is Outcome.STANDSTILL:
                     self.taken = step
@@ -199,6 +202,7 @@ class _Run:
             notes=self.notes,
             spins=self.collector.spins,
             final_spin_rad_s=_final_spins(self.scene, state),
+            local_truth=self.watch.finish(),
         )
 
 

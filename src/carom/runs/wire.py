@@ -18,6 +18,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, c
 from carom.adapter import Observation
 from carom.scene import Scene
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
+from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 
 __all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
 
@@ -71,7 +72,9 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
 
     In a text of its own NaN and infinities need not be strings, which a setting could not be told from.
     """
-    hints = get_type_hints(kind, localns={"Scene": Scene, "np": np, "NDArray": NDArray}) | carried
+    hints = (
+        get_type_hints(kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "np": np, "NDArray": NDArray}) | carried
+    )
     names = [field.name for field in dataclasses.fields(kind)]
     types: dict[str, Any] = {name: (hints[name], ...) for name in names}
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
@@ -133,4 +136,8 @@ else:
         spins=_array(SPIN_DTYPE),
         final_spin_rad_s=_FLOATS,
         samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
+        local_truth=_carried(
+            LocalTruth, windows=_array(WINDOW_DTYPE), meetings=_array(MEETING_DTYPE), slips=_array(SLIP_DTYPE)
+        )
+        | None,
     )

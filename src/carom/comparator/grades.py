@@ -1,0 +1,27 @@
+"""The grades, from best to worst."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+__all__ = ["Grade"]
+
+
+class Grade(Enum):
+    """A grade that a reader can use, from best to worst except the last; the value is the sentence shown."""
+
+    EXACT = "exact: to the rounding of the floats that the method declares"
+    CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
+    SAMPLED = "sampled: no worse than PIT at the same step"
+    INACCURATE = "inaccurate: finds every impact, but early, or worse than PIT at the same step, or contradicts itself"
+    PARTED = "parted: each step is no worse than PIT's from the same state; the trajectory has left the reference's"
+    PARTED_INACCURATE = (
+        "parted, inaccurate: nothing passes through, steps are worse than PIT's, the trajectory has left"
+    )
+    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
+    UNGRADED = "not graded: no unique answer, or nothing to decide by"
+
+    def is_at_least_as_bad_as(self, other: Grade) -> bool:
+        """Whether this grade is no better than another; what is not graded is neither better nor worse than any."""
+        order = list(Grade)
+        return self is not Grade.UNGRADED and order.index(self) >= order.index(other)

@@ -1,0 +1,197 @@
+"""The analysis of a run, block by block of its states, so that the memory it takes does not grow with the run."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.adapter.checks import MANTISSA_BITS
+from carom.comparator.local_truth.bodies import Law
+from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
+from carom.comparator.local_truth.judge import Judged, judge
+from carom.comparator.local_truth.near import Activity, Block, activity_of
+from carom.scene import Scene
+from carom.trace import wall_body
+from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
+
+__all__ = ["Watch", "local_truth"]
+
+Array = NDArray[np.float64]
+
+#: What a step rounds a number by, in units in its last place: products, sums, the instant, and a shift of the origin.
+ROUNDINGS = 16
+
+#: A 64-bit engine may compute in other units, and solve for several contacts together: its velocities are looked at
+#: more coarsely than its floats are, still far below anything that is graded.
+ROUNDING_OF_VELOCITIES = 1e-11
+
+#: Numbers of states that a block holds at most: some 40 MB with what is worked out of them.
+_NUMBERS = 2**19
+
+_ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
+
+
+def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
+    """Compare each step of a run with PIC from the run's own state at its start.
+
+    Args:
+        scene: The scene.
+        states: The states at every boundary, the first of them the scene's start.
+        dt_s: The step, seconds.
+        float_bits: Width of the floats that the method declares to compute in.
+    """
+    watch = Watch(scene, dt_s, float_bits)
+    spins = states.spin_rad_s
+    for k in range(1, len(states)):
+        spin = None if spins is None else spins[k]
+        watch.add(float(states.time_s[k]), states.position_m[k], states.velocity_m_s[k], spin)
+    return watch.finish()
+
+
+class Watch:
+    """Takes the states of a run as they come, and says in the end what became of every step.
+
+    Args:
+        scene: The scene, which begins the run.
+        dt_s: The step, seconds.
+        float_bits: Width of the floats that the method declares to compute in.
+    """
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
+        self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
+        place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
+        self._units = (max(place_unit, ROUNDING_OF_VELOCITIES), place_unit)
+        arrays = scene.arrays
+        self._time_s: list[float] = [0.0]
+        self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
+        self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
+        self._most = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
+        self._windows: list[tuple[float | int | bool, ...]] = []
+        self._meetings: list[tuple[float | int | bool, ...]] = []
+        self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
+        self._scale = np.zeros(len(scene.discs))
+        self._turned = self._moved = self._steps = self._resting = 0
+        self._sunk_m = self._sunk_radii = 0.0
+        self._sinks_s = math.nan
+        self._polygon = False
+
+    def add(self, time_s: float, position_m: Array, velocity_m_s: Array, spin_rad_s: Array | None = None) -> None:
+        """Take in the state at the end of a step, or of a piece of one: shapes ``(n, 2)``, ``(n, 2)`` and ``(n,)``."""
+        if not time_s > self._time_s[-1]:
+            return  # a piece of no length
+        self._time_s.append(time_s)
+        self._place.append(position_m)
+        self._velocity.append(velocity_m_s)
+        if self._spin is not None:
+            self._spin.append(np.zeros(len(position_m)) if spin_rad_s is None else spin_rad_s)
+        if len(self._time_s) > self._most:
+            self._look(ends=False)
+
+    def finish(self) -> LocalTruth:
+        """Return what was found, after the last state."""
+        until_s = self._time_s[-1]
+        if len(self._time_s) > 1:
+            self._look(ends=True)
+        return LocalTruth(
+            until_s=until_s,
+            steps=self._steps,
+            windows=np.array(self._windows, WINDOW_DTYPE),
+            meetings=np.array(self._meetings, MEETING_DTYPE),
+            slips=np.array([self._slips[key] for key in sorted(self._slips)], SLIP_DTYPE),
+            slip_counts=(self._turned, self._moved),
+            resting_steps=self._resting,
+            sunk_m=self._sunk_m,
+            sunk_radii=self._sunk_radii,
+            sinks_s=self._sinks_s,
+            polygon=self._polygon,
+        )
+
+    def _look(self, *, ends: bool) -> None:
+        """Judge the windows of the block that are complete, and keep the states from which others go on."""
+        spins = None if self._spin is None else np.array(self._spin)
+        states = States(np.array(self._time_s), np.array(self._place), np.array(self._velocity), spins)
+        with np.errstate(over="ignore", under="ignore"):
+            block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
+            activity = activity_of(block)
+            chains = chains_of(self._law, activity.due)
+            done = len(block)
+            if not ends:
+                # A chain that reaches the end may go on, and so may one that a chain that goes on could take in.
+                done = min([chain.begin for chain in chains if chain.end >= len(block)], default=done)
+                while late := [chain.begin for chain in chains if chain.begin < done < chain.end]:
+                    done = min(late)
+            finished = [chain for chain in chains if chain.end <= done]
+            # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
+            scale = np.tile(self._scale, (len(block), 1))
+            for chain in sorted(finished, key=lambda chain: chain.end):
+                judged = judge(block, chain, activity, ends=ends)
+                self._keep(block, chain, judged)
+                scale[chain.end :, list(chain.discs)] = judged.speed
+                self._scale[list(chain.discs)] = judged.speed
+            self._between(block, activity, finished, done, np.maximum(scale, block.own_speed))
+        del self._time_s[:done], self._place[:done], self._velocity[:done]
+        if self._spin is not None:
+            del self._spin[:done]
+
+    def _keep(self, block: Block, chain: Chain, judged: Judged) -> None:
+        times = block.states.time_s
+        number = len(self._windows)
+        begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
+        self._windows.append((begin_s, end_s, *(getattr(judged, name) for name in _ROW)))
+        for meeting in judged.meetings:
+            i, j = meeting.pair
+            second = j if j < self._law.n else wall_body(j - self._law.n)
+            steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
+            self._meetings.append((number, i, second, *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed))
+
+    def _between(self, block: Block, activity: Activity, chains: list[Chain], done: int, scale: Array) -> None:
+        """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""
+        free = ~activity.resting
+        for chain in chains:
+            free[chain.begin : chain.end, list(chain.discs)] = False
+        free[done:] = False
+        h = block.step_s[:, None]
+        falls = np.hypot(*block.pull.T)
+        turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
+        rounding = block.place_rounding
+        allowed = 0.5 * falls * h * h
+        # What overlaps may be pushed apart without a change of velocity.
+        asked = free & ~turned & ~activity.overlapping
+        moved = asked & (block.moved_by - allowed > rounding)
+        self._polygon = self._polygon or bool(np.any(asked & (falls > 0.0) & (block.moved_by > rounding)))
+        self._turned += int(turned.sum())
+        self._moved += int(moved.sum())
+        self._steps += done
+        self._resting += int(activity.resting[:done].sum())
+        if activity.sunk_radii > self._sunk_radii:
+            self._sunk_m, self._sunk_radii = activity.sunk_m, activity.sunk_radii
+        if activity.sinks is not None and math.isnan(self._sinks_s):
+            self._sinks_s = float(block.states.time_s[activity.sinks])
+        relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
+        spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
+        beyond = np.where(moved, block.moved_by - allowed, 0.0)
+        for kind, sizes in (
+            ("velocity", np.where(turned, relative, 0.0)),
+            ("spin", np.where(turned, spinning, 0.0)),
+            ("place", beyond),
+        ):
+            self._largest_slips(block, kind, sizes, beyond)
+
+    def _largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
+        for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
+            step = int(np.argmax(sizes[:, disc]))
+            row = (
+                float(block.states.time_s[step]),
+                disc,
+                float(block.turned_by[step, disc]),
+                float(block.spun_by[step, disc]),
+                float(moved_m[step, disc]),
+                float(block.own_speed[step, disc]),
+                float(block.place_rounding[step, disc]),
+            )
+            key = (disc, kind)
+            column = {"velocity": 2, "spin": 3, "place": 4}[kind]
+            if key not in self._slips or row[column] > self._slips[key][column]:
+                self._slips[key] = row

@@ -1,0 +1,259 @@
+"""A few bodies on plain floats, set going from any state: PIC and PIT within a window of a run.
+
+The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
+and closes meets at once. The times of impact and the law are those of `carom.physics`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from carom.physics.fall_encounter import encounter_time
+from carom.physics.fall_time import descent_time
+from carom.physics.friction import Grip, friction_impulse, pair_rub
+from carom.physics.impact_law import pair_push
+from carom.physics.pair_time import pair_time
+from carom.physics.wall_time import wall_gap, wall_speed, wall_time
+from carom.scene import Scene
+
+__all__ = ["Contact", "Law", "Met", "Pair", "State", "exact_run", "sampled_run"]
+
+#: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
+Pair = tuple[int, int]
+
+#: Impacts without end within a window, which an inelastic collapse is, are followed so far.
+MOST_IMPACTS = 2000
+
+
+class Law:
+    """What a scene says of its bodies, as plain floats."""
+
+    def __init__(self, scene: Scene) -> None:
+        arrays = scene.arrays
+        self.n = len(scene.discs)
+        self.radius: list[float] = arrays.radius_m.tolist()
+        self.mass: list[float] = arrays.mass_kg.tolist()
+        self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
+        self.ease: list[float] = (1.0 / arrays.inertia).tolist()
+        self.walls: list[tuple[float, float, float, float]] = [
+            (float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in arrays.walls
+        ]
+        self.gravity: tuple[float, float] = scene.gravity_m_s2
+        self.pull = math.hypot(*scene.gravity_m_s2)
+        self.disc_restitution, self.wall_restitution = scene.restitution, scene.wall_restitution
+        self.disc_grip = Grip(scene.friction, scene.tangential_restitution)
+        self.wall_grip = Grip(scene.wall_friction, scene.wall_tangential_restitution)
+        self.turns = bool(arrays.turns)
+
+    def movable(self, body: int) -> bool:
+        """Whether a body is a disc that an impact moves."""
+        return body < self.n and self.inverse_mass[body] > 0.0
+
+    def falls(self, body: int) -> bool:
+        """Whether gravity acts on a body."""
+        return self.pull > 0.0 and self.movable(body)
+
+    def restitution(self, pair: Pair) -> float:
+        """Return the coefficient of restitution of two bodies."""
+        return self.wall_restitution if pair[1] >= self.n else self.disc_restitution
+
+    def reach(self, pair: Pair) -> float:
+        """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
+        return self.radius[pair[0]] + (self.radius[pair[1]] if pair[1] < self.n else 0.0)
+
+    def pairs_of(self, bodies: Sequence[int]) -> list[Pair]:
+        """Return all pairs of some discs, and of these and the walls, of which one moves."""
+        walls = range(self.n, self.n + len(self.walls))
+        return [
+            (i, j)
+            for k, i in enumerate(bodies)
+            for j in (*bodies[k + 1 :], *walls)
+            if self.movable(i) or self.movable(j)
+        ]
+
+
+class Contact(NamedTuple):
+    """How two bodies are to each other: gap, unit normal from first to second, and the speed at which they close."""
+
+    gap: float
+    normal: tuple[float, float]
+    closing: float
+
+
+class State:
+    """Position, velocity and spin of some discs, by number."""
+
+    __slots__ = ("law", "spin", "velocity", "xy")
+
+    def __init__(
+        self,
+        law: Law,
+        xy: dict[int, tuple[float, float]],
+        velocity: dict[int, tuple[float, float]],
+        spin: dict[int, float],
+    ) -> None:
+        self.law, self.xy, self.velocity, self.spin = law, xy, velocity, spin
+
+    def copy(self) -> State:
+        """Return a state of its own."""
+        return State(self.law, dict(self.xy), dict(self.velocity), dict(self.spin))
+
+    def fly(self, seconds: float, resting: Pair | None = None) -> None:
+        """Move all discs along their free paths; what rests on a wall is not pulled into it."""
+        law = self.law
+        for disc, (x, y) in self.xy.items():
+            vx, vy = self.velocity[disc]
+            ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
+            if resting is not None and resting[0] == disc and resting[1] >= law.n:
+                nx, ny = law.walls[resting[1] - law.n][2:]
+                pull = min(ax * nx + ay * ny, 0.0)
+                ax, ay = ax - pull * nx, ay - pull * ny
+            half = 0.5 * seconds * seconds
+            self.xy[disc] = (x + vx * seconds + ax * half, y + vy * seconds + ay * half)
+            self.velocity[disc] = (vx + ax * seconds, vy + ay * seconds)
+
+    def contact(self, pair: Pair) -> Contact:
+        """Return how the two bodies of a pair are to each other."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy) = self.xy[i], self.velocity[i]
+        if j >= law.n:
+            qx, qy, nx, ny = law.walls[j - law.n]
+            return Contact((x - qx) * nx + (y - qy) * ny - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
+        dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
+        distance = math.hypot(dx, dy)
+        normal = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
+        closing = -((self.velocity[j][0] - vx) * normal[0] + (self.velocity[j][1] - vy) * normal[1])
+        return Contact(distance - law.radius[i] - law.radius[j], normal, closing)
+
+    def wait(self, pair: Pair) -> float:
+        """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
+        if j >= law.n:
+            wall = law.walls[j - law.n]
+            if not law.falls(i):
+                return wall_time(x, y, vx, vy, radius, *wall)
+            normal = wall[2:]
+            return descent_time(
+                wall_gap(x, y, radius, *wall), wall_speed(vx, vy, *normal), wall_speed(*law.gravity, *normal)
+            )
+        (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
+        if law.falls(i) == law.falls(j):  # gravity moves both alike
+            return pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
+        if law.falls(i):
+            return encounter_time((x, y, vx, vy, radius), (ox, oy, law.radius[j]), law.gravity)
+        return encounter_time((ox, oy, ux, uy, law.radius[j]), (x, y, radius), law.gravity)
+
+    def strike(self, pair: Pair) -> None:
+        """Give the bodies of a pair, where they are, their velocities after an impact."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy) = self.xy[i], self.velocity[i]
+        w_i = law.inverse_mass[i]
+        if j >= law.n:
+            _, _, nx, ny = law.walls[j - law.n]
+            along = vx * nx + vy * ny
+            if not along < 0.0:
+                return
+            pressed = -(1.0 + law.wall_restitution) * along
+            vx, vy = vx + pressed * nx, vy + pressed * ny
+            if law.wall_grip.friction > 0.0:
+                before = self.velocity[i]
+                slip = before[0] * ny - before[1] * nx + law.radius[i] * self.spin[i]
+                rub = friction_impulse(law.wall_grip, slip, 1.0 + law.ease[i], pressed)
+                vx, vy = vx - rub * ny, vy + rub * nx
+                self.spin[i] -= rub * law.ease[i] / law.radius[i]
+            self.velocity[i] = (vx, vy)
+            return
+        dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
+        ux, uy = self.velocity[j]
+        w_j = law.inverse_mass[j]
+        push = pair_push(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        turn = 0.0
+        if law.disc_grip.friction > 0.0 and push < 0.0:
+            distance = math.hypot(dx, dy)
+            surface = distance * (law.radius[i] * self.spin[i] + law.radius[j] * self.spin[j])
+            yielding = w_i * (1.0 + law.ease[i]) + w_j * (1.0 + law.ease[j])
+            turn = pair_rub(law.disc_grip, dx, dy, ux - vx, uy - vy, surface, yielding, push)
+            self.spin[i] -= turn * distance * w_i * law.ease[i] / law.radius[i]
+            self.spin[j] -= turn * distance * w_j * law.ease[j] / law.radius[j]
+        px, py = push * dx + turn * dy, push * dy - turn * dx
+        self.velocity[i] = (vx + w_i * px, vy + w_i * py)
+        self.velocity[j] = (ux - w_j * px, uy - w_j * py)
+
+    def energy(self) -> float:
+        """Return the kinetic energy of the discs that move, that of turning with it, joules."""
+        law = self.law
+        return sum(
+            0.5 * law.mass[disc] * (vx * vx + vy * vy + self._turning(disc))
+            for disc, (vx, vy) in self.velocity.items()
+            if law.movable(disc)
+        )
+
+    def _turning(self, disc: int) -> float:
+        law = self.law
+        rim = law.radius[disc] * self.spin[disc]
+        return rim * rim / law.ease[disc] if law.ease[disc] > 0.0 else 0.0
+
+    def fastest(self) -> tuple[float, float]:
+        """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""
+        speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
+        return speed, max(speed, *(abs(self.law.radius[disc] * spin) for disc, spin in self.spin.items()))
+
+
+@dataclass(frozen=True, slots=True)
+class Met:
+    """One impact of a run within a window: seconds since its start, the pair, how they met, the state just after."""
+
+    time_s: float
+    pair: Pair
+    contact: Contact
+    after: State
+
+
+def exact_run(
+    start: State, pairs: Sequence[Pair], seconds: float, resting_speed: float
+) -> tuple[list[Met], Pair | None]:
+    """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
+
+    Two that have just met do not meet again before a third turns one of them, unless gravity brings one back to what
+    can't move. What closes on that no faster than `resting_speed`, metres a second, rests there, which ends the run.
+    """
+    state, now_s, met = start.copy(), 0.0, list[Met]()
+    waits = {pair: state.wait(pair) for pair in pairs}
+    while waits and len(met) < MOST_IMPACTS:
+        pair = min(waits, key=waits.__getitem__)
+        at_s = waits[pair]
+        if not at_s <= seconds:
+            break
+        state.fly(max(at_s - now_s, 0.0))
+        now_s = max(at_s, now_s)
+        contact, law = state.contact(pair), state.law
+        falls_back = law.falls(pair[0]) != law.falls(pair[1])
+        if falls_back and contact.closing <= resting_speed:
+            return met, pair
+        state.strike(pair)
+        met.append(Met(now_s, pair, contact, state.copy()))
+        struck = {body for body in pair if law.movable(body)}
+        for other in waits:
+            if struck.intersection(other):
+                waits[other] = math.inf if other == pair and not falls_back else now_s + state.wait(other)
+    return met, None
+
+
+def sampled_run(start: State, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
+    """Return PIT's impacts from a state, with looks `first_s` after it and every step from there."""
+    state, now_s, met = start.copy(), 0.0, list[Met]()
+    looks = math.floor((seconds - first_s) / dt_s * (1.0 + 2.0**-40)) + 1 if first_s <= seconds else 0
+    for look in range(looks):
+        state.fly(first_s + look * dt_s - now_s)
+        now_s = first_s + look * dt_s
+        for pair in pairs:
+            contact = state.contact(pair)
+            # Found at the very instant of contact, rounding may leave a gap: that is a look in time.
+            if contact.closing > 0.0 and contact.gap <= 2.0**-40 * state.law.reach(pair):
+                state.strike(pair)
+                met.append(Met(now_s, pair, contact, state.copy()))
+    return met

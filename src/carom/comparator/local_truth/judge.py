@@ -1,0 +1,367 @@
+"""One window: what PIC makes of the run's own state at its start, and what looking once a step costs from there.
+
+The run, which may be late, need not have come to all of PIC's impacts. So it is compared with PIC cut off after j
+impacts and flown on, where the rest still lies ahead in the run's own state; of those the nearest counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from carom.comparator.local_truth.bodies import Law, Met, Pair, State, exact_run, sampled_run
+from carom.comparator.local_truth.chains import Chain
+from carom.comparator.local_truth.near import MARGIN_STEPS, RESTING_STEPS, Activity, Block
+from carom.comparator.thresholds import THRESHOLDS
+
+__all__ = ["PASSED", "Judged", "Meeting", "judge"]
+
+#: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
+#: at; what turns a body by less is an error of velocity.
+PASSED = 0.01
+
+#: In windows of several bodies no price is asked for but that of energy, for which a few phases are enough.
+_PHASES_OF_MANY = 4
+
+#: PIC ends a window's run where a disc comes to rest: where it closes by what it falls in this part of a step.
+_RESTING = 1e-3
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """One pair of a window: `MEETING_DTYPE` says what its fields mean; steps are numbers of states of the block."""
+
+    pair: Pair
+    begin: int
+    end: int
+    due_s: float
+    missed: bool
+    pit_missed: bool
+
+
+@dataclass
+class Judged:
+    """What was found of a window: `carom.windows.WINDOW_DTYPE` says what its fields mean."""
+
+    due: int = 0
+    missed: int = 0
+    pit_missed: int = 0
+    entangled: bool = False
+    turned: bool = False
+    open: bool = False
+    late_steps: float = math.nan
+    late_known: float = 0.0
+    late_allowed: float = 1.0
+    velocity: float = 0.0
+    speed: float = 0.0
+    spin: float = 0.0
+    rim: float = 0.0
+    place_m: float = 0.0
+    place_known_m: float = 0.0
+    price_velocity: float = math.nan
+    price_spin: float = math.nan
+    restitution: float = math.nan
+    energy_j: float = 0.0
+    energy_price_j: float = 0.0
+    kinetic_j: float = 0.0
+    meetings: list[Meeting] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class _Difference:
+    """How a state differs from PIC's after some of its impacts: velocities, rims, places, and PIC's state there."""
+
+    velocity: float
+    spin: float
+    place: float
+    impacts: int
+    truth: State
+
+
+class _Window:
+    """A window and what is known of it before it is judged."""
+
+    def __init__(self, block: Block, chain: Chain, activity: Activity) -> None:
+        self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
+        self.start, self.now = block.state(chain.begin, chain.discs), block.state(chain.end, chain.discs)
+        times = block.states.time_s
+        self.lasts = float(times[chain.end] - times[chain.begin])
+        discs, steps = list(chain.discs), slice(chain.begin, chain.end)
+        #: What rounding makes of places, of two discs together.
+        self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
+        fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
+        self.pairs = _within_reach(self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s)
+        is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
+        # A root at the window's end may be found a rounding later than the run found it.
+        beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
+        self.truth, self.resting = exact_run(
+            self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
+        )
+        self.free = self.start.copy()
+        self.free.fly(self.lasts)
+        states = [self.start, self.now, *(met.after for met in self.truth)]
+        speeds = [state.fastest() for state in states]
+        self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
+        self.still = block.unit * self.speed
+
+    def difference(self, state: State, truth: State) -> tuple[float, float, float]:
+        """Return the largest differences of velocities, of rims and of places of two states."""
+        return (
+            max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
+            max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),
+            max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
+        )
+
+    def nearest(self, state: State, truth: Sequence[Met], seconds: float, resting: Pair | None) -> _Difference:
+        """Return how a state differs from PIC's after as many impacts as it has come to."""
+        best: _Difference | None = None
+        for count in range(len(truth), -1, -1):
+            if count < len(truth) and not all(self.lies_ahead(state, met) for met in truth[count:]):
+                continue
+            there = (truth[count - 1].after if count else self.start).copy()
+            there.fly(seconds - (truth[count - 1].time_s if count else 0.0), resting if count == len(truth) else None)
+            velocity, spin, place = self.difference(state, there)
+            if best is None or velocity + spin < best.velocity + best.spin - self.still:
+                best = _Difference(velocity, spin, place, count, there)
+        assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
+        return best
+
+    def lies_ahead(self, state: State, met: Met) -> bool:
+        """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
+        contact = state.contact(met.pair)
+        along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
+        return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
+
+
+def _within_reach(law: Law, start: State, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
+    """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
+    reach = 4.0 * fastest * seconds + law.pull * seconds**2
+    return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
+
+
+def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Judged:
+    """Compare a window with PIC, and with PIT, from its own state; `ends` says that the run ends with the block."""
+    window = _Window(block, chain, activity)
+    judged = Judged(speed=window.speed, rim=window.rim, place_known_m=window.touching, kinetic_j=window.start.energy())
+    if not window.truth:
+        return _of_nothing_due(window, judged)
+    found = window.nearest(window.now, window.truth, window.lasts, window.resting)
+    judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
+    # Of a chain that was cut, what overlaps at the cut was due before.
+    known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
+    judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
+    judged.entangled = _is_entangled(window, found)
+    judged.energy_j = _gained(window, found, entangled=judged.entangled)
+    rounding = 10.0 * block.unit
+    agrees = (
+        found.velocity <= rounding * window.speed
+        and found.spin <= rounding * window.rim
+        and found.place <= 10.0 * window.touching
+        and found.impacts == len(window.truth)
+    )
+    missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair)]
+    judged.missed = len(missed)
+    if chain.end == len(block) and ends and not missed and _still_open(window):
+        judged.open = True
+    if not judged.open:
+        _time(window, judged, found, agrees=agrees)
+        _price(window, judged, found)
+    also = _also_missed_by_pit(window, missed)
+    judged.pit_missed = len(also)
+    for pair, steps in chain.pairs.items():
+        due = [
+            float(block.states.time_s[step]) + activity.due[step][pair]
+            for step in steps
+            if activity.due[step][pair] >= 0.0
+        ]
+        first = due[0] if due else math.nan
+        judged.meetings.append(Meeting(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
+    return judged
+
+
+def _of_nothing_due(window: _Window, judged: Judged) -> Judged:
+    """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
+    velocity, spin, place = window.difference(window.now, window.free)
+    law, chain = window.law, window.chain
+    # What rests, or begins to, is held by what it falls in the window's steps.
+    steps = chain.end - chain.begin + 0.5
+    held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
+    if chain.continues:
+        # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+        judged.energy_j = window.now.energy() - window.start.energy() if law.pull == 0.0 else 0.0
+    elif not held and not window.resting:
+        judged.turned = True
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+    for pair, active in chain.pairs.items():
+        judged.meetings.append(Meeting(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
+    return judged
+
+
+def _is_entangled(window: _Window, found: _Difference) -> bool:
+    if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1):
+        return True
+    # What begins in overlap was found late already, or was pushed into it by a third.
+    starts = [window.start.contact(pair) for pair in window.chain.pairs]
+    return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
+
+
+def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
+    """Return the energy gained against PIC; of an entangled window against its start, lost too where none may be."""
+    if window.law.pull > 0.0:
+        return 0.0
+    now = window.now.energy()
+    if not entangled:
+        return now - found.truth.energy()
+    gained = now - window.start.energy()
+    law = window.law
+    lossless = all(
+        law.restitution(pair) == 1.0 and (law.wall_grip if pair[1] >= law.n else law.disc_grip).friction == 0.0
+        for pair in window.chain.pairs
+    )
+    return gained if lossless else max(gained, 0.0)
+
+
+def _is_missed(window: _Window, pair: Pair) -> bool:
+    """Whether the bodies of a pair passed through each other: due in a step of their own, and going on as before."""
+    block, law, activity = window.block, window.law, window.activity
+    steps = window.chain.pairs[pair]
+    own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
+    if not own:
+        return False
+    last = own[-1]
+    while last + 1 in steps:  # pushed still, while they part: answered late, and not missed
+        last += 1
+    i, j = pair
+    discs = (i, j) if j < law.n else (i,)
+    one, other = block.state(own[0], discs), block.state(last + 1, discs)
+    before, after = one.contact(pair), other.contact(pair)
+    times = block.states.time_s
+    fallen = one.copy()
+    fallen.fly(float(times[last + 1] - times[own[0]]))
+    was, now = _relative(fallen, pair), _relative(other, pair)
+    size = math.hypot(*was)
+    if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
+        return False  # that slow it may as well rest
+    unchanged = math.dist(was, now) <= PASSED * max(before.closing, 1e-3 * size)
+    past = after.gap > 0.0 or after.closing <= 0.0
+    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * before.closing
+    if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
+        unchanged = _is_idle(window, pair, size)
+    deep = j >= law.n and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
+    through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
+    return unchanged and (past or deep or through)
+
+
+def _is_idle(window: _Window, pair: Pair, size: float) -> bool:
+    """Whether one of a pair that PIC has meet was not turned at all in the window, though PIC turns it."""
+    block, chain, law = window.block, window.chain, window.law
+    idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    meets = any(
+        met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
+    )
+    if not idle or not meets:
+        return False
+    end = window.truth[-1].after.copy()
+    end.fly(max(window.lasts - window.truth[-1].time_s, 0.0))
+    return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
+
+
+def _relative(state: State, pair: Pair) -> tuple[float, float]:
+    """Return the velocity of the second body relative to the first."""
+    i, j = pair
+    (ux, uy), (vx, vy) = state.velocity[i], state.velocity.get(j, (0.0, 0.0))
+    return (vx - ux, vy - uy)
+
+
+def _still_open(window: _Window) -> bool:
+    """Whether the run ended in the middle of a contact."""
+    if window.chain.end - window.chain.begin > 3:
+        return False
+    contacts = [window.now.contact(met.pair) for met in window.truth]
+    return any(contact.gap <= 0.0 and contact.closing > window.still for contact in contacts)
+
+
+def _time(window: _Window, judged: Judged, found: _Difference, *, agrees: bool) -> None:
+    """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
+    first, law, dt_s = window.truth[0], window.law, window.block.dt_s
+    closing = max(first.contact.closing, 1e-300)
+    judged.late_known = window.touching / closing / dt_s
+    # A step looks at its end; a path that is a polygon gets there later by half of what a step's fall is.
+    judged.late_allowed = 1.0 + judged.late_known + 0.5 * law.pull * dt_s / closing
+    if agrees:
+        judged.late_steps = 0.0
+    elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
+        judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
+    if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
+        return
+    grip = law.wall_grip if first.pair[1] >= law.n else law.disc_grip
+    was, now = _relative(window.start, first.pair), _relative(window.now, first.pair)
+    change = (now[0] - was[0], now[1] - was[1])
+    size = math.hypot(*change)
+    if grip.friction == 0.0 and size > window.still:
+        normal = (change[0] / size, change[1] / size)  # the run's own
+        closed = was[0] * normal[0] + was[1] * normal[1]
+        judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
+
+
+def _turn_s(window: _Window, pair: Pair) -> float:
+    """Seconds from the window's start to where the free paths before and after come nearest, by least squares."""
+    i, j = pair
+    lasts = window.lasts
+
+    def apart(state: State) -> tuple[float, float]:
+        (x, y), (ox, oy) = state.xy[i], state.xy.get(j, (0.0, 0.0))
+        return (ox - x, oy - y)
+
+    fallen = window.start.copy()
+    fallen.fly(lasts)
+    was, now = _relative(fallen, pair), _relative(window.now, pair)
+    slope = (was[0] - now[0], was[1] - now[1])
+    squared = slope[0] ** 2 + slope[1] ** 2
+    if squared == 0.0:
+        return math.nan
+    # Counted from the end: there the two paths are apart by what the run is off, and part at the slope.
+    there, here = apart(fallen), apart(window.now)
+    return lasts - ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
+
+
+def _price(window: _Window, judged: Judged, found: _Difference) -> None:
+    """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
+    dt_s, truth = window.block.dt_s, window.truth
+    need = max(found.impacts, 1)
+    phases = THRESHOLDS.phases if len(window.chain.discs) <= 2 else _PHASES_OF_MANY
+    looks = [dt_s * phase / phases for phase in range(1, phases + 1)]
+    if 0.0 < judged.late_steps <= judged.late_allowed:
+        looks.append(truth[0].time_s + judged.late_steps * dt_s)
+    until_s = truth[need - 1].time_s + 2.0 * dt_s
+    until_there = [met for met in truth if met.time_s <= until_s]
+    costs: list[tuple[float, float, float]] = []
+    finds: list[bool] = []
+    for first_s in looks:
+        met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
+        end = (met[-1].after if met else window.start).copy()
+        end.fly(until_s - (met[-1].time_s if met else 0.0))
+        off = window.nearest(end, until_there, until_s, None)
+        costs.append((off.velocity, off.spin, abs(end.energy() - off.truth.energy())))
+        finds.append(len(met) >= min(need, len(until_there)))
+    paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs
+    judged.price_velocity, judged.price_spin, judged.energy_price_j = (
+        max(column) for column in zip(*paid, strict=True)
+    )
+
+
+def _also_missed_by_pit(window: _Window, missed: Sequence[Pair]) -> set[Pair]:
+    """Return which of the missed pairs PIT misses, too, from the same state, at the run's own boundaries."""
+    if not missed:
+        return set()
+    block, chain = window.block, window.chain
+    dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
+    steps = round(begin_s / dt_s)
+    # From a boundary the next look is a step away; from within a step, where located pieces begin, it is at its end.
+    at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
+    first_s = dt_s if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
+    met = sampled_run(window.start, window.pairs, window.lasts + 2.0 * dt_s, dt_s, first_s)
+    return set(missed) - {one.pair for one in met}
