@@ -188,7 +188,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
         local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),
-        told_otherwise=truth is not None and told_otherwise(observed, truth),
+        told_otherwise=truth is not None and told_otherwise(observed, truth, reach.until_s),
         pit_s=None if sampling is None else sampling.impacts["time_s"],
     )
     return Score(

@@ -21,7 +21,7 @@ __all__ = ["divergences", "pictures"]
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3
-_RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.WRONG: 3}
+_RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.PARTED: 3, Mark.PARTED_INACCURATE: 4, Mark.WRONG: 5}
 
 PICTURE_NOTE = (
     "The reference beside the run, drawn to one scale. Outline with a number: a disc at the start; tinted: at an "

@@ -32,7 +32,15 @@ _SIZE_IN = (5.0, 3.6)
 #: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
 _MOST_IMPACTS_DRAWN = 1000
 #: Of the bars, by their number in `SERIES`: green, light blue, blue, ochre, red; all others grey.
-_COLOUR = {Mark.EXACT: 0, Mark.CLOSE: 5, Mark.SAMPLED: 1, Mark.INACCURATE: 4, Mark.WRONG: 2}
+_COLOUR = {
+    Mark.EXACT: 0,
+    Mark.CLOSE: 5,
+    Mark.SAMPLED: 1,
+    Mark.INACCURATE: 4,
+    Mark.PARTED: 3,
+    Mark.PARTED_INACCURATE: 6,
+    Mark.WRONG: 2,
+}
 _OTHER = 7
 
 

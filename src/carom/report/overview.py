@@ -25,7 +25,7 @@ from carom.report.document import (
     Table,
     Text,
 )
-from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark
+from carom.report.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
 from carom.report.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
 from carom.report.replay import impact_rows, replay_link
 from carom.report.tables import legend, mark_cell
@@ -34,7 +34,7 @@ from carom.runs.results import Results
 __all__ = ["first_replay", "overview"]
 
 #: From best to worst.
-_GRADED = (Mark.EXACT, Mark.EXACT_32, Mark.EXACT_16, Mark.CLOSE, Mark.SAMPLED, Mark.INACCURATE, Mark.WRONG)
+_GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
 #: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods.
 MOST_IMPACTS, MOST_BESIDE, MOST_VERDICTS = 40, 4, 2
 

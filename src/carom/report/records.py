@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
 
-from carom.comparator import Errors, Grade, Score, Verdict
+from carom.comparator import Errors, Grade, LocalScore, Score, Verdict
 from carom.comparator.consistency import Consistency
 from carom.errors import InputError
 from carom.limits import MOST_BYTES, MOST_VALUES, values_in
@@ -131,6 +131,9 @@ def _fields(row: Row) -> dict[str, object]:
         "price_paid": _paid(score.price_paid) if score else None,
         **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
         "local": _local(score) if score else None,
+        "local_truth": _of_steps(score.local_truth) if score else None,
+        "parted_s": score.parted_s if score else None,
+        "pit_parted_s": score.pit_parted_s if score else None,
         "consistency": _of_scores(row, score.consistency) if score else None,
         "outcome_taken": _outcome(score) if score else None,
         "spread": row.spread,
@@ -171,6 +174,11 @@ def _local(score: Score) -> dict[str, object]:
     }
     said = {name: value for name, value in found.items() if not math.isnan(value)}
     return {"scored": local.scored, "spurious": len(local.spurious), **said}
+
+
+def _of_steps(local: LocalScore | None) -> dict[str, object] | None:
+    """Return the numbers of local truth, its grade with them."""
+    return None if local is None else {**fields_of(local), "grade": local.grade}
 
 
 def _outcome(score: Score) -> dict[str, object] | None:

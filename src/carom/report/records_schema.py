@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema
 
-from carom.comparator import Errors, Grade
+from carom.comparator import Errors, Grade, LocalScore
 from carom.comparator.consistency import Consistency
 from carom.comparator.scales import Scales
 from carom.comparator.verdict import Finding
@@ -58,6 +58,13 @@ class Taken:
 
 
 @dataclass(frozen=True)
+class LocalLine(LocalScore):
+    """The numbers of local truth with their grade, which follows from them."""
+
+    grade: Grade
+
+
+@dataclass(frozen=True)
 class CellLine:
     """Every other line: one cell."""
 
@@ -83,6 +90,9 @@ class CellLine:
     equals_pit: bool | None
     edits: int | None
     local: Mapping[str, float] | None
+    local_truth: LocalLine | None
+    parted_s: float | None
+    pit_parted_s: float | None
     consistency: Consistency | None
     outcome_taken: Taken | None
     spread: PhaseSpread | None

@@ -120,10 +120,20 @@ def _of_score(score: Score) -> list[str]:
         f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final place"
         f" {_n(total.final_position)}, energy {_n(total.energy)}",
         f"  price of sampling paid: {_n(score.price_paid)}",
+        _of_steps(score),
     )
     return _limited(
         heading, (f"{found.verdict.value} ({found.reason})" for found in score.findings), len(score.findings)
     )
+
+
+def _of_steps(score: Score) -> str:
+    """Return what local truth says of all steps, in a line."""
+    local = score.local_truth
+    if local is None:
+        return ""
+    passed = f"{local.missed} missed (PIT {local.missed_by_pit} of these), {local.invented} invented"
+    return f"  every step from its own state: {local.due} impacts due, {passed}, {local.early} early"
 
 
 def _of_results(results: Results) -> list[str]:

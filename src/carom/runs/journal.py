@@ -28,7 +28,7 @@ from carom.text import shortened, visible
 __all__ = ["Journal", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
-JOURNAL_FORMAT = 3
+JOURNAL_FORMAT = 4
 
 #: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
 #: kept, and found anew after a resume.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
-from carom.comparator.local_truth import Watch
+from carom.comparator.local_truth import StepWatch
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
@@ -145,7 +145,7 @@ class _Run:
             spin_rad_s=scene.arrays.spins,
         )
         self.collector = ImpactCollector(scene, self.state, float_bits)
-        self.watch = Watch(scene, dt_s, float_bits)
+        self.watch = StepWatch(scene, dt_s, float_bits)
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
         self.gravity = gravity_of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()

@@ -100,7 +100,10 @@ def test_pic_as_it_is_is_exact(name: str) -> None:
 def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
     """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
     grade, verdicts = graded(name, run(name, spins_times(factor)))
-    assert grade is Grade.INACCURATE
+    # A spin at the start that is turned round in the first step is one that turned with nothing near.
+    turned = factor < 0.0 and any(disc.spin_rad_s for disc in all_scenes()[f"spin/{name}"].scene.discs)
+    assert grade is (Grade.WRONG if turned else Grade.INACCURATE)
+    assert (Verdict.TURNED_ALONE in verdicts) == turned
     assert verdicts & {Verdict.WRONG_SPIN, Verdict.ANGULAR, Verdict.SPINS}
     assert Verdict.WRONG_VELOCITY not in verdicts
 

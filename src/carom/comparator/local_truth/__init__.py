@@ -7,6 +7,6 @@ which pairs are active in which step, `chains` joins them to windows, `judge` co
 `bodies`, `analysis` does so block by block, and `score` makes numbers and a grade of it.
 """
 
-from carom.comparator.local_truth.analysis import Watch, local_truth
+from carom.comparator.local_truth.analysis import StepWatch, local_truth
 
-__all__ = ["Watch", "local_truth"]
+__all__ = ["StepWatch", "local_truth"]

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.local_truth.bodies import Law
 from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
-from carom.comparator.local_truth.judge import Judged, judge
+from carom.comparator.local_truth.judge import Comparison, judge
 from carom.comparator.local_truth.near import Activity, Block, activity_of
 from carom.scene import Scene
 from carom.trace import wall_body
 from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 
-__all__ = ["Watch", "local_truth"]
+__all__ = ["StepWatch", "local_truth"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
         dt_s: The step, seconds.
         float_bits: Width of the floats that the method declares to compute in.
     """
-    watch = Watch(scene, dt_s, float_bits)
+    watch = StepWatch(scene, dt_s, float_bits)
     spins = states.spin_rad_s
     for k in range(1, len(states)):
         spin = None if spins is None else spins[k]
@@ -50,7 +50,7 @@ def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 
     return watch.finish()
 
 
-class Watch:
+class StepWatch:
     """Takes the states of a run as they come, and says in the end what became of every step.
 
     Args:
@@ -135,7 +135,7 @@ class Watch:
         if self._spin is not None:
             del self._spin[:done]
 
-    def _keep(self, block: Block, chain: Chain, judged: Judged) -> None:
+    def _keep(self, block: Block, chain: Chain, judged: Comparison) -> None:
         times = block.states.time_s
         number = len(self._windows)
         begin_s, end_s = float(times[chain.begin]), float(times[chain.end])

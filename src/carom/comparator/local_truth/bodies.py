@@ -19,7 +19,7 @@ from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.scene import Scene
 
-__all__ = ["Contact", "Law", "Met", "Pair", "State", "exact_run", "sampled_run"]
+__all__ = ["BodyStates", "Law", "Met", "Pair", "Separation", "exact_run", "sampled_run"]
 
 #: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
 Pair = tuple[int, int]
@@ -75,7 +75,7 @@ class Law:
         ]
 
 
-class Contact(NamedTuple):
+class Separation(NamedTuple):
     """How two bodies are to each other: gap, unit normal from first to second, and the speed at which they close."""
 
     gap: float
@@ -83,7 +83,7 @@ class Contact(NamedTuple):
     closing: float
 
 
-class State:
+class BodyStates:
     """Position, velocity and spin of some discs, by number."""
 
     __slots__ = ("law", "spin", "velocity", "xy")
@@ -97,9 +97,9 @@ class State:
     ) -> None:
         self.law, self.xy, self.velocity, self.spin = law, xy, velocity, spin
 
-    def copy(self) -> State:
+    def copy(self) -> BodyStates:
         """Return a state of its own."""
-        return State(self.law, dict(self.xy), dict(self.velocity), dict(self.spin))
+        return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin))
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
@@ -115,18 +115,18 @@ class State:
             self.xy[disc] = (x + vx * seconds + ax * half, y + vy * seconds + ay * half)
             self.velocity[disc] = (vx + ax * seconds, vy + ay * seconds)
 
-    def contact(self, pair: Pair) -> Contact:
+    def contact(self, pair: Pair) -> Separation:
         """Return how the two bodies of a pair are to each other."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:
             qx, qy, nx, ny = law.walls[j - law.n]
-            return Contact((x - qx) * nx + (y - qy) * ny - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
+            return Separation((x - qx) * nx + (y - qy) * ny - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         normal = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
         closing = -((self.velocity[j][0] - vx) * normal[0] + (self.velocity[j][1] - vy) * normal[1])
-        return Contact(distance - law.radius[i] - law.radius[j], normal, closing)
+        return Separation(distance - law.radius[i] - law.radius[j], normal, closing)
 
     def wait(self, pair: Pair) -> float:
         """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close."""
@@ -209,12 +209,12 @@ class Met:
 
     time_s: float
     pair: Pair
-    contact: Contact
-    after: State
+    contact: Separation
+    after: BodyStates
 
 
 def exact_run(
-    start: State, pairs: Sequence[Pair], seconds: float, resting_speed: float
+    start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
 ) -> tuple[list[Met], Pair | None]:
     """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
 
@@ -243,7 +243,7 @@ def exact_run(
     return met, None
 
 
-def sampled_run(start: State, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
+def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
     """Return PIT's impacts from a state, with looks `first_s` after it and every step from there."""
     state, now_s, met = start.copy(), 0.0, list[Met]()
     looks = math.floor((seconds - first_s) / dt_s * (1.0 + 2.0**-40)) + 1 if first_s <= seconds else 0

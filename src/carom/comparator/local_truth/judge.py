@@ -10,12 +10,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from carom.comparator.local_truth.bodies import Law, Met, Pair, State, exact_run, sampled_run
+from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
 from carom.comparator.local_truth.chains import Chain
 from carom.comparator.local_truth.near import MARGIN_STEPS, RESTING_STEPS, Activity, Block
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["PASSED", "Judged", "Meeting", "judge"]
+__all__ = ["PASSED", "Comparison", "WindowPair", "judge"]
 
 #: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
 #: at; what turns a body by less is an error of velocity.
@@ -29,7 +29,7 @@ _RESTING = 1e-3
 
 
 @dataclass(frozen=True)
-class Meeting:
+class WindowPair:
     """One pair of a window: `MEETING_DTYPE` says what its fields mean; steps are numbers of states of the block."""
 
     pair: Pair
@@ -41,7 +41,7 @@ class Meeting:
 
 
 @dataclass
-class Judged:
+class Comparison:
     """What was found of a window: `carom.windows.WINDOW_DTYPE` says what its fields mean."""
 
     due: int = 0
@@ -65,7 +65,7 @@ class Judged:
     energy_j: float = 0.0
     energy_price_j: float = 0.0
     kinetic_j: float = 0.0
-    meetings: list[Meeting] = field(default_factory=list)
+    meetings: list[WindowPair] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class _Difference:
     spin: float
     place: float
     impacts: int
-    truth: State
+    truth: BodyStates
 
 
 class _Window:
@@ -105,7 +105,7 @@ class _Window:
         self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
         self.still = block.unit * self.speed
 
-    def difference(self, state: State, truth: State) -> tuple[float, float, float]:
+    def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
         """Return the largest differences of velocities, of rims and of places of two states."""
         return (
             max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
@@ -113,7 +113,7 @@ class _Window:
             max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
         )
 
-    def nearest(self, state: State, truth: Sequence[Met], seconds: float, resting: Pair | None) -> _Difference:
+    def nearest(self, state: BodyStates, truth: Sequence[Met], seconds: float, resting: Pair | None) -> _Difference:
         """Return how a state differs from PIC's after as many impacts as it has come to."""
         best: _Difference | None = None
         for count in range(len(truth), -1, -1):
@@ -127,23 +127,25 @@ class _Window:
         assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
         return best
 
-    def lies_ahead(self, state: State, met: Met) -> bool:
+    def lies_ahead(self, state: BodyStates, met: Met) -> bool:
         """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
         contact = state.contact(met.pair)
         along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
         return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
 
 
-def _within_reach(law: Law, start: State, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
+def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
     """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
     reach = 4.0 * fastest * seconds + law.pull * seconds**2
     return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
 
 
-def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Judged:
+def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Comparison:
     """Compare a window with PIC, and with PIT, from its own state; `ends` says that the run ends with the block."""
     window = _Window(block, chain, activity)
-    judged = Judged(speed=window.speed, rim=window.rim, place_known_m=window.touching, kinetic_j=window.start.energy())
+    judged = Comparison(
+        speed=window.speed, rim=window.rim, place_known_m=window.touching, kinetic_j=window.start.energy()
+    )
     if not window.truth:
         return _of_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)
@@ -176,11 +178,11 @@ def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Judg
             if activity.due[step][pair] >= 0.0
         ]
         first = due[0] if due else math.nan
-        judged.meetings.append(Meeting(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
+        judged.meetings.append(WindowPair(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
     return judged
 
 
-def _of_nothing_due(window: _Window, judged: Judged) -> Judged:
+def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
@@ -196,7 +198,7 @@ def _of_nothing_due(window: _Window, judged: Judged) -> Judged:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
     for pair, active in chain.pairs.items():
-        judged.meetings.append(Meeting(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
+        judged.meetings.append(WindowPair(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
     return judged
 
 
@@ -269,7 +271,7 @@ def _is_idle(window: _Window, pair: Pair, size: float) -> bool:
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
-def _relative(state: State, pair: Pair) -> tuple[float, float]:
+def _relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
     """Return the velocity of the second body relative to the first."""
     i, j = pair
     (ux, uy), (vx, vy) = state.velocity[i], state.velocity.get(j, (0.0, 0.0))
@@ -284,7 +286,7 @@ def _still_open(window: _Window) -> bool:
     return any(contact.gap <= 0.0 and contact.closing > window.still for contact in contacts)
 
 
-def _time(window: _Window, judged: Judged, found: _Difference, *, agrees: bool) -> None:
+def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bool) -> None:
     """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
@@ -312,7 +314,7 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     i, j = pair
     lasts = window.lasts
 
-    def apart(state: State) -> tuple[float, float]:
+    def apart(state: BodyStates) -> tuple[float, float]:
         (x, y), (ox, oy) = state.xy[i], state.xy.get(j, (0.0, 0.0))
         return (ox - x, oy - y)
 
@@ -328,7 +330,7 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     return lasts - ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
 
 
-def _price(window: _Window, judged: Judged, found: _Difference) -> None:
+def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
     """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.broad_phase import near_pairs, near_walls
-from carom.comparator.local_truth.bodies import Law, Pair, State, exact_run
+from carom.comparator.local_truth.bodies import BodyStates, Law, Pair, exact_run
 from carom.scene import Scene
 from carom.windows import States
 
@@ -113,10 +113,10 @@ class Block:
     def __len__(self) -> int:
         return len(self.step_s)
 
-    def state(self, step: int, discs: tuple[int, ...] | list[int]) -> State:
+    def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
         """Return the state of some discs at the start of a step; the last state is that of one step more."""
         p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
-        return State(
+        return BodyStates(
             self.law,
             {i: (float(p[i, 0]), float(p[i, 1])) for i in discs},
             {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},

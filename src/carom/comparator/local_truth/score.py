@@ -151,6 +151,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     known = alone["late_known"] + _LATE_KNOWN[float_bits >= 64]
     early = late < -known
     missed = _once(truth.meetings[truth.meetings["missed"]])
+    due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
     invented, first_invented, slipped = _inventions(truth)
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
@@ -164,9 +165,9 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        missed_within=int(np.sum(missed["begin_s"] < until_s)),
+        missed_within=int(np.sum(due_s <= until_s)),
         first_missed=_where(missed[0]) if len(missed) else "",
-        first_missed_s=float(missed["begin_s"][0]) if len(missed) else math.nan,
+        first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,
         first_invented=first_invented,
         early=int(early.sum()),
@@ -262,33 +263,37 @@ def _unpaid_j(scored: NDArray[np.void]) -> float:
     return float(np.sum(np.where(passed, 0.0, np.where(scored["entangled"], gained, alone))))
 
 
-def told_otherwise(trace: Trace, truth: LocalTruth) -> bool:
-    """Whether a trace reports other impacts than its states show.
+def told_otherwise(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> bool:
+    """Whether a trace reports other impacts than its states show, up to a time.
 
-    An impact is told for nothing where no window holds its bodies in its step or the one before or after; one is kept
-    silent where a pair was due, alone and not missed, and no impact of it is reported in its window or a step around.
+    One is told for nothing where no window holds its pair in its step, or in the two around it; or where that window is
+    of one impact, which is told already. One is kept silent where a pair was due, alone and not missed, and nothing is
+    told of it there.
     """
-    impacts, meetings, dt_s = trace.impacts, truth.meetings, trace.dt_s
-    windows = truth.windows[meetings["window"]]
-    of_pair: dict[tuple[int, int], list[int]] = {}
-    for row, (first, second) in enumerate(zip(meetings["first"].tolist(), meetings["second"].tolist(), strict=True)):
-        of_pair.setdefault((min(first, second), max(first, second)), []).append(row)
-    told: dict[tuple[int, int], list[float]] = {}
-    for time_s, first, second in zip(
-        impacts["time_s"].tolist(), impacts["first"].tolist(), impacts["second"].tolist(), strict=True
-    ):
-        pair = (min(first, second), max(first, second))
-        told.setdefault(pair, []).append(time_s)
-        rows = of_pair.get(pair, [])
-        near = (windows["begin_s"][rows] - 2.0 * dt_s <= time_s) & (time_s <= windows["end_s"][rows] + 2.0 * dt_s)
-        if not near.any():
+    dt_s = trace.dt_s
+    windows = truth.windows[truth.meetings["window"]]
+    alone = ~windows["entangled"] & (windows["due"] > 0)
+    shown: dict[_Bodies, list[int]] = {}
+    for row, bodies in enumerate(_bodies(truth.meetings)):
+        shown.setdefault(bodies, []).append(row)
+    told = np.zeros(len(windows), np.int64)
+    earliest, latest = windows["begin_s"] - 2.0 * dt_s, windows["end_s"] + 2.0 * dt_s
+    for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _bodies(trace.impacts), strict=True):
+        if time_s > until_s:
+            continue
+        near = [row for row in shown.get(bodies, ()) if earliest[row] <= time_s <= latest[row]]
+        free = [row for row in near if not (alone[row] and told[row])]
+        if not free:
             return True
-    alone = ~windows["entangled"] & ~windows["open"] & ~meetings["missed"] & (windows["due"] > 0)
-    for row in np.flatnonzero(alone).tolist():
-        meeting, window = meetings[row], windows[row]
-        pair = (min(int(meeting["first"]), int(meeting["second"])), max(int(meeting["first"]), int(meeting["second"])))
-        times = told.get(pair, [])
-        begin_s, end_s = float(window["begin_s"]) - 2.0 * dt_s, float(window["end_s"]) + 2.0 * dt_s
-        if not any(begin_s <= time_s <= end_s for time_s in times):
-            return True
-    return False
+        told[free[0]] += 1
+    silent = alone & ~windows["open"] & ~truth.meetings["missed"] & (told == 0) & (windows["end_s"] <= until_s)
+    return bool(silent.any())
+
+
+#: Two bodies, the lower number first.
+_Bodies = tuple[int, int]
+
+
+def _bodies(rows: NDArray[np.void]) -> list[_Bodies]:
+    pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
+    return [(min(pair), max(pair)) for pair in pairs]
