@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "atlas.md"
 
 #: The best grade first.
-GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted, inaccurate", "wrong")
+GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
 #: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
 ATTACKS = {
     "tunnelling": "tunnels: speed x dt / radius",

@@ -15,7 +15,7 @@ from carom.report.wording import number
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
 
-GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted, inaccurate", "wrong")
+GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
 
 #: What stands between them in the README is written by this script.
 BEGIN, END = "<!-- made by docs/figures/readme.py -->\n", "<!-- end -->\n"

@@ -62,7 +62,7 @@ class World:
                 start = np.array([disc.position_m for disc in self._trace.scene.discs])
                 position = start + 0.99 * (position - start)
             case "damped" if self._steps > self._last_step:
-                velocity = velocity * 0.99 ** (self._steps - self._last_step)
+                velocity = velocity * 0.98 ** (self._steps - self._last_step)
             case "turning" if self._steps > self._last_step:
                 velocity = velocity @ np.array([[0.0, 1.0], [-1.0, 0.0]])
             case "nan-state" if self._steps > self._last_step:

@@ -47,7 +47,7 @@ class Mark(Enum):
     SAMPLED = ("sampled", "≈", Grade.SAMPLED, "cyan")
     INACCURATE = ("inaccurate", "▲", Grade.INACCURATE, "yellow")
     PARTED = ("parted", "↗", Grade.PARTED, "yellow")
-    PARTED_INACCURATE = ("parted, inaccurate", "⇗", Grade.PARTED_INACCURATE, "red")
+    PARTED_INACCURATE = ("parted inaccurate", "⇗", Grade.PARTED_INACCURATE, "red")
     WRONG = ("wrong", "✗", Grade.WRONG, "bold red")
     UNGRADED = ("not graded", "○", Grade.UNGRADED, "dim")
     UNSCORED = ("not scored", "?", "ran, but PIC can't solve the scene, so there is nothing to hold it against", "dim")

@@ -165,7 +165,8 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         due=int(rows["due"].sum()),
         missed=len(missed),
         missed_by_pit=int(missed["pit_missed"].sum()),
-        missed_within=int(np.sum(due_s <= until_s)),
+        # What is due at the horizon itself, as instants are known to rounding, lies beyond it.
+        missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
         first_missed=_where(missed[0]) if len(missed) else "",
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,

@@ -1,7 +1,7 @@
 // Filters and sorting of the table of every scene on every engine. Without it the table stands whole.
 "use strict";
 (() => {
-  const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "wrong"]; // from best to worst, by class
+  const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong"]; // from best to worst, by class
   const table = document.querySelector("table.grid");
   if (!table) return;
   const head = [...table.tHead.rows[0].cells], scenes = [...table.tBodies[0].rows];
