@@ -69,12 +69,12 @@ class EnginePrice:
     @property
     def disguised(self) -> list[Score]:
         """Those of them in which there is an error at all, for sampling to be the whole of it."""
-        return [score for score in self.equal if score.grade is not Grade.EXACT]
+        return [score for score in self.equal if _has_error(score)]
 
     @property
     def off(self) -> list[Score]:
         """Those in which it is off by more than rounding."""
-        return [score for score in self.scores.values() if score.grade is not Grade.EXACT]
+        return [score for score in self.scores.values() if _has_error(score)]
 
     @property
     def different(self) -> list[str]:
@@ -114,6 +114,11 @@ class EnginePrice:
             for error, beside_pit in zip(score.local.velocity, score.local.solver_velocity, strict=True)
             if math.isfinite(error) and math.isfinite(beside_pit)
         ]
+
+
+def _has_error(score: Score) -> bool:
+    """Whether a score shows an error: it is not exact, and not without an impact to be graded by."""
+    return score.grade is not Grade.EXACT and not (score.grade is Grade.UNGRADED and not score.expected)
 
 
 def prices(grid: Grid) -> tuple[EnginePrice, ...]:

@@ -12,13 +12,13 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.solvers.units import Units
 
-__all__ = ["ALWAYS", "PLAIN", "Options", "require_goal"]
+__all__ = ["ALWAYS", "PLAIN", "RunOptions", "require_goal"]
 
 ALWAYS = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True, slots=True)
-class Options:
+class RunOptions:
     """Which impacts a run records, and whether a contact lasts.
 
     Attributes:
@@ -44,16 +44,16 @@ class Options:
         object.__setattr__(self, "contact_duration_s", duration_s)
 
     @classmethod
-    def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> Options:
+    def of(cls, record: str, window_s: tuple[float, float], contact_duration_s: float) -> RunOptions:
         """Return checked options; the same ones each time of the defaults, whose making two discs would notice."""
         if record == "all" and window_s is ALWAYS and type(contact_duration_s) is float and contact_duration_s == 0.0:
             return PLAIN
         return cls(record, window_s, contact_duration_s)
 
-    def in_units(self, units: Units) -> Options:
+    def in_units(self, units: Units) -> RunOptions:
         """Return these options for a run in units of its own."""
         begin, end = map(units.of_seconds, self.window_s)
-        return Options(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
+        return RunOptions(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
 
     @property
     def recorded_s(self) -> tuple[float, float]:
@@ -72,7 +72,7 @@ def _window(window_s: Any) -> tuple[float, float]:
 
 
 #: The options by default.
-PLAIN = Options()
+PLAIN = RunOptions()
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.options import ALWAYS, PLAIN, Options
+from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import IMPACT_DTYPE, Trace
@@ -32,7 +32,7 @@ __all__ = ["pic_run", "solve_pic"]
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 
 
-def pic_run(scene: Scene, options: Options = PLAIN, *, all_pairs: bool = False) -> Run:
+def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
 
     Under gravity it records everything. Solving for `all_pairs`, as without the extension, changes no result.

@@ -10,7 +10,7 @@ from carom.arguments import count, number, times
 from carom.errors import InputError
 from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
 from carom.sizes import span_problems
-from carom.solvers.options import ALWAYS, PLAIN, Options
+from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.trace import Outcome, Samples
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Request(NamedTuple):
 
     end_s: float
     max_impacts: int | None
-    options: Options
+    options: RunOptions
     samples_s: tuple[float, ...]  # ascending
     progress: Progress | None
 
@@ -56,7 +56,7 @@ class Request(NamedTuple):
         Raises:
             InputError: An argument is outside its range, or not there under gravity; the message names it.
         """
-        options = Options.of(record, window_s, contact_duration_s)
+        options = RunOptions.of(record, window_s, contact_duration_s)
         if options.contact_duration_s and scene.gravity_m_s2 != (0.0, 0.0):
             raise InputError(f"contact_duration_s must be 0 in a scene with gravity, got {options.contact_duration_s}")
         return cls(

@@ -16,7 +16,7 @@ from carom import solve_pic
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.options import Options
+from carom.solvers.options import RunOptions
 from carom.solvers.plain.run import AllPairsRun
 
 from .five_runs import RUNS
@@ -24,7 +24,7 @@ from .five_runs import RUNS
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), wall_at(9, 0, -1, 0), duration_s=4)
 
 DOORS: dict[str, Callable[..., Any]] = {
-    "Options": Options,
+    "RunOptions": RunOptions,
     "solve_pic": lambda **asked: solve_pic(SCENE, **asked),
     "EventDrivenRun": lambda **asked: EventDrivenRun(SCENE, **asked),
     "AllPairsRun": lambda **asked: AllPairsRun(SCENE, **asked),
@@ -148,7 +148,7 @@ def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refuse
 
 def test_options_can_not_be_changed_and_are_equal_by_value() -> None:
     """A run's options are those that were checked."""
-    options = Options(window_s=(1, 2))
-    assert options == Options("all", (1.0, 2.0), 0)
+    options = RunOptions(window_s=(1, 2))
+    assert options == RunOptions("all", (1.0, 2.0), 0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         options.record = "none"  # type: ignore[misc] # which is what must fail

@@ -14,7 +14,7 @@ from carom.errors import CaromError, InputError
 from carom.extension import extension_available, extension_notes
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import standstill_impacts
-from carom.solvers.options import ALWAYS, Options, require_goal
+from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.rows import Rows
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
@@ -111,7 +111,7 @@ class EventDrivenRun:
             start.require_ordinary()
         elif resume is None:
             start.require_apart()
-        self.options = Options(record, window_s, contact_duration_s)
+        self.options = RunOptions(record, window_s, contact_duration_s)
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
-from carom.solvers.options import ALWAYS, Options, require_goal
+from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.trace import Outcome, wall_body
 
@@ -49,7 +49,7 @@ class AllPairsRun:
         contact_duration_s: float = 0.0,
     ) -> None:
         require_supported(scene, "PIC")
-        self.options = Options(record, window_s, contact_duration_s)
+        self.options = RunOptions(record, window_s, contact_duration_s)
         self.bodies = Bodies(scene)
         self.log = ImpactLog(scene)
         self.time_s = 0.0
