@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from carom.bench.hardest import Cause, Demand, HardImpact, hardest_impacts
-from carom.bench.step_search import Advised, Ending, StepRange, StepSearch
+from carom.bench.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.bench.step_trial import StepTrial, starts_of, try_starts
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
@@ -31,8 +31,8 @@ __all__ = [
     "Cause",
     "ClosedForm",
     "Demand",
-    "Ending",
     "HardImpact",
+    "SearchEnding",
     "StepRange",
     "StepTrial",
     "Unable",

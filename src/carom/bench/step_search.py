@@ -12,7 +12,7 @@ from carom.bench.step_trial import StepTrial, most_steps
 from carom.runs.job import Method
 from carom.scene import Scene
 
-__all__ = ["CONFIRM", "Advised", "Ending", "Flat", "StepRange", "StepSearch", "Wanted", "grid_of"]
+__all__ = ["CONFIRM", "Advised", "Flat", "SearchEnding", "StepRange", "StepSearch", "Wanted", "grid_of"]
 
 #: Even starts at which an answer is run once more before it is given.
 CONFIRM = 64
@@ -38,7 +38,7 @@ SAME = 1.25
 FINEST = 1 / 64
 
 
-class Ending(Enum):
+class SearchEnding(Enum):
     """Why no further step was tried; the value is the phrase shown."""
 
     FOUND = "both answers were found"
@@ -105,7 +105,7 @@ class Advised:
     trials: tuple[StepTrial, ...]
     never_misses: StepRange
     demand: StepRange
-    ending: Ending
+    ending: SearchEnding
     refused_s: float | None = None
     refusal: str = ""
 
@@ -188,7 +188,7 @@ class StepSearch:
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
         self._untried: tuple[float, str] | None = None
-        self._ending = Ending.FINEST
+        self._ending = SearchEnding.FINEST
         self._walk = self._steps()
         self.wanted: Wanted | None = next(self._walk, None)
 
@@ -229,16 +229,16 @@ class StepSearch:
                 if not (yield from self._try(unconfirmed.dt_s, max(CONFIRM, self._phases))):
                     return
             if all(self._settled(passes) for passes in self._questions):
-                self._ending = Ending.FOUND
+                self._ending = SearchEnding.FOUND
                 return
             if self._hopeless(dt_s):
-                self._ending = Ending.FLAT
+                self._ending = SearchEnding.FLAT
                 return
 
     def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Have a step tried, and return whether the search goes on."""
         if most_steps(self._duration_s, dt_s, even + self._aimed) > self._left:
-            self._ending = Ending.BUDGET
+            self._ending = SearchEnding.BUDGET
             return False
         trial = yield Wanted(dt_s, even)
         if isinstance(trial, str):
@@ -250,7 +250,7 @@ class StepSearch:
         self._left -= trial.steps
         # What breaks off at so large a step as nobody takes may well run at a smaller one.
         if trial.reason and dt_s <= self._frame_s:
-            self._ending = Ending.BROKE
+            self._ending = SearchEnding.BROKE
             return False
         return True
 

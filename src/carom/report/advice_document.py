@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 
-from carom.bench.adviser import Advice, Advised, Cause, Ending, HardImpact, StepRange, StepTrial
+from carom.bench.adviser import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
 from carom.bench.step_search import CONFIRM
 from carom.report import wording
 from carom.report.document import DETAIL, Block, Column, Document, Lines, Section, Table, Text
@@ -122,12 +122,12 @@ def _limits(advice: Advice) -> Iterator[str]:
                 continue
             passing, failing = _rates(found.coarser_passes), _rates(found.finer_failures)
             yield f"Not monotone: steps of {_name(answer.method)} {what} at {passing} a second, and not at {failing}."
-    stopped = [_name(answer.method) for answer in advice.answers if answer.ending is Ending.BUDGET]
+    stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
         yield f"Not searched to the end, for {budget}: {wording.listed(stopped)}."
     for answer in advice.answers:
-        if answer.ending is Ending.BROKE:
+        if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
             yield f"{_name(answer.method)} broke off at {_rate(last.dt_s)} steps a second: {last.reason}."
     if advice.horizon_s is not None:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import pytest
 
 from carom.bench.hardest import Demand
-from carom.bench.step_search import CONFIRM, Advised, Ending, StepSearch, grid_of
+from carom.bench.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of
 from carom.bench.step_trial import Started, StepTrial, most_steps, starts_of
 from carom.runs.job import Answer, Method, Status
 from carom.scene import Disc, Scene
@@ -74,7 +74,7 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
         assert set(below) <= {dt for dt, _ in tried}
         assert found.never_misses.passes is not None
         assert found.never_misses.passes.dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
-        assert found.ending is Ending.FOUND
+        assert found.ending is SearchEnding.FOUND
 
 
 def test_a_hole_in_a_curve_is_found_and_told() -> None:
@@ -115,7 +115,7 @@ def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None
 def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> None:
     """An error of 3 degrees at any step meets no demand of 1: the other answer is given, and the range told."""
     found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
-    assert found.ending is Ending.FLAT
+    assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
     assert found.never_misses.passes is not None
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
@@ -124,9 +124,9 @@ def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> Non
     assert found.flat.from_s == found.never_misses.passes.dt_s
     sinking, _ = searched(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
     assert sinking.flat is None
-    assert sinking.ending is Ending.FINEST
+    assert sinking.ending is SearchEnding.FINEST
     needy, tried = searched(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
-    assert needy.ending is Ending.FLAT
+    assert needy.ending is SearchEnding.FLAT
     assert min(dt for dt, _ in tried) <= 1 / 1000
 
 
@@ -136,7 +136,7 @@ def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget
     curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
     found, tried = searched(curve, budget=budget)
     assert sum(most_steps(1.0, dt, even + 3) for dt, even in tried) <= budget
-    assert found.ending is Ending.BUDGET
+    assert found.ending is SearchEnding.BUDGET
     assert found.demand.passes is None
     assert (found, tried) == searched(curve, budget=budget)
 
@@ -160,7 +160,7 @@ def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame
     assert found.never_misses.fails.reason == "crashed"
     assert found.never_misses.passes is not None
     found, tried = searched(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
-    assert found.ending is Ending.BROKE
+    assert found.ending is SearchEnding.BROKE
     assert found.never_misses.passes is None
     assert tried[-1][0] == pytest.approx(1 / 60)
 

@@ -10,8 +10,8 @@ from carom.bench.adviser import (
     Cause,
     ClosedForm,
     Demand,
-    Ending,
     HardImpact,
+    SearchEnding,
     StepRange,
     StepTrial,
 )
@@ -114,7 +114,7 @@ def advice() -> Advice:
         never = StepRange(fine[0], fine[-1].dt_s, first[-1], (), ())
         lost = method == Method("mujoco", "default")
         whole = StepRange(None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
-        ending = Ending.FLAT if lost else Ending.FOUND
+        ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(Advised(method, (*first, *fine), never, whole, ending))
     limit = PairLimit(Window.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)

@@ -9,7 +9,7 @@ import pytest
 from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 from tests.unit.report.test_terminal import printed
 
-from carom.bench.adviser import Advice, Ending, Unable
+from carom.bench.adviser import Advice, SearchEnding, Unable
 from carom.bench.points import Curve
 from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
@@ -129,7 +129,7 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
     """A search that its budget ended is named with the budget; of a curve with a hole both sides are told."""
     found = advice()
     one = found.answers[0]
-    stopped = replace(one, ending=Ending.BUDGET)
+    stopped = replace(one, ending=SearchEnding.BUDGET)
     assert "400000 engine steps each (--budget): box2d default" in said(replace(found, answers=(stopped,)))
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
