@@ -251,12 +251,12 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
         partly: list[str] = []  # who could not be asked everything is not ranked among those who could
         for method in results.methods:
             endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
-            asked = len(endings) - endings.count(SpotEnding.NOT_RUN)
+            ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
             name = f"{method.engine} ({method.profile})"
-            if asked and asked == len(endings):
+            if ran and ran == len(endings):
                 passed.setdefault(endings.count(good), []).append(name)
-            elif asked:
-                partly.append(f"{name} {does} {endings.count(good)} of the {asked} that it ran")
+            elif ran:
+                partly.append(f"{name} {does} {endings.count(good)} of the {ran} that it ran")
         if passed:
             most, fewest = max(passed), min(passed)
             best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"

@@ -10,7 +10,7 @@ from tests.unit.report.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench import adviser
-from carom.bench.adviser import Cause, Demand, Ending, advise, hardest_impacts
+from carom.bench.adviser import Cause, Demand, SearchEnding, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.bench.step_search import CONFIRM
 from carom.bench.step_trial import StartTask
@@ -149,7 +149,7 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
         advice = advise(pair(0.4), demand, pool, ["pic", "pit", "pymunk"], profiles=["tuned"], phases=2)
     (found,) = advice.answers
     assert found.method == Method("pymunk", "tuned")
-    assert found.ending is Ending.FOUND
+    assert found.ending is SearchEnding.FOUND
     closed = advice.closed_form
     assert closed is not None
     assert advice.sampling is None
