@@ -17,8 +17,9 @@ __all__ = ["any_pair_time"]
 #: are this at most in magnitude. The compiled form has the same limits (`pair_times.pyx`).
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
-#: Bits to which a root is taken: twice those of a float, and some.
-_ROOT_BITS = 120
+#: Bits to which a root is taken: three more than a float has, so that a time, rounded once at the end, is off by an
+#: eighth of a unit in its last place at most, beside the half that rounding takes.
+_ROOT_BITS = 56
 
 
 def any_pair_time(

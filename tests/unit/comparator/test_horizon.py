@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import replayed
+from tests.unit.solvers.strategies import line
 
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic
@@ -105,6 +106,34 @@ def test_a_horizon_at_the_end_changes_nothing(pic: Trace) -> None:
     assert repr((whole.errors, whole.findings)) == repr((plain.errors, plain.findings))  # NaN equals nothing
     assert whole.grade is plain.grade
     assert whole.horizon_s is None
+
+
+def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
+    """Of a scene certified to its end, a trace that lacks the last impact, or has one more, parts from it there."""
+    scene = line(0.0, 3.0, 6.0, velocities=(1.0, 0.0, 0.0))
+    certified, whole = certify(scene), solve_pic(scene)
+    assert len(certified) == len(whole.impacts) == 2
+    shorter = dataclasses.replace(whole, impacts=whole.impacts[:1])
+    longer = dataclasses.replace(whole, impacts=np.concatenate([whole.impacts, whole.impacts[1:]]))
+    for trace, agreed in ((shorter, 1), (longer, 2)):
+        found = horizon_of(certified, trace)
+        assert (found.agreed, found.order_differs) == (agreed, agreed)
+        assert not found.covers_the_scene
+    assert horizon_of(certified, shorter).end_s == whole.impacts["time_s"][0]
+    assert horizon_of(certified, whole).covers_the_scene
+
+
+@pytest.mark.parametrize("k", range(1, 5))
+def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
+    """A row of discs whose last impact is at the scene's duration: a unit later in the last place, and it is not there.
+
+    Here the move by one unit does bring it behind the end. The impact before it is believed all the same, and so the
+    whole.
+    """
+    long = line(-1.0 - 0.1 * k, -4.3 - 0.7 * k, -9.1 - 1.7 * k, velocities=(-0.7, 0.0, 0.0), duration_s=100.0)
+    scene = long.model_copy(update={"duration_s": float(solve_pic(long).impacts["time_s"][1])})
+    assert len(solve_pic(scene).impacts) == 2
+    assert estimate_horizon(solve_pic(scene)) is None
 
 
 def test_bad_horizons_are_refused(certified: CertifiedTrace, pic: Trace) -> None:

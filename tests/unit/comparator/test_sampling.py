@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.planted.faults import DT, ROW, delayed, faithful, faster, replayed, tunnelling
+from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
 from tests.stage import disc_at, staged
 
 from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
@@ -132,6 +132,23 @@ def test_what_is_no_number_pays_more_than_any_price(value: float) -> None:
         dataclasses.replace(faithful(REFERENCE), final_position_m=elsewhere),
     ):
         assert (scored(broken).price_paid, scored(broken).grade) == (math.inf, Grade.WRONG)
+
+
+def test_a_final_velocity_that_is_no_number_is_an_infinite_error_of_the_momentum() -> None:
+    """The final momentum is off by more than any number, and not by one that compares as less than everything."""
+    velocity = faithful(REFERENCE).final_velocity_m_s.copy()
+    velocity[1, 0] = math.nan
+    score = scored(dataclasses.replace(faithful(REFERENCE), final_velocity_m_s=velocity))
+    assert score.momentum_error == score.total.final_velocity == math.inf
+
+
+def test_an_end_of_pit_s_that_was_not_measured_excuses_no_end() -> None:
+    """PIT's run that ended early has no final state to compare; a run whose discs end a tenth of a radius aside has."""
+    reference = solve_pic(catalogue()["classics/deflection"].scene)
+    pit = solve_pit(reference.scene, frame_rate_hz=60)
+    early = dataclasses.replace(pit, end_time_s=0.9 * pit.end_time_s)
+    assert math.isnan(scored(reference, early).sampling.final_position)  # type: ignore[union-attr] # PIT was given
+    assert scored(carried_off(reference, 0.1), early).grade is Grade.INACCURATE
 
 
 @pytest.mark.parametrize("outcome", [Outcome.NON_FINITE, Outcome.WARNED, Outcome.COMPLETED])

@@ -72,6 +72,26 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
     assert f", spin {error / 5:.3g}" in str(result)
 
 
+@pytest.mark.parametrize("part", [0.9, 0.95, 1.05])
+def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
+    """Off by a twentieth in what of its slip a superball gets back, at the right time, and by less than PIT in speed.
+
+    Here PIT is one whose velocities are off by half a metre a second and whose spins are right: it excuses no spin.
+    """
+    scene = scene_named("superball-table")
+    truth = solve_pic(scene)
+    other = scene.model_copy(update={"wall_tangential_restitution": part * scene.wall_tangential_restitution})
+    observed = dataclasses.replace(solve_pic(other), scene=scene, method="planted", dt_s=DT)
+    impacts = truth.impacts.copy()
+    impacts["velocity_first_after"] += 0.5
+    pit = dataclasses.replace(truth, impacts=impacts, final_velocity_m_s=truth.final_velocity_m_s + 0.5)
+    result = compare(truth, observed, sampling=pit)
+    assert result.sampling is not None
+    assert result.total.velocity < result.sampling.velocity
+    assert result.total.spin > result.sampling.spin == 0.0
+    assert result.grade is Grade.INACCURATE
+
+
 def test_a_disc_that_slides_where_friction_holds_it_is_named() -> None:
     """With f = 2 and a push of 6 friction may take 12 m/s, and 1 is enough to hold: 12 would be to slide."""
     result = score("grip", outcome_of_one_impact("grip", (3.0 - 12.0, 2.0), -24.0))

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterable
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from tests.stage import disc_at, staged
 
 from carom import Scene, Wall, solve_pic, time_of_impact
@@ -19,6 +21,8 @@ from carom.runs.observe import observe_run
 from carom.scenes import find_scenes
 
 DT = 1 / 60
+
+Array = NDArray[np.float64]
 
 
 def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
@@ -103,6 +107,46 @@ def test_positions_are_held_to_the_floats_that_a_method_declares() -> None:
             place = place + (velocity * DT).astype(np.float32)
             begun[bits] = begun[bits] or flight.begins(k * DT, Observation(place.astype(np.float64), velocity))
     assert begun == {32: True, 64: False}
+
+
+def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT) -> int:
+    """Return after which step, from 1, free flight is found; 0 for after none."""
+    flight = FreeFlight(scene, dt_s)
+    found = (flight.begins(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    return next((k for k, begun in enumerate(found, start=1) if begun), 0)
+
+
+def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
+    """The first look has nothing to compare with, and two quiet steps follow; a kick at every other leaves no two."""
+    scene, apart, speed = pair(0.5, 1.0), np.array([(0.0, 0.0), (1.5, 0.0)]), np.array([(0.0, 0.0), (1.0, 0.0)])
+    assert begun_at(scene, [(apart + speed * (k * DT), speed) for k in range(1, 20)]) == 3
+    place, states = apart, []
+    for k in range(40):
+        kicked = speed * (1.0 + 1e-9 * (k // 2))
+        place = place + kicked * DT
+        states.append((place, kicked))
+    assert begun_at(scene, states) == 0
+
+
+@pytest.mark.parametrize(("units", "begins"), [(0, True), (4, True), (5, False), (-5, False)])
+def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: bool) -> None:
+    """Just above 4 m a step may be off by four units in the last place, each 2^-50 m, and not by five."""
+    scene, speed = pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
+    dt_s = 2.0**-6  # every number below is exact
+    drift = np.array([(0.0, 0.0), (units * 2.0**-50, 0.0)])
+    states = [(np.array([(0.0, 0.0), (4.0, 0.0)]) + (speed * dt_s + drift) * k, speed) for k in range(1, 9)]
+    assert (begun_at(scene, states, dt_s) > 0) is begins
+
+
+@pytest.mark.parametrize(("steps_after_the_end", "begins"), [(1, False), (1.5, False), (2.5, True)])
+def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: float, begins: bool) -> None:
+    """An engine that looks two steps ahead may act on a contact that comes after the end of the scene."""
+    near_s = 10.0 + steps_after_the_end * DT
+    gap = near_s + 1.0  # at 1 m/s they are near when the centres are 2 m apart: twice the sum of the radii
+    scene = pair(gap, -1.0)
+    start, speed = np.array([(0.0, 0.0), (1.0 + gap, 0.0)]), np.array([(0.0, 0.0), (-1.0, 0.0)])
+    states = [(start + speed * (k * DT), speed) for k in range(1, 600)]
+    assert (begun_at(scene, states) > 0) is begins
 
 
 def test_discs_that_overlap_are_followed() -> None:

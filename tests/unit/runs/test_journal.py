@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from carom import compare, solve_pit
 from carom.comparator import Errors
 from carom.errors import InputError
+from carom.runs import journal as journal_module
 from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, canonical
 from carom.runs.observed import Observed, observed_journal
@@ -42,6 +43,27 @@ def kept(folder: Path, *dts: float) -> Path:
     with score_journal(path) as journal:
         journal.add([result(dt_s) for dt_s in dts])
     return path
+
+
+def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It counts in this run, and a resume, which would refuse its line, finds it anew; the others stand."""
+    path, long = tmp_path / "journal.jsonl", replace(result(1 / 30), scene="x" * 5000)
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
+    with score_journal(path) as journal:
+        journal.add([result(1 / 60), long, result(1 / 120)])
+        assert len(journal.entries) == 3
+    assert max(map(len, path.read_bytes().splitlines())) <= 4000
+    assert steps_in(path) == [1 / 60, 1 / 120]
+
+
+def test_a_line_that_is_too_long_is_refused_by_its_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is longer than any line of Carom's is not read: the journal is refused, and left as it is."""
+    path = kept(tmp_path, 1 / 60, 1 / 120)
+    before = path.read_bytes()
+    monkeypatch.setattr(journal_module, "LONGEST_LINE", len(before.splitlines()[0]))
+    with pytest.raises(InputError, match="line 2 is longer than"):
+        steps_in(path)
+    assert path.read_bytes() == before
 
 
 def steps_in(path: Path) -> list[float]:

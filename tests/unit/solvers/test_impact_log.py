@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from carom.scene import Disc, Scene, Wall
-from carom.solvers.impact_log import ImpactLog
+from carom.solvers.impact_log import ImpactLog, standstill_impacts
 from carom.trace import ImpactRecord, Vector, wall_body
 
 REST = (0.0, 0.0)
@@ -135,3 +135,11 @@ def test_time_that_advances_at_all_does_not_stand_still() -> None:
             kept.add(impact(time_s, 0, wall_body(0)))
             assert not kept.at_standstill
         time_s = math.nextafter(time_s, 2.0)
+
+
+def test_so_many_impacts_at_one_instant_let_through_whatever_ends() -> None:
+    """Equal discs in a line have n(n-1)/2 at one instant; masses 1:100 and 1:10,000 at a wall 31 and 314 (Galperin)."""
+    assert standstill_impacts(3) >= 314
+    for bodies in (2, 3, 10, 316, 317, 1000, 10_000, 1_000_000):
+        allowed = standstill_impacts(bodies)
+        assert bodies * (bodies - 1) // 2 <= allowed <= min(100 * bodies**2, bodies**2 // 2 + 10_000_000)

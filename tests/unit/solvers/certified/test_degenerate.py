@@ -9,7 +9,10 @@ from typing import Any
 import pytest
 
 from carom import Disc, Outcome, Scene, Wall, certify
+from carom.solvers.certified.recording import RecordedImpact, Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
+from carom.solvers.certified.run import _collapse
+from carom.trace import ImpactRecord
 
 AXIS_BOX = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))]
 
@@ -187,6 +190,45 @@ def test_inelastic_collapse_is_named_and_does_not_hang() -> None:
     assert found.kind is Degenerate.COLLAPSE
     assert found.bodies == (0, 1, 2)
     assert found.latest_s - found.earliest_s <= 2 * math.ulp(found.latest_s)
+
+
+class Known:
+    """Bodies of whose states so much is known."""
+
+    def __init__(self, found: Scene) -> None:
+        self.scene = found
+
+    def state_bits(self, body: int) -> int:
+        return 100 + body
+
+
+def collapse_of(*times_s: float) -> Degeneracy | None:
+    """Return what is made of impacts of two discs that lose energy, at such times."""
+    found = scene(disc(-12, 0, 1), disc(0, 0), restitution=0.5)
+    log = Recording(found, 15)
+    still = (0.0, 0.0)
+    for time_s in times_s:
+        record = ImpactRecord(time_s, 0, 1, (1.0, 0.0), still, still, still, still)
+        log.rows.append(RecordedImpact(record, record, ()))
+    return _collapse(log, Known(found))  # type: ignore[arg-type] # all that is asked of bodies
+
+
+def test_a_collapse_is_twenty_impacts_for_each_pair_of_bodies_within_two_units_of_the_clock() -> None:
+    """Of two discs 80: one less, or one that is three units in the last place earlier, is no collapse yet."""
+    last = 1.5
+    one, two, three = (last - k * math.ulp(last) for k in (1, 2, 3))
+    for early in (one, two):
+        found = collapse_of(*[early] * 40, *[last] * 40)
+        assert found is not None
+        assert (found.kind, found.bodies, found.earliest_s, found.latest_s) == (
+            Degenerate.COLLAPSE,
+            (0, 1),
+            early,
+            last,
+        )
+        assert (found.bits, found.proven) == (100, False)
+    assert collapse_of(*[two] * 39, *[last] * 40) is None
+    assert collapse_of(three, *[two] * 39, *[last] * 40) is None
 
 
 def test_the_same_three_part_above_the_critical_restitution() -> None:

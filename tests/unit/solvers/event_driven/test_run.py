@@ -58,13 +58,16 @@ def test_a_large_gas_does_not_depend_on_the_cells() -> None:
     assert outcome_of(runs[0]) == outcome_of(runs[1])
 
 
+@pytest.mark.parametrize(("name", "contact_duration_s"), [("elastic", 0.0), ("inelastic", 2.0)])
 @pytest.mark.parametrize("impacts", [50, 1300, 3000])
-def test_a_run_taken_up_again_from_its_state_goes_on_unchanged(impacts: int) -> None:
-    """A run stopped, saved and taken up again equals the run that went on."""
-    start = starts()["elastic"]
-    whole = run_for(start, 4000)
-    first = run_for(start, impacts)
-    second = EventDrivenRun(start, resume=first.state())
+def test_a_run_taken_up_again_from_its_state_goes_on_unchanged(
+    name: str, contact_duration_s: float, impacts: int
+) -> None:
+    """A run stopped, saved and taken up again equals the run that went on, when each disc last struck included."""
+    start = starts()[name]
+    whole = run_for(start, 4000, contact_duration_s=contact_duration_s)
+    first = run_for(start, impacts, contact_duration_s=contact_duration_s)
+    second = EventDrivenRun(start, resume=first.state(), contact_duration_s=contact_duration_s)
     second.advance_to(math.inf, 4000)
     assert second.positions().tobytes() == whole.positions().tobytes()
     assert second.velocities().tobytes() == whole.velocities().tobytes()

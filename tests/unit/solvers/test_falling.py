@@ -1,0 +1,64 @@
+"""Runs under gravity: what rests, and what rounding may make of many bounces."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from carom import Disc, Outcome, Scene, solve_pic
+from carom.solvers.falling.bodies import FallingBodies
+from carom.solvers.falling.run import BallisticRun
+
+GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
+
+
+def touching_the_floor(speed: float) -> Scene:
+    """A disc 1,000 m from the origin that touches the floor and goes into it at a speed; its gap is known to 5 ulp."""
+    disc = Disc(position_m=(1000.0, 0.5), velocity_m_s=(0.0, -speed), radius_m=0.5)
+    return Scene(name="floor", duration_s=1e-6, discs=[disc], walls=[_FLOOR], restitution=1.0, **GRAVITY)
+
+
+_FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
+#: The speed that hops as high as 5 units in the last place of 1,000.5 m: half of its square over 1 m/s^2.
+_HOP_M_S = math.sqrt(2 * 5 * math.ulp(1000.5))
+
+
+@pytest.mark.parametrize(("part", "outcome", "impacts"), [(0.9, Outcome.AT_REST, 0), (1.1, Outcome.COMPLETED, 1)])
+def test_a_disc_rests_if_its_hop_would_be_lower_than_its_gap_is_known_to(
+    part: float, outcome: Outcome, impacts: int
+) -> None:
+    """A tenth slower than that speed it rests, a tenth faster it bounces."""
+    trace = solve_pic(touching_the_floor(part * _HOP_M_S))
+    assert (trace.outcome, len(trace.impacts)) == (outcome, impacts)
+
+
+@pytest.mark.parametrize("off_m", [1e-9, -1e-9])
+def test_a_disc_that_leaves_an_immovable_one_is_set_on_its_rim(off_m: float) -> None:
+    """What rounding has left of a gap at an impact is taken off, whichever sign it has, along the line of centres."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), radius_m=2.0, mass_kg=math.inf),
+        Disc(position_m=(3.0, 4.0), velocity_m_s=(0.0, -1.0), radius_m=1.0),
+    ]
+    bodies = FallingBodies(Scene(name="rim", duration_s=1.0, discs=discs, **GRAVITY))
+    bodies.x[1], bodies.y[1] = 0.6 * (3.0 + off_m), 0.8 * (3.0 + off_m)
+    record = bodies.collide_pair(0, 1)
+    bodies.leave_fixed(1, 0, record)
+    assert abs(math.hypot(bodies.x[1], bodies.y[1]) - 3.0) <= 2 * math.ulp(3.0)
+    assert math.atan2(bodies.y[1], bodies.x[1]) == pytest.approx(math.atan2(4.0, 3.0), abs=1e-15)
+
+
+def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_one() -> None:
+    """Balanced on its top, an elastic disc comes back to the rim each time, in 300 bounces as in one."""
+    discs = [
+        Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf),
+        Disc(position_m=(0.1, 1.3), radius_m=0.2),
+    ]
+    run = BallisticRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
+    worst = 0.0
+    for impacts in range(1, 301):
+        run.advance_to(1e3, impacts)
+        (_, low), (_, high) = run.positions()
+        worst = max(worst, abs((high - low) - 0.5))
+    assert worst <= 4 * math.ulp(0.5)
