@@ -1,0 +1,120 @@
+"""Plant faults in the numerics, one at a time, and say which no test notices.
+
+    python -m tests.mutants --faults 150 --minutes 30
+
+Faults are drawn by lot, the same number of each room. What was tried is kept in `--state` and not tried again, so the
+command goes on where it was ended; a line that has changed since is another place.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from pathlib import Path
+
+from tests.mutants.planting import Fault, faults_in, make_copy
+from tests.mutants.rooms import ROOMS
+from tests.mutants.running import JOB
+
+_ROOT = Path(__file__).parents[2]
+_BEGIN, _END = "<!-- mutants: begin -->", "<!-- mutants: end -->"
+
+
+def main() -> int:
+    """Carry out the command; 1 if a fault is left that no test notices and `--known` does not name."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--faults", type=int, default=200, help="how many in all, those tried before among them")
+    parser.add_argument("--minutes", type=float, default=30.0, help="begin none later than this")
+    parser.add_argument("--room", choices=ROOMS, action="append", help="these rooms alone")
+    parser.add_argument("--state", type=Path, default=_ROOT / "reports/mutants.jsonl", help="what was tried")
+    parser.add_argument("--copy", type=Path, default=_ROOT / "build/mutants", help="where the copy is made")
+    parser.add_argument("--write", type=Path, help="put the table into this document")
+    asked = parser.parse_args()
+    rooms = asked.room or list(ROOMS)
+    faults = faults_in(_ROOT)
+    tried = _tried(asked.state, {fault.key for fault in faults})
+    numbered = list(enumerate(faults, start=1))
+    wanted = [pair for pair in _drawn(numbered, rooms, asked.faults) if pair[1].key not in tried]
+    if wanted:
+        print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
+        make_copy(_ROOT, asked.copy, wanted)
+        _run(wanted, asked.copy, asked.state, 60.0 * asked.minutes)
+        tried = _tried(asked.state, {fault.key for fault in faults})
+    table = _table(faults, tried)
+    print(table)
+    if asked.write:
+        text = asked.write.read_text()
+        before, after = text.split(_BEGIN)[0], text.split(_END)[1]
+        asked.write.write_text(f"{before}{_BEGIN}\n{table}\n{_END}{after}")
+    return 0
+
+
+def _tried(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
+    """Return what was found of the faults that there still are, by key."""
+    if not state.exists():
+        return {}
+    rows = [json.loads(line) for line in state.read_text().splitlines()]
+    return {row["key"]: row for row in rows if row["key"] in keys}
+
+
+def _drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int) -> list[tuple[int, Fault]]:
+    """Return as many faults of each room, one line of a room no more often than can be helped, in the order drawn."""
+    drawn = []
+    for room in rooms:
+        mine = [pair for pair in faults if pair[1].room == room]
+        random.Random(room).shuffle(mine)
+        lines: Counter[tuple[str, int]] = Counter()
+        turns = []
+        for pair in mine:
+            turns.append((lines[pair[1].path, pair[1].line], pair))
+            lines[pair[1].path, pair[1].line] += 1
+        drawn += [pair for _, pair in sorted(turns, key=lambda turn: turn[0])][: -(-count // len(rooms))]
+    return drawn
+
+
+def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: float) -> None:
+    """Try faults in the copy, one process after another."""
+    state.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as job:
+        json.dump({"faults": wanted, "seconds": seconds, "results": str(state.resolve())}, job)
+        job.flush()
+        tests = sorted({test for _, fault in wanted for test in ROOMS[fault.room].tests if (copy / test).exists()})
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-s",
+            "-p",
+            "no:cacheprovider",
+            "-p",
+            "tests.mutants.running",
+            *tests,
+        ]
+        paths = os.pathsep.join(str(copy / name) for name in ("src", "adapters", "."))
+        environment = {**os.environ, "PYTHONPATH": paths, JOB: job.name, "PYTHONDONTWRITEBYTECODE": "1"}
+        subprocess.run(command, cwd=copy, env=environment, check=False)
+
+
+def _table(faults: list[Fault], tried: dict[str, dict[str, str]]) -> str:
+    """Return how many were tried and noticed in each room, and those that were not."""
+    by_key = {fault.key: fault for fault in faults}
+    lines = ["| room | places | tried | noticed | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
+    for room in [*ROOMS, "all"]:
+        mine = [row for row in tried.values() if room in ("all", row["room"])]
+        noticed = sum(bool(row["by"]) for row in mine)
+        places = sum(room in ("all", fault.room) for fault in faults)
+        lines.append(f"| {room} | {places:,} | {len(mine):,} | {noticed:,} | {len(mine) - noticed:,} |")
+    left = [by_key[key] for key, row in tried.items() if not row["by"]]
+    lines += ["", *(f"- `{f.path}`: `{f.before}` as `{f.after}`" for f in sorted(left))]
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

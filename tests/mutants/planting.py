@@ -1,0 +1,205 @@
+"""Faults and the places for them: an operator, a comparison, a number or a constant that is another.
+
+A tool for Python alone would leave out the compiled rooms, in which most of the numerics is; so faults are found in the
+text, in Python and in Cython alike. In a copy of the sources each place becomes ``(another if chosen(7) else itself)``:
+one build holds many faults, and a process has the one whose number it is told.
+"""
+
+from __future__ import annotations
+
+import io
+import keyword
+import re
+import shutil
+import subprocess
+import sys
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from tests.mutants.rooms import ROOMS
+
+__all__ = ["VARIABLE", "Fault", "faults_in", "make_copy"]
+
+#: Environment variable with the number of the fault that a process has.
+VARIABLE = "CAROM_FAULT"
+
+_PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "True False", "min max", "greater lesser")
+_OTHER = {one: other for pair in _PAIRS for one, other in (pair.split(), pair.split()[::-1])} | {"*": "+", "/": "*"}
+#: What may stand before an operator of two sides.
+_ENDS = re.compile(r"[\w\])]$")
+_HEAD = r"\s+(?:(?:if|elif|while|return)\s|(?:cdef (?:double|bint) )?[\w.\[\]]+ [-+*]?= )"
+_STATEMENT = re.compile(rf"^(?P<head>{_HEAD})(?P<what>[^#]+?)(?P<tail>:?)$")
+_CONSTANT = re.compile(r"^(?P<head>_?[A-Z][A-Z_0-9]*(?:: \w+)? = )(?P<what>-?[\d._e*-]+)$")
+_FUNCTION = re.compile(r"^\s*(?:async def|def|cdef|cpdef) .*\($|^\s*(?:def|cdef|cpdef) .*\(.*\).*:$")
+#: What an expression that is doubled may not hold: an address, a cast, another target, a name or a loop of its own.
+_LEFT_OUT = re.compile(
+    r"(?:^|[(,=\s])&\s*[a-z]|<\w[\w ]*\**>| = |<<|:=|lambda|yield|await|\bfor\b|unlikely|likely|sizeof|range\("
+)
+
+_SWITCH_C = '''
+cdef extern from *:
+    """
+    #include <pthread.h>
+    #include <stdlib.h>
+    static int carom_fault = -1;
+    static void carom_fault_again(void) { carom_fault = -1; }
+    static int carom_has_fault(int number) {
+        if (carom_fault < 0) {
+            const char *chosen = getenv("CAROM_FAULT");
+            carom_fault = chosen ? atoi(chosen) : 0;
+            pthread_atfork(NULL, NULL, carom_fault_again);
+        }
+        return carom_fault == number;
+    }
+    """
+    bint has_fault "carom_has_fault" (int number) noexcept nogil
+'''
+_SWITCH_PYTHON = f'''
+"""The fault that this process has."""
+import os
+NUMBER = [int(os.environ.get("{VARIABLE}", "0"))]
+'''
+
+
+class Fault(NamedTuple):
+    """One thing that is otherwise.
+
+    Attributes:
+        room: The room whose tests must notice it.
+        path: The source, from the project's root.
+        line: Number of the line, from 1.
+        before: The line as it is, without its indentation.
+        after: As it is with the fault.
+        constant: The name of the constant of a module that has another value; empty for a place in a function.
+    """
+
+    room: str
+    path: str
+    line: int
+    before: str
+    after: str
+    constant: str = ""
+
+    @property
+    def key(self) -> str:
+        """What tells it from others as long as the line stands, wherever in the file."""
+        return f"{self.path}: {self.before} -> {self.after}"
+
+
+def faults_in(root: Path) -> list[Fault]:
+    """Return all faults that the sources of all rooms have room for, by path and line."""
+    found = list[Fault]()
+    for room, (patterns, _) in ROOMS.items():
+        for path in sorted({path for pattern in patterns for path in root.glob(pattern) if path.suffix != ".pyi"}):
+            if path.suffix in (".py", ".pyx", ".pxd"):
+                found += _faults_of(room, path.relative_to(root).as_posix(), path.read_text())
+    return list({fault.key: fault for fault in found}.values())
+
+
+def _faults_of(room: str, path: str, text: str) -> Iterator[Fault]:
+    lines, known = text.splitlines(), {*re.findall(r"\w+", text), *keyword.kwlist, "min", "max"}
+    for number, (line, inside) in enumerate(zip(lines, _in_functions(lines), strict=True), start=1):
+        constant = _CONSTANT.match(line)
+        if constant and path.endswith(".py"):
+            name, value = line.split(":" if ": " in line.split("=")[0] else " ", 1)[0], constant["what"]
+            yield Fault(room, path, number, line, f"{constant['head']}2 * ({value})", name)
+        place = _STATEMENT.match(line) if inside else None
+        if place is not None and not _LEFT_OUT.search(place["what"]) and ": " not in place["what"]:
+            for other in _others(place["what"], known):
+                after = f"{place['head']}{other}{place['tail']}"
+                yield Fault(room, path, number, line.strip(), after.strip())
+
+
+def _in_functions(lines: list[str]) -> Iterator[bool]:
+    """Whether each line is in the body of a function, and in no docstring."""
+    depth, quoted = -1, False
+    for line in lines:
+        indent = len(line) - len(line.lstrip())
+        if line.strip() and indent <= depth and not line.strip().startswith(")"):
+            depth = -1
+        if depth < 0 and not quoted and _FUNCTION.match(line):
+            depth = indent
+            yield False
+        else:
+            yield depth >= 0 and not quoted and '"""' not in line and _is_whole(line)
+        quoted ^= line.count('"""') % 2 == 1
+
+
+def _is_whole(line: str) -> bool:
+    """Whether a line is a statement by itself: its brackets close."""
+    return all(line.count(a) == line.count(b) for a, b in ("()", "[]", "{}")) and not line.rstrip().endswith(
+        (",", "\\")
+    )
+
+
+def _others(expression: str, known: set[str]) -> Iterator[str]:
+    """Yield an expression with one thing otherwise, each in turn; a name only by one that the source knows."""
+    try:
+        tokens = list(tokenize.generate_tokens(io.StringIO(expression).readline))
+    except (tokenize.TokenError, IndentationError):
+        return
+    for token in tokens:
+        (_, begin), (_, end) = token.start, token.end
+        other = _OTHER.get(token.string)
+        if token.type == tokenize.NAME and other not in known:
+            other = None
+        before = expression[:begin].rstrip()
+        if token.type == tokenize.OP and not _ENDS.search(before):
+            continue  # a sign, or a star before arguments
+        if token.string == "not":
+            other, end = "", end + 1
+        if token.type == tokenize.NUMBER:
+            other = "1" if token.string in ("0", "0.0") else f"(2 * {token.string})"
+        if other is not None and token.type != tokenize.STRING:
+            yield expression[:begin] + other + expression[end:]
+
+
+def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
+    """Make a copy of the project with these numbered faults in it, and build its extension."""
+    shutil.rmtree(copy, ignore_errors=True)
+    for name in ("src", "adapters", "tests", "benchmarks", "docs"):
+        shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.so", "node_modules"))
+    for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
+        shutil.copy(root / name, copy / name)
+    (copy / "src/carom/planted.pxd").write_text(_SWITCH_C)
+    (copy / "src/carom/planted.py").write_text(_SWITCH_PYTHON)
+    by_path: dict[str, list[tuple[int, Fault]]] = {}
+    for number, fault in faults:
+        by_path.setdefault(fault.path, []).append((number, fault))
+    for path, planted in by_path.items():
+        _plant(copy / path, planted)
+    subprocess.run([sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"], cwd=copy, check=True)
+
+
+def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:
+    lines = path.read_text().splitlines()
+    chosen = "NUMBER[0] == {}" if path.suffix == ".py" else "has_fault({})"
+    for number, fault in planted:
+        if fault.constant:
+            continue  # set by its name, see running.py
+        line = lines[fault.line - 1]
+        place = _STATEMENT.match(line)
+        other = _STATEMENT.match(f"    {fault.after}")
+        if place is None or other is None:
+            raise ValueError(f"{fault.path}:{fault.line} is no place for a fault")
+        # Of a condition in C the two must be of one type: a truth value.
+        truth = "<bint>" if path.suffix != ".py" and place["head"].split()[0] in ("if", "elif", "while") else ""
+        switched = f"{truth}({other['what']}) if {chosen.format(number)} else {truth}({place['what']})"
+        lines[fault.line - 1] = f"{place['head']}({switched}){place['tail']}"
+    head = "from carom.planted import NUMBER" if path.suffix == ".py" else "from carom.planted cimport has_fault"
+    at = _after_docstring(lines)
+    if path.suffix == ".py":
+        at = next((k + 1 for k, line in enumerate(lines) if line.startswith("from __future__")), at)
+    path.write_text("\n".join([*lines[:at], head, *lines[at:]]) + "\n")
+
+
+def _after_docstring(lines: list[str]) -> int:
+    """Return how many lines the docstring of a module takes."""
+    marks = 0
+    for k, line in enumerate(lines):
+        marks += line.count('"""')
+        if marks == 2:
+            return k + 1
+    return 0

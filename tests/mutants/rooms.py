@@ -1,0 +1,47 @@
+"""Which sources are tried, and the tests of each room: those that are run when it changes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["ROOMS", "Room"]
+
+
+class Room(NamedTuple):
+    """Patterns of the sources, and the tests that must notice a fault in them."""
+
+    sources: tuple[str, ...]
+    tests: tuple[str, ...]
+
+
+_S, _U, _V = "src/carom/solvers", "tests/unit/solvers", "tests/validation"
+_PIC = (
+    *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_resolution.py", f"{_U}/test_impact_log.py"),
+    *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
+    *(f"{_V}/test_pic_against_all_pairs.py", f"{_V}/test_pic_kernel_known_answers.py", f"{_V}/test_friction_law.py"),
+)
+
+ROOMS = {
+    "physics": Room(("src/carom/physics/*.p[yx]*",), ("tests/unit/physics",)),
+    "event-driven": Room(
+        (f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/resolution.p*", f"{_S}/two_discs.pyx"), _PIC
+    ),
+    "plain": Room((f"{_S}/*.py", f"{_S}/plain/*.py"), (*_PIC, "tests/unit/test_disc_arrays.py")),
+    "falling": Room((f"{_S}/falling/*.py",), (f"{_V}/test_gravity.py", f"{_U}/test_falling.py", f"{_U}/test_run.py")),
+    "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py")),
+    "certified": Room(
+        (f"{_S}/certified/*.p[yx]*",),
+        (f"{_U}/certified", f"{_V}/test_certified_known_answers.py", f"{_V}/test_certified_friction.py"),
+    ),
+    "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
+    "runs": Room(
+        tuple(
+            f"src/carom/runs/{name}.py"
+            for name in ("early_end", "collect", "locate", "observe", "timing", "plan", "journal", "phases")
+        ),
+        tuple(
+            f"tests/unit/runs/test_{name}.py"
+            for name in ("early_end", "collect", "locate", "timing", "plan", "journal", "phases", "spin_in_runs")
+        ),
+    ),
+}
