@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from types import SimpleNamespace
@@ -28,12 +29,12 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import EngineAdapter
+from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter
 
 __all__ = ["adapter"]
 
 #: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
-#: by Drake's own names.
+#: by Drake's own names. What a profile leaves out stays as Drake ships it.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")
 
 #: Below these Drake makes no sense of them.
@@ -71,8 +72,8 @@ class DrakeWorld:
         require_sound("Drake", scene, settings, SETTINGS, LEAST)
         require_supported("Drake", scene, CAPABILITIES, float(settings["dt_s"]))
         drake = self._drake = _imported()
-        scheme = str(settings["integration_scheme"])
-        if scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
+        scheme = settings.get("integration_scheme")
+        if scheme is not None and scheme not in (schemes := drake.analysis.GetIntegrationSchemes()):
             raise AdapterError(f"Drake: integration_scheme must be one of {', '.join(schemes)}, got {scheme!r}")
         self._asked = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
@@ -88,8 +89,10 @@ class DrakeWorld:
         self._plant.Finalize()
         self._diagram = builder.Build()
         self._simulator = drake.analysis.Simulator(self._diagram)
-        drake.analysis.ResetIntegratorFromFlags(self._simulator, scheme, self._clock.dt_s)
-        self._simulator.get_mutable_integrator().set_target_accuracy(float(settings["target_accuracy"]))
+        if scheme is not None:
+            drake.analysis.ResetIntegratorFromFlags(self._simulator, str(scheme), self._clock.dt_s)
+        if "target_accuracy" in settings:
+            self._simulator.get_mutable_integrator().set_target_accuracy(float(settings["target_accuracy"]))
         self._context = self._plant.GetMyMutableContextFromRoot(self._simulator.get_mutable_context())
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
         self._movable = [i for i, joint in enumerate(joints) if joint is not None]
@@ -119,9 +122,10 @@ class DrakeWorld:
     def _shape(self, body: Any, pose: Any, shape: Any, number: int) -> None:
         drake = self._drake
         properties = drake.geometry.ProximityProperties()
+        stiffness = self._asked.get("point_stiffness")
         drake.geometry.AddContactMaterial(
             dissipation=0.0,
-            point_stiffness=float(self._asked["point_stiffness"]),
+            point_stiffness=None if stiffness is None else float(stiffness),
             friction=drake.plant.CoulombFriction(0.0, 0.0),
             properties=properties,
         )
@@ -130,8 +134,15 @@ class DrakeWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; the accuracy is read back from Drake."""
-        return {**self._asked, "target_accuracy": self._simulator.get_integrator().get_target_accuracy()}
+        """The settings, read back from Drake; the stiffness is what it gives a body that was told none."""
+        integrator = self._simulator.get_integrator()
+        shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties
+        return {
+            "point_stiffness": shipped.point_stiffness,
+            "integration_scheme": _scheme(integrator),
+            **self._asked,
+            "target_accuracy": integrator.get_target_accuracy(),
+        }
 
     def advance(self, steps: int) -> None:
         """Take steps, each of them as many of the integrator's as its error control asks for."""
@@ -179,13 +190,17 @@ class DrakeWorld:
         del self._context, self._simulator, self._diagram, self._plant
 
 
-def _settings(stiffness: float, accuracy: float) -> Any:
-    return lambda dt_s: {
-        "dt_s": dt_s,
-        "point_stiffness": stiffness,
-        "target_accuracy": accuracy,
-        "integration_scheme": "runge_kutta3",
-    }
+def _scheme(integrator: Any) -> str:
+    """Return an integrator's name among `GetIntegrationSchemes`: ``runge_kutta3`` of a `RungeKutta3Integrator`."""
+    return re.sub(r"(?<!^)(?=[A-Z])", "_", type(integrator).__name__.removesuffix("Integrator")).lower()
+
+
+def _default(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s}
+
+
+def _tuned(dt_s: float) -> dict[str, Setting]:
+    return {"dt_s": dt_s, "point_stiffness": 1e10, "target_accuracy": 1e-7, "integration_scheme": "runge_kutta3"}
 
 
 adapter = EngineAdapter(
@@ -202,15 +217,22 @@ adapter = EngineAdapter(
     profiles={
         "default": Profile(
             "What a user of Drake gets from a continuous plant: stiffness, accuracy and integrator as shipped, but "
-            "without dissipation.",
-            _settings(1e6, 1e-3),
+            "without dissipation or friction.",
+            _default,
             # Bodies are in contact for pi * sqrt(mass / stiffness), some milliseconds, in which the normal turns.
             Accuracy(late_steps=1.0, velocity=0.05, energy=0.01),
+            changed={
+                "time_step": "0, a continuous plant: a discrete one, as shipped, has no bounce",
+                "hunt_crossley_dissipation": "undamped: all restitution that there is",
+                "dynamic_friction": OF_THE_SCENE,
+                "static_friction": OF_THE_SCENE,
+                "joint": "a planar one, undamped, which holds a disc in the plane",
+            },
         ),
         "tuned": Profile(
             "The most exact settings known, from Carom's own measurements: contacts ten thousand times as stiff, and "
             "steps of the integrator that see the slow ones.",
-            _settings(1e10, 1e-7),
+            _tuned,
             # What an accuracy of 1e-7 in each of the integrator's steps comes to, measured.
             Accuracy(velocity=1e-3, energy=1e-3),
         ),

@@ -31,7 +31,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.engine_adapter import EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 
 if TYPE_CHECKING:
     import pymunk
@@ -273,6 +273,7 @@ adapter = EngineAdapter(
         "default": Profile(
             "What a user of pymunk gets: all as shipped (no damping), with the scene's restitution and friction.",
             _default,
+            changed={"elasticity": OF_THE_SCENE, "friction": OF_THE_SCENE, "moment": NOT_TURNED},
         ),
         "tuned": tuned("overlaps are never pushed apart", _tuned),
         "located": located("Chipmunk's own collision test", _tuned),

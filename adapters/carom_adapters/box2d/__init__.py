@@ -7,7 +7,7 @@ from dataclasses import replace
 from carom.adapter import Engine, Knob, Profile, Setting
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.world import Box2dWorld
-from carom_adapters.engine_adapter import EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 
 __all__ = ["adapter"]
 
@@ -68,6 +68,14 @@ adapter = EngineAdapter(
             "scene's restitution and friction.",
             _default,
             capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
+            changed={
+                "restitution": OF_THE_SCENE,
+                "friction": OF_THE_SCENE,
+                "sleepingAllowed": "awake: to be put to rest is damping",
+                "fixedRotation": NOT_TURNED,
+                "velocityIterations": "an argument without a default: 8, as the manual suggests",
+                "positionIterations": "an argument without a default: 3, as the manual suggests",
+            },
         ),
         "tuned": tuned("slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _tuned),
         "located": located("Box2D's own contact test", _located, but=" without sweeping"),

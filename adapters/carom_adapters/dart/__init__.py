@@ -5,7 +5,7 @@ from __future__ import annotations
 from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.world import DartWorld
-from carom_adapters.engine_adapter import EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
 __all__ = ["adapter"]
 
@@ -15,7 +15,7 @@ CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)
 
 
 def _default(dt_s: float) -> dict[str, Setting]:
-    return {"dt_s": dt_s, "collision_detector": "FCL", "split_impulse": False}
+    return {"dt_s": dt_s}
 
 
 def _tuned(dt_s: float) -> dict[str, Setting]:
@@ -38,7 +38,15 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of DART gets: all as shipped, but with the scene's restitution.", _default, CHAIN
+            "What a user of DART gets: all as shipped, but with the scene's restitution and without friction, on joints "
+            "in the plane.",
+            _default,
+            CHAIN,
+            changed={
+                "restitution": OF_THE_SCENE,
+                "friction": OF_THE_SCENE,
+                "joint": "two slides, which hold a disc in the plane and keep it from turning",
+            },
         ),
         "tuned": tuned(
             "DART's own collision detector, and overlaps that are pushed apart without a trace in the velocities",

@@ -40,10 +40,12 @@ class DartWorld:
         self._world = dartpy.simulation.World()
         self._world.setGravity([*scene.gravity_m_s2, 0.0])
         self._world.setTimeStep(self._clock.dt_s)
-        self._world.setCollisionDetector(
-            getattr(dartpy.simulation.CollisionDetectorType, str(settings["collision_detector"]))
-        )
-        self._world.getConstraintSolver().setSplitImpulseEnabled(bool(settings["split_impulse"]))
+        if "collision_detector" in settings:
+            self._world.setCollisionDetector(
+                getattr(dartpy.simulation.CollisionDetectorType, str(settings["collision_detector"]))
+            )
+        if "split_impulse" in settings:
+            self._world.getConstraintSolver().setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
         # DART multiplies the coefficients of two bodies.
         of_disc, of_wall = factored_restitutions(scene)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
-from carom_adapters.engine_adapter import EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -99,6 +99,12 @@ adapter = EngineAdapter(
                 max_spin_rad_s=SHIPPED_SPIN_CLAMP_RAD_S,
                 restitution_threshold_m_s=SHIPPED_RESTITUTION_THRESHOLD_M_S,
             ),
+            changed={
+                "restitution": OF_THE_SCENE,
+                "lateralFriction": OF_THE_SCENE,
+                "linearDamping": "undamped: a scene has no air",
+                "angularDamping": "undamped: a scene has no air",
+            },
         ),
         "tuned": tuned("overlaps alone are solved and never pushed apart, and fast discs are swept", _tuned),
         # A swept disc is stopped inside the other by Bullet itself, which leaves no instant to be found.

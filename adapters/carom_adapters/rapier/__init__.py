@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
-from carom_adapters.engine_adapter import EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 
@@ -79,6 +79,13 @@ adapter = EngineAdapter(
             # A contact that no step begins near is found in an overlap, as in `tuned`.
             Accuracy(late_steps=TURNS_LATE, margin_m=SHIPPED_MARGIN_M),
             capabilities=replace(CAPABILITIES, max_speed_m_s=SHIPPED_SPEED_M_S),
+            changed={
+                "restitution": OF_THE_SCENE,
+                "friction": OF_THE_SCENE,
+                "can_sleep": "awake: to be put to rest is damping",
+                "enabled_rotations": NOT_TURNED,
+                "enabled_translations": "held in the plane",
+            },
         ),
         "tuned": tuned(
             "contacts are solved when bodies overlap, and overlaps are never pushed apart",

@@ -84,7 +84,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; all but the adapter's own `first_part` are read back from Rapier."""
+        """The settings; all but the adapter's own `first_part` are read back from Rapier, those that are left as shipped, too."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._step_s()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}
@@ -93,7 +93,7 @@ class RapierWorld:
         # A body that can't sleep has a negative threshold of sleep.
         read["can_sleep"] = body.activation.linear_threshold >= 0
         read["soft_ccd_prediction"] = body.soft_ccd_prediction
-        return {name: read.get(name, asked) for name, asked in self._asked.items()}
+        return self._asked | read
 
     def _step_s(self) -> float:
         return float(self._world.integration_parameters.dt)

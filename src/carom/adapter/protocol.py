@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
@@ -166,6 +166,8 @@ class Profile:
         located: Whether the harness cuts the steps so that they end where bodies begin to touch; `prepare` must then
             return a `CuttableWorld`.
         capabilities: What the engine can do with these settings, where that is not what the adapter declares.
+        changed: Of a profile that stands for the engine as shipped, all that is not left so, by the engine's own name,
+            with the reason. What is not named here is as shipped.
     """
 
     description: str
@@ -173,6 +175,7 @@ class Profile:
     accuracy: Accuracy = Accuracy()
     located: bool = False
     capabilities: Capabilities | None = None
+    changed: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

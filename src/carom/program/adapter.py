@@ -159,7 +159,9 @@ def _profile(profile: ProgramProfile) -> Profile:
     def settings(dt_s: float) -> Mapping[str, Setting]:
         return {**profile.settings, "dt_s": dt_s}
 
-    return Profile(profile.description, settings, profile.accuracy, profile.located, profile.capabilities)
+    return Profile(
+        profile.description, settings, profile.accuracy, profile.located, profile.capabilities, profile.changed
+    )
 
 
 def program_adapter(path: Path | str) -> ProgramAdapter:

@@ -76,6 +76,7 @@ class ProgramProfile(_Table):
     accuracy: _Accuracy = Accuracy()
     located: bool = False
     capabilities: _Capabilities | None = None
+    changed: dict[str, str] = {}
 
 
 class Manifest(_Table):

@@ -1,0 +1,268 @@
+"""What engines ship, read from the engines themselves, and two discs that meet in an engine that is left as shipped.
+
+Nothing of the adapters takes part. `Shipped.values` are by the names that the profile `default` uses, those of its
+settings and those of `Profile.changed`; None where an engine has no such value. `Shipped.run` makes two elastic discs
+meet with nothing but what `changed` lists set otherwise, save that no disc is kept from turning.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom import Disc, Scene
+from carom.adapter import Adapter, Setting
+
+#: Steps before two discs touch, and in all: some are left for an engine's afterthoughts.
+STEPS_BEFORE, STEPS = 12, 40
+DT_S = 1 / 60
+
+#: Closing speeds, m/s: below every threshold, below those of 1 m/s, above all.
+SPEEDS = (0.08, 0.9, 5.0)
+PHASES = tuple(k / 4 for k in range(4))
+
+#: Of a setting that the engine does not tell: that it is as shipped is seen in its runs alone.
+NOT_TOLD = "not told"
+
+#: Positions and velocities at the end, one row a disc.
+End = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Shipped:
+    """What an engine ships.
+
+    Attributes:
+        values: The shipped value of each name; None where the engine has none.
+        run: Takes two discs, steps `STEPS` times and gives x, y, vx and vy of each, shape (2, 4).
+        roundings: How many roundings a disc that is free to turn may differ by from one that the adapter keeps from it: 0
+            where the adapter leaves it free.
+    """
+
+    values: Mapping[str, object]
+    run: Callable[[Sequence[Disc]], End]
+    roundings: int = 0
+
+
+def meeting(speed_m_s: float, phase: float) -> Scene:
+    """Two discs of 1 and 2 kg that meet off their line of centres, `phase` of a step later than at a step."""
+    radius, offset = 0.25, 0.3
+    apart = math.sqrt((2 * radius) ** 2 - offset**2) + speed_m_s * (STEPS_BEFORE + phase) * DT_S
+    discs = [
+        Disc(position_m=(-apart, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius, mass_kg=1),
+        Disc(position_m=(0, offset), radius_m=radius, mass_kg=2),
+    ]
+    return Scene(name="meeting", discs=discs, duration_s=STEPS * DT_S)
+
+
+def assert_default_is_shipped(adapter: Adapter, shipped: Shipped) -> None:
+    """What `default` uses is what the engine ships, but for what the profile lists, of which each is otherwise."""
+    profile = adapter.profiles["default"]
+    changed = set(profile.changed)
+    scene = meeting(SPEEDS[0], 0.0)
+    world = adapter.prepare(scene, profile.settings(DT_S))
+    used = {name: value for name, value in world.settings.items() if name != "dt_s"}
+    world.close()
+    assert used.keys() | changed == shipped.values.keys()
+    for name, value in used.items():
+        if name in changed:
+            assert not _same(value, shipped.values[name]), f"{name} is listed as changed, and is as shipped: {value}"
+        elif shipped.values[name] != NOT_TOLD:
+            assert _same(value, shipped.values[name]), f"{name} is {value}, and shipped is {shipped.values[name]}"
+
+
+def _same(used: Setting, shipped: object) -> bool:
+    """Whether two values are one; numbers to the rounding of 32 bits, in which some engines keep theirs."""
+    if isinstance(used, bool | str) or shipped is None or isinstance(shipped, bool | str):
+        return used == shipped
+    assert isinstance(shipped, int | float)
+    return math.isclose(float(used), shipped, rel_tol=2.0**-23)
+
+
+def worst_difference(adapter: Adapter, shipped: Shipped) -> float:
+    """How far `default` ends from the engine as shipped: the largest, in roundings of the largest number there is."""
+    rounding = 2.0 ** (-23 if adapter.capabilities.float_bits == 32 else -52)
+    found = []
+    for speed in SPEEDS:
+        for phase in PHASES:
+            scene = meeting(speed, phase)
+            world = adapter.prepare(scene, adapter.profiles["default"].settings(DT_S))
+            world.advance(STEPS)
+            end = world.observe()
+            world.close()
+            bare = shipped.run(scene.discs)
+            difference = np.abs(np.hstack([end.position_m, end.velocity_m_s]) - bare)
+            found.append(float(difference.max() / (rounding * np.abs(bare).max())))
+    assert not np.isnan(found).any()
+    return max(found)
+
+
+def of_pymunk() -> Shipped:
+    """Pymunk's own: the attributes of a space and of a shape."""
+    import pymunk
+
+    space, names = pymunk.Space(), ("iterations", "damping", "collision_slop", "collision_bias")
+    names += ("collision_persistence", "idle_speed_threshold", "sleep_time_threshold")
+    shape = pymunk.Circle(pymunk.Body(1, 1), 1)
+    values: dict[str, object] = {name: getattr(space, name) for name in names}
+    values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None}
+
+    def run(discs: Sequence[Disc]) -> End:
+        space, bodies = pymunk.Space(), []
+        for disc in discs:
+            body = pymunk.Body(disc.mass_kg, pymunk.moment_for_circle(disc.mass_kg, 0, disc.radius_m))
+            body.position, body.velocity = disc.position_m, disc.velocity_m_s
+            circle = pymunk.Circle(body, disc.radius_m)
+            circle.elasticity = 1.0
+            space.add(body, circle)
+            bodies.append(body)
+        for _ in range(STEPS):
+            space.step(DT_S)
+        return np.array([[*body.position, *body.velocity] for body in bodies])
+
+    return Shipped(values, run)
+
+
+def of_pybullet() -> Shipped:
+    """PyBullet's own; damping, which it does not tell, is the part of its speed that a free body loses a second."""
+    bullet: Any = importlib.import_module("pybullet")
+
+    def built(discs: Sequence[Disc], **dynamics: float) -> tuple[int, list[int]]:
+        client, bodies = bullet.connect(bullet.DIRECT), []
+        bullet.setPhysicsEngineParameter(fixedTimeStep=DT_S, physicsClientId=client)
+        for disc in discs:
+            ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+            place = [*disc.position_m, 0]
+            body = bullet.createMultiBody(disc.mass_kg, ball, basePosition=place, physicsClientId=client)
+            bullet.changeDynamics(body, -1, physicsClientId=client, **dynamics)
+            bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0], [0, 0, 0], client)
+            bodies.append(body)
+        return client, bodies
+
+    def run(discs: Sequence[Disc]) -> End:
+        client, bodies = built(discs, restitution=1.0, lateralFriction=0.0, linearDamping=0.0, angularDamping=0.0)
+        for _ in range(STEPS):
+            bullet.stepSimulation(client)
+        places = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in bodies]
+        speeds = [bullet.getBaseVelocity(body, client)[0][:2] for body in bodies]
+        bullet.disconnect(client)
+        return np.hstack([places, speeds])
+
+    (disc,) = (Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1),)
+    client, (body,) = built([disc])
+    world, told = bullet.getPhysicsEngineParameters(client), bullet.getDynamicsInfo(body, -1, client)
+    bullet.resetBaseVelocity(body, [1, 0, 0], [0, 0, 1], client)
+    bullet.stepSimulation(client)
+    (left, _, _), (_, _, spin) = bullet.getBaseVelocity(body, client)
+    bullet.disconnect(client)
+    values = {
+        "numSolverIterations": world["numSolverIterations"],
+        "useMaximalCoordinates": told[10] == 1,
+        "lateralFriction": told[1],
+        "restitution": told[5],
+        "linearDamping": (1 - left) / DT_S,
+        "angularDamping": (1 - spin) / DT_S,
+    }
+    return Shipped(values, run)
+
+
+def of_mujoco() -> Shipped:
+    """MuJoCo's own: the options of a model that sets none, and its geoms."""
+    mujoco: Any = importlib.import_module("mujoco")
+    ball = '<mujoco><worldbody><body><freejoint/><geom size="1"/></body></worldbody></mujoco>'
+    model = mujoco.MjModel.from_xml_string(ball)
+    option, geom = model.opt, model.geom(0)
+    values = {
+        "integrator": {0: "Euler", 1: "RK4", 2: "implicit", 3: "implicitfast"}[int(option.integrator)],
+        "jacobian": {0: "dense", 1: "sparse", 2: "auto"}[int(option.jacobian)],
+        "tolerance": float(option.tolerance),
+        "iterations": int(option.iterations),
+        "ccd_tolerance": float(option.ccd_tolerance),
+        "ccd_iterations": int(option.ccd_iterations),
+        "warmstart": not option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_WARMSTART),
+        "autoreset": not option.disableflags & int(mujoco.mjtDisableBit.mjDSBL_AUTORESET),
+        "speculative": bool(option.enableflags & int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE)),
+        "solimp": " ".join(f"{value:g}" for value in geom.solimp),
+        "friction": float(geom.friction[0]),
+        "condim": int(geom.condim[0]),
+        # Words of the adapter's own: a free body of a ball, no pair listed, friction as MuJoCo answers it.
+        "joints": "free",
+        "shape": "sphere",
+        "listed_pairs": False,
+        "in_turn": False,
+        # Both are of a solref in its other form, of negative numbers.
+        "stiffness": None,
+        "damping": None,
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        bodies = "".join(
+            f'<body><freejoint/><geom size="{disc.radius_m!r}" mass="{disc.mass_kg!r}" condim="1" solref="-1000 0"/></body>'
+            for disc in discs
+        )
+        option = f'<option timestep="{DT_S!r}" gravity="0 0 0"/>'
+        model = mujoco.MjModel.from_xml_string(f"<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>")
+        data = mujoco.MjData(model)
+        for k, disc in enumerate(discs):
+            data.qpos[7 * k : 7 * k + 2], data.qvel[6 * k : 6 * k + 2] = disc.position_m, disc.velocity_m_s
+        for _ in range(STEPS):
+            mujoco.mj_step(model, data)
+        return np.array([[*data.qpos[7 * k : 7 * k + 2], *data.qvel[6 * k : 6 * k + 2]] for k in range(len(discs))])
+
+    return Shipped(values, run)
+
+
+def of_box2d() -> Shipped:
+    """Box2D's own: the attributes of a world and of a body."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        box2d: Any = importlib.import_module("Box2D")
+    world = box2d.b2World()
+    body = world.CreateDynamicBody()
+    fixture = body.CreateFixture(shape=box2d.b2CircleShape(radius=1), density=1)
+    values = {
+        "warmStarting": bool(world.warmStarting),
+        "continuousPhysics": bool(world.continuousPhysics),
+        "restitution": float(fixture.restitution),
+        "friction": float(fixture.friction),
+        "sleepingAllowed": bool(body.sleepingAllowed),
+        "fixedRotation": bool(body.fixedRotation),
+        "velocityIterations": None,
+        "positionIterations": None,
+        # Words of the adapter's own: time as it is, swept against what can't move, and no wall that had a skin.
+        "velocity_scale": 1.0,
+        "sweep": "shipped",
+        "polygon_radius_m": 0.0,
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        world, bodies = box2d.b2World(gravity=(0, 0)), []
+        for disc in discs:
+            body = world.CreateDynamicBody(
+                position=disc.position_m, linearVelocity=disc.velocity_m_s, allowSleep=False
+            )
+            circle = box2d.b2CircleShape(radius=disc.radius_m)
+            body.CreateFixture(shape=circle, density=1, friction=0, restitution=1)
+            inertia = 0.5 * disc.mass_kg * disc.radius_m**2
+            body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
+            bodies.append(body)
+        for _ in range(STEPS):
+            world.Step(DT_S, 8, 3)
+        return np.array([[*body.position, *body.linearVelocity] for body in bodies])
+
+    return Shipped(values, run, roundings=1)
+
+
+OF_ALL: Mapping[str, Callable[[], Shipped]] = {
+    "pymunk": of_pymunk,
+    "pybullet": of_pybullet,
+    "mujoco": of_mujoco,
+    "box2d": of_box2d,
+}

@@ -1,0 +1,185 @@
+"""What the engines that `make engines` installs ship, read from the engines themselves: see `tests.adapters.shipped`."""
+
+from __future__ import annotations
+
+import json
+import logging
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tests.adapters.shipped import DT_S, PHASES, SPEEDS, STEPS, End, Shipped, meeting
+
+from carom import Disc
+from carom_adapters import npm
+
+def of_rapier() -> Shipped:
+    """Rapier's own: the parameters of a world, and what a body and its collider are given."""
+    import rapier3d
+
+    engine: Any = rapier3d
+    world = engine.PhysicsWorld()
+    parameters = world.integration_parameters
+    body = world.rigid_bodies[world.add_body(engine.RigidBody.dynamic())]
+    ball = world.colliders[world.add_collider(engine.Collider.ball(1.0), world.add_body(engine.RigidBody.dynamic()))]
+    names = ("length_unit", "num_solver_iterations", "normalized_prediction_distance", "contact_recycling")
+    values: dict[str, object] = {
+        name: getattr(parameters, name) for name in (*names, "normalized_max_linear_velocity", "warmstart_coefficient")
+    }
+    values |= {
+        "contact_natural_frequency": parameters.contact_softness.natural_frequency,
+        "static_contact_natural_frequency": parameters.static_contact_softness.natural_frequency,
+        # A body that can't sleep has a negative threshold of sleep.
+        "can_sleep": body.activation.linear_threshold >= 0,
+        "soft_ccd_prediction": body.soft_ccd_prediction,
+        "restitution": ball.restitution,
+        "friction": ball.friction,
+        "enabled_rotations": None,
+        "enabled_translations": None,
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        world, handles = engine.PhysicsWorld(gravity=(0.0, 0.0, 0.0)), []
+        world.integration_parameters.dt = DT_S
+        for disc in discs:
+            body = engine.RigidBody.dynamic().translation((*disc.position_m, 0.0)).linvel((*disc.velocity_m_s, 0.0))
+            handles.append(world.add_body(body.can_sleep(False)))
+            ball = engine.Collider.ball(disc.radius_m).restitution(1.0).friction(0.0).mass(disc.mass_kg)
+            world.add_collider(ball, handles[-1])
+        for _ in range(STEPS):
+            world.step()
+        bodies = [world.rigid_bodies[handle] for handle in handles]
+        return np.array([[*body.translation.to_tuple()[:2], *body.linvel.to_tuple()[:2]] for body in bodies])
+
+    return Shipped(values, run)
+
+
+def of_dart() -> Shipped:
+    """DART's own: a world's solver and detector, and what a shape is given."""
+    import dartpy
+
+    engine: Any = dartpy
+
+    def shaped(body: Any, radius_m: float) -> Any:
+        node = body.createShapeNode(engine.dynamics.SphereShape(radius_m))
+        node.createCollisionAspect()
+        node.createDynamicsAspect()
+        return node.getDynamicsAspect()
+
+    world = engine.simulation.World()
+    solver = world.getConstraintSolver()
+    aspect = shaped(engine.dynamics.Skeleton("one").createFreeJointAndBodyNodePair()[1], 1.0)
+    values = {
+        "collision_detector": solver.getCollisionDetector().getType().upper(),
+        "split_impulse": solver.isSplitImpulseEnabled(),
+        "restitution": aspect.getRestitutionCoeff(),
+        "friction": aspect.getFrictionCoeff(),
+        "joint": None,
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        world, skeletons = engine.simulation.World(), []
+        world.setGravity([0, 0, 0])
+        world.setTimeStep(DT_S)
+        for k, disc in enumerate(discs):
+            skeleton = engine.dynamics.Skeleton(f"disc {k}")
+            _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+            aspect = shaped(body, disc.radius_m)
+            aspect.setRestitutionCoeff(1.0)
+            aspect.setFrictionCoeff(0.0)
+            body.setMass(disc.mass_kg)
+            world.addSkeleton(skeleton)
+            skeleton.setPositions(disc.position_m)
+            skeleton.setVelocities(disc.velocity_m_s)
+            skeletons.append(skeleton)
+        for _ in range(STEPS):
+            world.step()
+        return np.array([[*skeleton.getPositions(), *skeleton.getVelocities()] for skeleton in skeletons])
+
+    return Shipped(values, run)
+
+
+def of_drake() -> Shipped:
+    """Drake's own: a plant's, a scene graph's and a simulator's configurations."""
+    from pydrake import geometry
+    from pydrake.math import RigidTransform
+    from pydrake.multibody import plant, tree
+    from pydrake.systems import analysis, framework
+
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    simulated, proximity = analysis.SimulatorConfig(), geometry.SceneGraphConfig().default_proximity_properties
+    values = {
+        "point_stiffness": proximity.point_stiffness,
+        "target_accuracy": simulated.accuracy,
+        "integration_scheme": simulated.integration_scheme,
+        "time_step": plant.MultibodyPlantConfig().time_step,
+        "hunt_crossley_dissipation": proximity.hunt_crossley_dissipation,
+        "dynamic_friction": proximity.dynamic_friction,
+        "static_friction": proximity.static_friction,
+        "joint": None,
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        builder = framework.DiagramBuilder()
+        own, _ = plant.AddMultibodyPlantSceneGraph(builder, time_step=0.0)
+        own.mutable_gravity_field().set_gravity_vector([0, 0, 0])
+        joints = []
+        for k, disc in enumerate(discs):
+            inertia = tree.SpatialInertia.SolidSphereWithMass(disc.mass_kg, disc.radius_m)
+            body = own.AddRigidBody(f"disc {k}", inertia)
+            properties = geometry.ProximityProperties()
+            frictionless = plant.CoulombFriction(0.0, 0.0)
+            geometry.AddContactMaterial(dissipation=0.0, friction=frictionless, properties=properties)
+            ball = geometry.Sphere(disc.radius_m)
+            own.RegisterCollisionGeometry(body, RigidTransform(), ball, f"ball {k}", properties)
+            world = own.world_body().body_frame()
+            joints.append(own.AddJoint(tree.PlanarJoint(f"plane {k}", world, body.body_frame(), damping=[0, 0, 0])))
+        own.Finalize()
+        simulator = analysis.Simulator(builder.Build())
+        context = own.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        for joint, disc in zip(joints, discs, strict=True):
+            joint.set_translation(context, disc.position_m)
+            joint.set_translational_velocity(context, disc.velocity_m_s)
+        for step in range(1, STEPS + 1):
+            simulator.AdvanceTo(step * DT_S)
+        places, speeds = own.GetPositions(context), own.GetVelocities(context)
+        return np.hstack([places.reshape(-1, 3)[:, :2], speeds.reshape(-1, 3)[:, :2]])
+
+    return Shipped(values, run)
+
+
+def _of_npm(engine: str, roundings: int) -> Shipped:
+    """Ask node once, for what is shipped and for all that `worst_difference` will ask for."""
+    scenes = [meeting(speed, phase).discs for speed in SPEEDS for phase in PHASES]
+    asked = {"engine": engine, "dt": DT_S, "steps": STEPS, "scenes": [list(map(_said, discs)) for discs in scenes]}
+    program = Path(__file__).with_name("shipped.mjs").read_text(encoding="utf-8")
+    done = subprocess.run(
+        ["node", "--input-type=module", "-e", program],
+        input=json.dumps(asked),
+        cwd=Path(npm.__file__).parent,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    told = json.loads(done.stdout)
+    ends = {discs: np.array(end) for discs, end in zip(scenes, told["ends"], strict=True)}
+    return Shipped(told["values"], lambda discs: ends[tuple(discs)], roundings)
+
+
+def _said(disc: Disc) -> dict[str, float]:
+    (x, y), (v, _) = disc.position_m, disc.velocity_m_s
+    return {"x": x, "y": y, "v": v, "r": disc.radius_m, "m": disc.mass_kg}
+
+
+OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
+    "rapier": of_rapier,
+    "dart": of_dart,
+    "drake": of_drake,
+    "planck": lambda: _of_npm("planck", 0),
+    "matter": lambda: _of_npm("matter", 0),
+    "box2d3": lambda: _of_npm("box2d3", 3),
+    "jolt": lambda: _of_npm("jolt", 3),
+    "rapier2d": lambda: _of_npm("rapier2d", 0),
+}
