@@ -17,13 +17,15 @@ JOBS ?= 1
 # For engines: those from wheels, which are extras; those from npm stand in the package.json of their folder.
 WHEELS ?= rapier,dart,drake
 NPM_ENGINES := adapters/carom_adapters/npm
+# For hazards and atlas: figures over many starts.
+HAZARDS := reports/hazards.json
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help report test test-long test-browser engines test-engines docs pictures atlas campaign campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -34,6 +36,7 @@ help:
 	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
+	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/hazards.md"
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write docs/atlas.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
@@ -77,14 +80,22 @@ campaign: $(BUILT)
 pictures: $(BUILT)
 	$(BIN)/python docs/figures/pictures.py
 
+# With every engine installed, or the page is not written: `make engines` brings those that are not.
+$(HAZARDS): | $(BUILT)
+	$(MAKE) hazards
+
+hazards: $(BUILT)
+	mkdir -p reports
+	$(BIN)/python -m tests.hazards --figures $(HAZARDS) --write docs/hazards.md
+
 # An engine that crashes or gives no answer in time, exit code 4, is a row of the atlas.
 ROWS = || [ $$? -eq 4 ]
 # With the engines that are installed: `make engines` brings those that are not.
-atlas: $(BUILT)
+atlas: $(BUILT) $(HAZARDS)
 	$(BIN)/carom run paper classics gravity engines -p all --report reports/atlas --no-timing --fail-on never --resume $(ROWS)
 	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --report reports/atlas-speed --fail-on never $(ROWS)
 	$(BIN)/carom stress tunnelling slow mass-ratio grazing duration --quick --out reports/atlas-stress --resume
-	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress
+	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress $(HAZARDS)
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

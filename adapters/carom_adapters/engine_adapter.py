@@ -15,8 +15,7 @@ __all__ = ["NOT_TURNED", "OF_THE_SCENE", "EngineAdapter", "located", "tuned"]
 
 Settings = Mapping[str, Setting]
 
-#: What every profile `default` gives a disc that its engine ships otherwise: `Profile.changed` names each by the engine's
-#: own name for it.
+#: Reasons in `Profile.changed` of a `default`, which names all that is not as shipped by the engine's own name for it.
 OF_THE_SCENE = "the scene's"
 #: Said of a disc kept from turning. Friction is 0 where this is done and the disc is a circle: nothing turns it.
 NOT_TURNED = "kept from turning where nothing spins or rubs, which alters roundings alone"

@@ -1,7 +1,8 @@
 """The atlas of engines: `make atlas` measures, and then has this script write `docs/atlas.md`.
 
-It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed, and
-`stress.json` of a stress campaign. Every number on the page is reduced from them here; what is not finite is null
+It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
+`stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number on the page is
+reduced from them here; what is not finite is null
 there, and left out.
 """
 
@@ -31,6 +32,8 @@ PAGE = ROOT / "docs" / "atlas.md"
 
 #: The best grade first.
 GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
+#: The command that the figures over many starts are from.
+HAZARDS_BY = "make hazards"
 #: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
 ATTACKS = {
     "tunnelling": "tunnels: speed x dt / radius",
@@ -40,6 +43,8 @@ ATTACKS = {
     "duration": "impacts before it drifts",
 }
 RIGHT_ANGLE = math.degrees(1.0)
+#: Chaotic within the run: what one start gives is one of many figures, so that it is shown as a range over starts.
+CHAOTIC = "engines/gas-of-25"
 
 Row = dict[str, Any]
 
@@ -53,12 +58,14 @@ class Method:
         profile: Name of the profile.
         rows: All its rows.
         ratio: Run time over PIT's at the same step, median over the scenes that were timed; None where none was.
+        gas: Its figures over many starts of the scene `CHAOTIC`; None where there are none.
     """
 
     engine: str
     profile: str
     rows: tuple[Row, ...]
     ratio: float | None
+    gas: Row | None = None
 
     @property
     def name(self) -> str:
@@ -121,8 +128,9 @@ def _kept(row: Row, limit: float) -> bool:
     return row["total"] is not None and row["total"]["energy"] is not None and abs(row["total"]["energy"]) <= limit
 
 
-def methods_of(rows: Sequence[Row], timed: Sequence[Row]) -> list[Method]:
+def methods_of(rows: Sequence[Row], timed: Sequence[Row], hazards: Sequence[Row] = ()) -> list[Method]:
     """Return the methods in the order of the rows, Carom's own among them."""
+    gas = {(row["engine"], row["profile"]): row for row in hazards if row["table"] == "gas" and "refused" not in row}
     own: dict[tuple[str, str], list[Row]] = {}
     ratios: dict[tuple[str, str], list[float]] = {}
     for row in rows:
@@ -131,7 +139,7 @@ def methods_of(rows: Sequence[Row], timed: Sequence[Row]) -> list[Method]:
         if row["time_ratio"] is not None:
             ratios.setdefault((row["engine"], row["profile"]), []).append(row["time_ratio"])
     return [
-        Method(*name, tuple(of), statistics.median(ratios[name]) if name in ratios else None)
+        Method(*name, tuple(of), statistics.median(ratios[name]) if name in ratios else None, gas.get(name))
         for name, of in own.items()
     ]
 
@@ -168,10 +176,18 @@ def _conserves(row: Row) -> bool:
 
 
 def energy(method: Method) -> str:
-    """Return the largest loss and gain in a scene that keeps its energy, as parts of that at the start."""
-    change = _numbers([row for row in method.coarse if _conserves(row)], lambda row: row["total"]["energy"])
+    """Return the largest loss and gain in a scene that keeps its energy and is not chaotic, as parts of the start's."""
+    kept = [row for row in method.coarse if _conserves(row) and row["scene"] != CHAOTIC]
+    change = _numbers(kept, lambda row: row["total"]["energy"])
     lost, gained = -min(change, default=0.0), max(change, default=0.0)
     return f"{percent(max(lost, 0.0))} lost, {percent(max(gained, 0.0))} made" if change else "-"
+
+
+def gas(method: Method) -> str:
+    """Return by which part the energy of a gas changes, over many starts of it."""
+    if method.gas is None:
+        return "-"
+    return f"{percent(method.gas['least'])} to {percent(method.gas['most'])} in {method.gas['starts']} starts"
 
 
 def impacts(method: Method) -> str:
@@ -239,10 +255,15 @@ def settings(method: Method) -> str:
 
 
 def atlas(
-    head: dict[str, Any], rows: Sequence[Row], timed: Sequence[Row], stress: dict[str, Any], commands: Sequence[str]
+    head: dict[str, Any],
+    rows: Sequence[Row],
+    timed: Sequence[Row],
+    stress: dict[str, Any],
+    hazards: Sequence[Row],
+    commands: Sequence[str],
 ) -> Document:
     """Return the page; the commands are those of the cross-check, of the one that was timed, and of the campaign."""
-    methods = methods_of(rows, timed)
+    methods = methods_of(rows, timed, hazards)
     engines: dict[str, list[Method]] = {}
     for method in methods:
         if method.engine != "pic":
@@ -251,7 +272,7 @@ def atlas(
     versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
     lead = (
         f"What {count(len(engines), 'method')} do to discs that collide, in {count(len(head['scenes']), 'scene')}, "
-        "held against PIC: which to use at which step, and what each does to time, direction, energy and speed.",
+        "compared with PIC: which to use at which step, and what each does to time, direction, energy and speed.",
         f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, on {here['processor']} "
         f"({here['cores']} cores, {here['system']}): {versions}.",
         "Errors are totals, at each scene's own frame rate; 'make atlas' measures all of it anew.",
@@ -261,7 +282,7 @@ def atlas(
         lead,
         (
             Section("Which engine and step for which need", tuple(_needs(methods))),
-            Section("What no manual says", (_findings(rows), Code("carom run engines"))),
+            Section("What no manual says", (_findings(hazards), Code(HAZARDS_BY))),
             Section("Where each gives way", (_limits(stress, methods), Code(commands[2]))),
             *(section for engine, own in engines.items() for section in _engine(engine, own)),
             Section("Made by", (Code("\n".join(commands)),)),
@@ -289,31 +310,31 @@ def _needs(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
     yield Code("carom run paper classics gravity engines -p all --report reports/atlas")
 
 
-def _findings(rows: Sequence[Row]) -> Table:
-    scenes = list(dict.fromkeys(row["scene"] for row in rows if row["scene"].startswith("engines/")))
-    names = list(dict.fromkeys(row["engine"] for row in rows if row["engine"] not in {"pic", "pit"}))
+def _findings(hazards: Sequence[Row]) -> Table:
+    """Return what each engine does in the scenes of the group `engines`, over many starts; one start is no finding."""
+    known = {(row["of"], row["engine"]): row for row in hazards if row["table"] == "group"}
+    scenes = list(dict.fromkeys(scene for scene, _ in known))
 
     def say(engine: str, scene: str) -> str:
-        found = [row for row in rows if (row["scene"], row["engine"], row["refinement"]) == (scene, engine, 0)]
-        shown = {row["profile"]: row for row in found}
-        default = shown.get("default") or next(iter(shown.values()), None)
-        return "-" if default is None else _said(default)
+        row = known.get((scene, engine))
+        return "-" if row is None else _said(row)
 
     return Table(
         [Column("scene", lambda scene: f"{scene.partition('/')[2]}: {all_scenes()[scene].shows}")]
-        + [Column(name, partial(say, name)) for name in names],
+        + [Column(name, partial(say, name)) for name in dict.fromkeys(engine for _, engine in known)],
         scenes,
-        note="As shipped (profile default), at 60 frames a second: the grade, and the worst verdict where it is wrong.",
+        note="As shipped (profile default): in how many starts the velocity at the end is off by more than a hundredth "
+        "of the scene's greatest speed, and the least and the most of all, in per cent of it. Starts differ in where "
+        "within a step the impact falls; 'pit' is what looking once a step costs by itself.",
     )
 
 
 def _said(row: Row) -> str:
-    if row["status"] != "ran":
-        return f"{row['status']}: {row['reason'].partition(';')[0]}"
-    if row["grade"] in {"exact", "close", "sampled"} or not row["verdicts"]:
-        return str(row["grade"])
-    worst = row["verdicts"][0]
-    return f"{row['grade']}: {worst['verdict'].replace('_', ' ')} {worst['reason']}"
+    """Return share and range of a figure over starts."""
+    if "refused" in row:
+        return "unsupported"
+    least, most = percent(row["least"]), percent(row["most"])
+    return f"{row['starts_off']} of {row['starts']}: {least if least == most else f'{least} to {most}'}"
 
 
 def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
@@ -343,6 +364,7 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
             lambda method: _spread(_numbers(method.coarse, _total("direction_rad", lambda _: 1 / RIGHT_ANGLE))),
         ),
         Column("energy", energy),
+        Column("energy of a gas, 20 s", gas),
         Column("run time over PIT's", speed, number=True),
     ]
     chosen = best(own)
@@ -354,8 +376,9 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
             Table(
                 columns,
                 own,
-                note="Median and largest over the scenes; energy: the most lost and made in any scene. All but the "
-                "last column is made of the rows of results.jsonl, which this writes:",
+                note="Median and largest over the scenes, of one start each; energy: the most lost and made in any "
+                f"scene but {CHAOTIC}, which is chaotic: its energy is a range over starts, by 'make hazards'. All but "
+                "the last two columns is made of the rows of results.jsonl, which this writes:",
             ),
             Code(f"carom run paper classics gravity engines -e {engine} -p all --report reports/{engine}"),
             Text(text),
@@ -365,13 +388,14 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
 
 
 def main() -> None:
-    """Write the page from the three folders named."""
-    report, speeds, campaign = map(Path, sys.argv[1:4])
+    """Write the page from the three folders and the file named."""
+    report, speeds, campaign, figures = map(Path, sys.argv[1:5])
     head, rows = read_records(report / "results.jsonl")
     timing, timed = read_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
-    page = markdown(atlas(head, rows, timed, stress, commands))
+    hazards = json.loads(figures.read_text(encoding="utf-8"))
+    page = markdown(atlas(head, rows, timed, stress, hazards, commands))
     # The documents' blocks are fenced; a report's Markdown has them indented.
     fenced = re.sub(r"(?m)(^ {4}.*\n?)+", lambda block: f"```text\n{textwrap.dedent(block[0]).rstrip()}\n```\n", page)
     PAGE.write_text(fenced, encoding="utf-8")

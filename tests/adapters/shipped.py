@@ -42,8 +42,8 @@ class Shipped:
     Attributes:
         values: The shipped value of each name; None where the engine has none.
         run: Takes two discs, steps `STEPS` times and gives x, y, vx and vy of each, shape (2, 4).
-        roundings: How many roundings a disc that is free to turn may differ by from one that the adapter keeps from it: 0
-            where the adapter leaves it free.
+        roundings: By how many roundings a disc that is free to turn may differ from one that the adapter keeps from
+            it: 0 where the adapter leaves it free.
     """
 
     values: Mapping[str, object]
@@ -108,8 +108,8 @@ def of_pymunk() -> Shipped:
     """Pymunk's own: the attributes of a space and of a shape."""
     import pymunk
 
-    space, names = pymunk.Space(), ("iterations", "damping", "collision_slop", "collision_bias")
-    names += ("collision_persistence", "idle_speed_threshold", "sleep_time_threshold")
+    space, names = pymunk.Space(), ["iterations", "damping", "collision_slop", "collision_bias"]
+    names += ["collision_persistence", "idle_speed_threshold", "sleep_time_threshold"]
     shape = pymunk.Circle(pymunk.Body(1, 1), 1)
     values: dict[str, object] = {name: getattr(space, name) for name in names}
     values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None}
@@ -203,8 +203,9 @@ def of_mujoco() -> Shipped:
     }
 
     def run(discs: Sequence[Disc]) -> End:
+        contact = 'condim="1" solref="-1000 0"'
         bodies = "".join(
-            f'<body><freejoint/><geom size="{disc.radius_m!r}" mass="{disc.mass_kg!r}" condim="1" solref="-1000 0"/></body>'
+            f'<body><freejoint/><geom size="{disc.radius_m!r}" mass="{disc.mass_kg!r}" {contact}/></body>'
             for disc in discs
         )
         option = f'<option timestep="{DT_S!r}" gravity="0 0 0"/>'
@@ -245,9 +246,7 @@ def of_box2d() -> Shipped:
     def run(discs: Sequence[Disc]) -> End:
         world, bodies = box2d.b2World(gravity=(0, 0)), []
         for disc in discs:
-            body = world.CreateDynamicBody(
-                position=disc.position_m, linearVelocity=disc.velocity_m_s, allowSleep=False
-            )
+            body = world.CreateDynamicBody(position=disc.position_m, linearVelocity=disc.velocity_m_s, allowSleep=False)
             circle = box2d.b2CircleShape(radius=disc.radius_m)
             body.CreateFixture(shape=circle, density=1, friction=0, restitution=1)
             inertia = 0.5 * disc.mass_kg * disc.radius_m**2

@@ -13,6 +13,6 @@ def test_default_uses_what_is_shipped(engine: Adapter) -> None:
 
 
 def test_default_runs_as_the_bare_engine(engine: Adapter) -> None:
-    """Discs end where the bare engine, of which only what is listed is changed, has them: to the bit, if free to turn."""
+    """Discs end where the bare engine has them, with only what is listed changed: to the bit, if free to turn."""
     shipped = OF_ALL[engine.name]()
     assert worst_difference(engine, shipped) <= shipped.roundings

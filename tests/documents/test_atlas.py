@@ -26,6 +26,14 @@ STRESS: dict[str, Any] = {
     ],
 }
 
+HAZARDS: list[dict[str, Any]] = [
+    {"table": "group", "of": "engines/near-miss", "engine": "pit", "profile": "default", "starts_off": 5, "starts": 32}
+    | {"least": 0.0, "median": 0.1, "most": 0.25},
+    {"table": "group", "of": "engines/slow-pair", "engine": "pit", "profile": "default", "refused": "too slow"},
+    {"table": "gas", "of": "engines/gas-of-25", "engine": "pit", "profile": "tuned", "starts_off": 16, "starts": 16}
+    | {"least": -0.5, "median": -0.4, "most": -0.3},
+]
+
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -49,7 +57,10 @@ def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], 
         "unsupported",
         "-",
     ]
-    page = markdown(atlas.atlas(*found, [], STRESS, ("carom run", "carom run --dt 1/60", "carom stress")))
+    page = markdown(atlas.atlas(*found, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress")))
+    assert "5 of 32: 0 % to 25 %" in page
+    assert "unsupported" in page
+    assert "-50 % to -30 % in 16 starts" in page
     assert "## pit" in page
     assert "1 exact, 2 sampled, 1 wrong" in page
     assert "## pic" not in page

@@ -1,4 +1,4 @@
-"""What the engines that `make engines` installs ship, read from the engines themselves: see `tests.adapters.shipped`."""
+"""What the engines that `make engines` installs ship, read from themselves: see `tests.adapters.shipped`."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from tests.adapters.shipped import DT_S, PHASES, SPEEDS, STEPS, End, Shipped, me
 
 from carom import Disc
 from carom_adapters import npm
+
 
 def of_rapier() -> Shipped:
     """Rapier's own: the parameters of a world, and what a body and its collider are given."""

@@ -5,8 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from tests.hazards.spread import starts_of
+
 from carom import Disc, Scene
 from carom.adapter import Adapter, Observation
+
+#: Starts of each test, spread evenly over a step.
+STARTS = 16
+PHASES = tuple(k / STARTS for k in range(STARTS))
 
 Named = Callable[[str], Adapter]
 Drive = Callable[..., list[Observation]]
@@ -19,6 +25,11 @@ def head_on(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: f
     runner = Disc(position_m=(0, 0), velocity_m_s=(speed_m_s, 0), radius_m=radius_m)
     at_rest = Disc(position_m=(2 * radius_m + gap_m, 0), radius_m=radius_m)
     return Scene(name="head-on", discs=[runner, at_rest], duration_s=24 * dt_s)
+
+
+def at_starts(scene: Scene) -> list[Scene]:
+    """Return a scene begun at `STARTS` parts of a step of its frame rate."""
+    return starts_of(scene, STARTS)
 
 
 def oblique(speed_m_s: float = 5.0, radius_m: float = 0.5) -> Scene:

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engines.staged import Finish, Named, after_oblique, energy_part, head_on, oblique
+from tests.engines.staged import PHASES, STARTS, Finish, Named, after_oblique, at_starts, energy_part, head_on, oblique
 
 from carom import Disc, Scene
-from carom.adapter import Adapter
+from carom.adapter import Adapter, Setting
 from carom.scenes import all_scenes
 from carom_adapters import npm
 
@@ -36,61 +36,78 @@ def test_contacts_below_a_metre_a_second_are_inelastic_as_shipped(
     shipped = law if bounces else [speed_m_s / 2, speed_m_s / 2]
     # Box2D's soft contact takes more than a step to make two velocities one.
     tolerance = 0.02 if name == "box2d3" and not bounces else SINGLE
-    assert speeds(named(name), head_on(speed_m_s), finish, "default") == pytest.approx(shipped, abs=tolerance)
-    assert speeds(named(name), head_on(speed_m_s), finish, "tuned") == pytest.approx(law, abs=SINGLE)
+    for phase in PHASES:
+        scene = head_on(speed_m_s, phase=phase)
+        assert speeds(named(name), scene, finish, "default") == pytest.approx(shipped, abs=tolerance)
+        assert speeds(named(name), scene, finish, "tuned") == pytest.approx(law, abs=SINGLE)
 
 
-@pytest.mark.parametrize(("pixels_a_second", "bounces"), [(110, False), (130, True)])
-def test_matter_undoes_a_slow_elastic_impact(
-    pixels_a_second: float, bounces: bool, named: Named, finish: Finish
+@pytest.mark.parametrize(
+    ("pixels_a_second", "free", "locked"),
+    [(60, 0.095, -1.0), (110, 0.095, -1.0), (130, 0.985, 1.0), (1200, 0.985, 1.0)],
+)
+def test_matter_does_not_give_back_a_slow_elastic_impact(
+    pixels_a_second: float, free: float, locked: float, named: Named, finish: Finish
 ) -> None:
-    """Below 120 pixels a second its second iteration takes back what the first did: velocities stay as they were."""
-    matter = named("matter")
-    speed = pixels_a_second / 128
-    shipped = [0, speed] if bounces else [speed, 0]
-    assert speeds(matter, head_on(speed), finish, "default") == pytest.approx(shipped, abs=1e-9)
-    odd = finish(matter, head_on(speed), DT_S, "default", velocityIterations=5)
-    assert odd.velocity_m_s[:, 0] == pytest.approx([0, speed], abs=1e-9)
-    assert speeds(matter, head_on(speed), finish, "tuned") == pytest.approx([0, speed], abs=1e-9)
+    """Below 120 pixels a second discs as shipped part at a tenth of their speed; locked ones, as if they never met.
+
+    Above it free ones lose 1.5 % of it, to the turning of polygons; with an odd number of iterations none is undone.
+    """
+    matter, speed = named("matter"), pixels_a_second / 128
+
+    def parted(scene: Scene, profile: str, **changes: Setting) -> float:
+        first, second = finish(matter, scene, DT_S, profile, **changes).velocity_m_s[:, 0]
+        return float(second - first) / speed
+
+    for phase in PHASES:
+        scene = head_on(speed, phase=phase).model_copy(update={"duration_s": 1.0})  # polygons meet later than circles
+        assert parted(scene, "default") == pytest.approx(free, abs=0.001)
+        assert parted(scene, "default", locked=True) == pytest.approx(locked, abs=1e-9)
+        assert parted(scene, "default", locked=True, velocityIterations=5) == pytest.approx(1, abs=1e-9)
+        assert parted(scene, "tuned") == pytest.approx(1, abs=1e-9)
 
 
-def changed_by_a_miss(adapter: Adapter, profile: str, finish: Finish) -> float:
-    """How far velocities change, in m/s, where discs pass each other without touching: mechanics says 0."""
-    scene = all_scenes()["classics/miss"].scene
-    end = finish(adapter, scene, DT_S, profile)
-    return float(np.abs(end.velocity_m_s - [disc.velocity_m_s for disc in scene.discs]).max())
+def changed_by_a_miss(adapter: Adapter, profile: str, finish: Finish) -> list[float]:
+    """How far velocities change, in m/s, of discs that pass each other without touching, at each start: 0 is right."""
+    found = []
+    for scene in at_starts(all_scenes()["classics/miss"].scene):
+        end = finish(adapter, scene, DT_S, profile)
+        found.append(float(np.abs(end.velocity_m_s - [disc.velocity_m_s for disc in scene.discs]).max()))
+    assert len(found) == STARTS
+    return found
 
 
-@pytest.mark.parametrize("name", ["box2d3", "jolt", "rapier2d"])
-def test_margins_as_shipped_invent_an_impact(name: str, named: Named, finish: Finish) -> None:
-    """Discs that pass keep their velocities: as shipped, with margins of 2 cm, they don't, and without they do."""
-    assert changed_by_a_miss(named(name), "default", finish) > 0.01
-    assert changed_by_a_miss(named(name), "tuned", finish) < SINGLE
+@pytest.mark.parametrize(("name", "share"), [("box2d3", 12), ("jolt", 12), ("rapier2d", 16)])
+def test_margins_as_shipped_invent_an_impact(name: str, share: int, named: Named, finish: Finish) -> None:
+    """Discs that pass keep their velocities: as shipped, with margins of 2 cm, they don't in most of 16 starts."""
+    assert sum(change > 0.01 for change in changed_by_a_miss(named(name), "default", finish)) >= share
+    assert max(changed_by_a_miss(named(name), "tuned", finish)) < SINGLE
 
 
 @pytest.mark.parametrize("name", ["planck", "matter"])
 def test_engines_without_a_margin_let_discs_pass(name: str, named: Named, finish: Finish) -> None:
     """Discs that pass keep their velocities."""
-    assert changed_by_a_miss(named(name), "default", finish) < 1e-12
+    assert max(changed_by_a_miss(named(name), "default", finish)) < 1e-12
 
 
 @pytest.mark.parametrize(("name", "limit_m_s"), [("box2d3", 400), ("jolt", 500), ("rapier2d", 400)])
 def test_speeds_end_at_a_limit_as_shipped(name: str, limit_m_s: float, named: Named, finish: Finish) -> None:
     """A light disc sent off at 600 m/s by a heavy one moves as fast as the engine lets it; the adapter warns."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(300.3, 0), radius_m=3, mass_kg=1000)
-    scene = Scene(name="sling", discs=[heavy, Disc(position_m=(10, 0), radius_m=3, mass_kg=1)], duration_s=0.1)
-    end = finish(named(name), scene, 1 / 240, "default")
-    assert end.velocity_m_s[1, 0] == pytest.approx(limit_m_s, rel=1e-5)
-    assert "slowed down" in end.warning
-    tuned = finish(named(name), scene, 1 / 240, "tuned")
-    assert tuned.velocity_m_s[1, 0] == pytest.approx(2 * 1000 * 300.3 / 1001, rel=1e-5)
+    light = Disc(position_m=(10, 0), radius_m=3, mass_kg=1)
+    for scene in at_starts(Scene(name="sling", discs=[heavy, light], duration_s=0.1, frame_rate_hz=240)):
+        end = finish(named(name), scene, 1 / 240, "default")
+        assert end.velocity_m_s[1, 0] == pytest.approx(limit_m_s, rel=1e-5)
+        assert "slowed down" in end.warning
+        tuned = finish(named(name), scene, 1 / 240, "tuned")
+        assert tuned.velocity_m_s[1, 0] == pytest.approx(2 * 1000 * 300.3 / 1001, rel=1e-5)
 
 
 def hits(adapter: Adapter, speed_m_s: float, finish: Finish, profile: str, both: bool = False) -> int:
-    """In how many of eight phases of a step a disc of 5 cm sends off another, which is at rest or comes to meet it."""
+    """In how many of 16 starts a disc of 5 cm sends off another, which is at rest or comes to meet it."""
     found = 0
-    for phase in range(8):
-        scene = head_on(speed_m_s, 0.05, (phase + 0.5) / 8)
+    for phase in PHASES:
+        scene = head_on(speed_m_s, 0.05, phase + 0.5 / STARTS)
         if both:  # seen from the middle of the two, at the same closing speed
             half = speed_m_s / 2
             discs = [
@@ -104,77 +121,90 @@ def hits(adapter: Adapter, speed_m_s: float, finish: Finish, profile: str, both:
 
 @pytest.mark.parametrize("name", ["box2d3", "jolt", "rapier2d"])
 def test_fast_discs_pass_each_other_unless_swept(name: str, named: Named, finish: Finish) -> None:
-    """At 100 m/s a disc of 5 cm hits another at rest in each of eight phases of a step only where it is swept."""
-    assert hits(named(name), 100, finish, "default") < 8
-    assert hits(named(name), 100, finish, "swept") == 8
+    """At 100 m/s a disc of 5 cm hits one at rest in each of 16 starts where it is swept, and in two at most else."""
+    assert hits(named(name), 100, finish, "default") <= 2
+    assert hits(named(name), 100, finish, "swept") == STARTS
 
 
 @pytest.mark.parametrize(
-    ("name", "stopped"), [("box2d3", False), ("jolt", False), ("planck", True), ("rapier2d", True)]
+    ("name", "least", "most"), [("box2d3", 0, 2), ("jolt", 4, 12), ("planck", 16, 16), ("rapier2d", 16, 16)]
 )
-def test_two_discs_that_are_both_swept(name: str, stopped: bool, named: Named, finish: Finish) -> None:
-    """Closing at 100 m/s from both sides, as swept discs at rest are hit: Box2D v3 and Jolt let some of eight pass."""
-    assert (hits(named(name), 100, finish, "swept", both=True) == 8) == stopped
+def test_two_discs_that_are_both_swept(name: str, least: int, most: int, named: Named, finish: Finish) -> None:
+    """Closing at 100 m/s from both sides: Box2D v3 lets most of 16 starts pass, Jolt some, the others none."""
+    assert least <= hits(named(name), 100, finish, "swept", both=True) <= most
 
 
 def test_rapiers_continuous_detection_ignores_moving_bodies(named: Named, finish: Finish) -> None:
-    """With `ccd` on, a disc of 5 cm at 100 m/s passes most others that can move, as without."""
-    assert hits(named("rapier2d"), 100, finish, "ccd") < 8
+    """With `ccd` on, a disc of 5 cm at 100 m/s passes others that can move in most of 16 starts, as without."""
+    assert hits(named("rapier2d"), 100, finish, "ccd") <= 2
 
 
-#: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 itself as shipped; the greatest impulse told of any step.
+#: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 as shipped: the greatest impulse told of any step, by start.
 BARE_BOX2D = """
 import create from "box2d3-wasm";
 const b2 = await create({ pthreadCount: 0 });
-const def = b2.b2DefaultWorldDef();
-def.gravity.Set(0, 0);
-const world = b2.b2CreateWorld(def);
-const discs = [[0, 5], [2, 0]].map(([x, v]) => {
-  const body = b2.b2DefaultBodyDef();
-  body.type = b2.b2BodyType.b2_dynamicBody;
-  body.position.Set(x, 0);
-  body.linearVelocity.Set(v, 0);
-  const id = b2.b2CreateBody(world, body);
-  const shape = b2.b2DefaultShapeDef();
-  shape.material.restitution = 1;
-  shape.density = 1 / (Math.PI / 4);
-  const circle = new b2.b2Circle();
-  circle.radius = 0.5;
-  b2.b2CreateCircleShape(id, shape, circle);
-  return id;
-});
-let told = 0;
-for (let step = 0; step < 30; step++) {
-  b2.b2World_Step(world, 1 / 60, 4);
-  for (const { manifold } of b2.b2Body_GetContactData(discs[0], 4))
-    for (let k = 0; k < manifold.pointCount; k++) told = Math.max(told, manifold.GetPoint(k).totalNormalImpulse);
+const [toldOf, givenOf] = [[], []];
+for (let start = 0; start < 16; start++) {
+  const def = b2.b2DefaultWorldDef();
+  def.gravity.Set(0, 0);
+  const world = b2.b2CreateWorld(def);
+  const discs = [[(-start * 5) / 60 / 16, 5], [2, 0]].map(([x, v]) => {
+    const body = b2.b2DefaultBodyDef();
+    body.type = b2.b2BodyType.b2_dynamicBody;
+    body.position.Set(x, 0);
+    body.linearVelocity.Set(v, 0);
+    const id = b2.b2CreateBody(world, body);
+    const shape = b2.b2DefaultShapeDef();
+    shape.material.restitution = 1;
+    shape.density = 1 / (Math.PI / 4);
+    const circle = new b2.b2Circle();
+    circle.radius = 0.5;
+    b2.b2CreateCircleShape(id, shape, circle);
+    return id;
+  });
+  let told = 0;
+  for (let step = 0; step < 30; step++) {
+    b2.b2World_Step(world, 1 / 60, 4);
+    for (const { manifold } of b2.b2Body_GetContactData(discs[0], 4))
+      for (let k = 0; k < manifold.pointCount; k++) told = Math.max(told, manifold.GetPoint(k).totalNormalImpulse);
+  }
+  toldOf.push(told);
+  givenOf.push(b2.b2Body_GetLinearVelocity(discs[1]).x);
+  b2.b2DestroyWorld(world);
 }
-console.log(JSON.stringify({ told, given: b2.b2Body_GetLinearVelocity(discs[1]).x }));
+console.log(JSON.stringify({ told: toldOf, given: givenOf }));
 """
 
 
 def test_impulses_told_by_box2d_v3_are_no_change_of_momentum(named: Named) -> None:
-    """The disc at rest is given 5 N s, and `totalNormalImpulse` tells half as much again: the adapter tells none."""
+    """The disc at rest is given 5 N s, and `totalNormalImpulse` tells 5.6 to 8.4, by start: the adapter tells none."""
     named("box2d3")
     command = ["node", "--input-type=module", "-e", BARE_BOX2D]
     folder = Path(npm.__file__).parent
     found = json.loads(subprocess.run(command, cwd=folder, capture_output=True, check=True, text=True).stdout)
-    assert found["given"] == pytest.approx(5, rel=SINGLE)
-    assert found["told"] == pytest.approx(7.5, rel=1e-3)
+    assert found["given"] == pytest.approx([5] * STARTS, rel=SINGLE)
+    assert min(found["told"]) == pytest.approx(5.6, abs=0.05)
+    assert max(found["told"]) == pytest.approx(8.4, abs=0.05)
 
 
 def test_a_cast_of_jolt_turns_the_path_rightly_and_late(named: Named, finish: Finish) -> None:
     """An oblique impact at 3, 4, 5 has its velocities to 1e-3, and the rest of its step is lost: discs lag behind."""
-    end = finish(named("jolt"), oblique(), DT_S, "swept")
-    np.testing.assert_allclose(end.velocity_m_s, after_oblique(), atol=5e-3)
-    flight_s = 0.75 - 0.377
-    lag_m = np.array(after_oblique()) * flight_s + [[0, 0], [0.8, 0.6]] - end.position_m
-    late_s = float((lag_m[1] * after_oblique()[1]).sum()) / 4.0**2
-    assert 0 < late_s < DT_S
+    for scene in at_starts(oblique()):
+        end = finish(named("jolt"), scene, DT_S, "swept")
+        np.testing.assert_allclose(end.velocity_m_s, after_oblique(), atol=5e-3)
+        before_s = -scene.discs[0].position_m[0] / 5.0
+        flight_s = scene.step_count(DT_S) * DT_S - before_s
+        lag_m = np.array(after_oblique()) * flight_s + [[0, 0], [0.8, 0.6]] - end.position_m
+        late_s = float((lag_m[1] * after_oblique()[1]).sum()) / 4.0**2
+        assert -1e-5 < late_s < DT_S
 
 
-@pytest.mark.parametrize("name", ["box2d3", "jolt", "matter", "rapier2d"])
-def test_a_gas_cools_as_shipped(name: str, named: Named, finish: Finish) -> None:
-    """25 elastic discs in a box lose a twentieth of their energy in 20 s, or more, as shipped."""
-    scene = all_scenes()["engines/gas-of-25"].scene
-    assert energy_part(scene, finish(named(name), scene, DT_S, "default")) < 0.95
+@pytest.mark.parametrize(("name", "left"), [("box2d3", 0.1), ("jolt", 0.6), ("matter", 0.3), ("rapier2d", 0.95)])
+def test_a_gas_cools_as_shipped(name: str, left: float, named: Named, finish: Finish) -> None:
+    """25 elastic discs in a box lose energy in 20 s as shipped, in each of 16 starts, and this part in most of them."""
+    parts = [
+        energy_part(scene, finish(named(name), scene, DT_S, "default"))
+        for scene in at_starts(all_scenes()["engines/gas-of-25"].scene)
+    ]
+    assert max(parts) < 1
+    assert sorted(parts)[STARTS // 2] < left

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 import math
+import statistics
 
 import numpy as np
 import pytest
-from tests.engines.staged import Drive, Finish, Named, after_oblique, energy_part, head_on, oblique
+from tests.engines.staged import (
+    PHASES,
+    STARTS,
+    Drive,
+    Finish,
+    Named,
+    after_oblique,
+    at_starts,
+    energy_part,
+    head_on,
+    oblique,
+)
 
 from carom import Disc, Scene, Wall
 from carom.scenes import all_scenes
@@ -17,55 +29,82 @@ ROUNDING = 1e-12
 
 @pytest.mark.parametrize("frames", [24, 30, 60])
 def test_planck_can_be_made_event_driven(frames: int, named: Named, drive: Drive) -> None:
-    """With bullets and a slop of 1e-14 m an oblique impact has its closed form, in time and velocities, at any rate."""
+    """With bullets and a slop of 1e-14 m an oblique impact has its closed form, time and velocities, at any start."""
     planck = named("planck")
-    seen = drive(planck, oblique(), 1 / frames, "event-driven")
-    np.testing.assert_allclose(seen[-1].velocity_m_s, after_oblique(), atol=ROUNDING)
-    (contact,) = [contact for look in seen for contact in look.contacts]
-    assert contact.time_s == pytest.approx(0.377, abs=ROUNDING)
-    assert contact.normal == pytest.approx((0.8, 0.6), abs=ROUNDING)
+    starts = at_starts(oblique().model_copy(update={"frame_rate_hz": float(frames)}))
+    assert len(starts) == STARTS
+    for scene in starts:
+        seen = drive(planck, scene, 1 / frames, "event-driven")
+        np.testing.assert_allclose(seen[-1].velocity_m_s, after_oblique(), atol=ROUNDING)
+        (contact,) = [contact for look in seen for contact in look.contacts]
+        assert contact.time_s == pytest.approx(-scene.discs[0].position_m[0] / 5.0, abs=ROUNDING)
+        assert contact.normal == pytest.approx((0.8, 0.6), abs=ROUNDING)
 
 
 def test_planck_tuned_is_not(named: Named, finish: Finish) -> None:
-    """Without bullets the same impact is found late, and its direction is off by percents at 60 frames a second."""
-    error = finish(named("planck"), oblique(), 1 / 60, "tuned").velocity_m_s - after_oblique()
-    assert np.abs(error).max() > 0.01
+    """Without bullets the same impact is found late in most of 16 starts, its direction off by up to percents."""
+    errors = [
+        float(np.abs(finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s - after_oblique()).max())
+        for scene in at_starts(oblique())
+    ]
+    assert sum(error > 0.01 for error in errors) > STARTS // 2
+    assert max(errors) > 0.1
 
 
-@pytest.mark.parametrize("profile", ["swept", "tuned"])
-@pytest.mark.parametrize("speed_m_s", [10.0, 100.0, 1000.0])
-def test_only_planck_swept_stops_bullets(profile: str, speed_m_s: float, named: Named, finish: Finish) -> None:
-    """Discs of 5 cm at up to 1000 m/s all hit, in eight phases of a step; without bullets most pass through."""
-    hits = 0
-    for phase in range(8):
-        scene = head_on(speed_m_s, 0.05, (phase + 0.5) / 8)
-        hits += bool(finish(named("planck"), scene, 1 / 60, profile).velocity_m_s[1, 0] > 0)
-    assert (hits == 8) == (profile == "swept")
-
-
-@pytest.mark.parametrize(("slop_m", "hits"), [(1e-9, True), (1e-14, False)])
-def test_a_slop_below_the_rounding_of_positions_loses_impacts(
-    slop_m: float, hits: bool, named: Named, finish: Finish
+@pytest.mark.parametrize(("profile", "least", "most"), [("swept", 16, 16), ("event-driven", 16, 16), ("tuned", 0, 8)])
+@pytest.mark.parametrize("speed_m_s", [20.0, 100.0, 1000.0])
+def test_only_planck_swept_stops_bullets(
+    profile: str, least: int, most: int, speed_m_s: float, named: Named, finish: Finish
 ) -> None:
-    """100 m out, where numbers are 1.4e-14 m apart, its time of impact finds nothing to 1e-14 m, and says nothing."""
-    near = head_on(100.0, 0.05, 0.5)
-    discs = [disc.model_copy(update={"position_m": (disc.position_m[0] + 100, 0.0)}) for disc in near.discs]
-    scene = near.model_copy(update={"discs": tuple(discs)})
-    end = finish(named("planck"), scene, 1 / 60, "swept", linearSlop=slop_m)
-    assert bool(end.velocity_m_s[1, 0] > 0) == hits
-    assert end.warning == ""
+    """Discs of 5 cm at up to 1000 m/s all hit, at each of 16 starts; without bullets half and more pass through."""
+    hits = 0
+    for phase in PHASES:
+        scene = head_on(speed_m_s, 0.05, phase + 0.5 / STARTS)
+        scene = moved(scene, -scene.discs[1].position_m[0])  # so that they meet about the origin
+        hits += bool(finish(named("planck"), scene, 1 / 60, profile).velocity_m_s[1, 0] > 0)
+    assert least <= hits <= most
+
+
+def moved(scene: Scene, x_m: float) -> Scene:
+    """Return a scene, all of it moved along x."""
+    discs = [disc.model_copy(update={"position_m": (disc.position_m[0] + x_m, 0.0)}) for disc in scene.discs]
+    return scene.model_copy(update={"discs": tuple(discs)})
+
+
+@pytest.mark.parametrize(("at_m", "slop_m", "least", "most"), [
+    (17, 1e-14, 16, 16), (31, 1e-14, 16, 16), (33, 1e-14, 0, 2), (100, 1e-14, 0, 2), (100, 1e-9, 16, 16),
+])  # fmt: skip
+def test_a_slop_below_the_rounding_of_positions_loses_impacts(
+    at_m: float, slop_m: float, least: int, most: int, named: Named, finish: Finish
+) -> None:
+    """Out to 32 m bullets of 100 m/s all hit; from there on, where numbers are 7e-15 m apart, most of 16 starts miss.
+
+    Its time of impact then finds nothing to 1e-14 m, as without bullets, and says nothing.
+    """
+    hits = 0
+    for phase in PHASES:
+        scene = head_on(100.0, 0.05, phase)
+        end = finish(
+            named("planck"), moved(scene, at_m - scene.discs[1].position_m[0]), 1 / 60, "swept", linearSlop=slop_m
+        )
+        hits += bool(end.velocity_m_s[1, 0] > 0)
+        assert end.warning == ""
+    assert least <= hits <= most
 
 
 @pytest.mark.parametrize(("speed_m_s", "bounces"), [(0.99, False), (1.01, True)])
 def test_planck_as_shipped_makes_slow_contacts_inelastic(
     speed_m_s: float, bounces: bool, named: Named, finish: Finish
 ) -> None:
-    """Elastic discs that close at less than 1 m/s leave together, at half the speed, without a word."""
-    end = finish(named("planck"), head_on(speed_m_s), 1 / 60, "default")
+    """Elastic discs that close at less than 1 m/s leave together, at half the speed, without a word, at any start."""
     expected = [0, speed_m_s] if bounces else [speed_m_s / 2, speed_m_s / 2]
-    np.testing.assert_allclose(end.velocity_m_s[:, 0], expected, atol=ROUNDING)
-    tuned = finish(named("planck"), head_on(speed_m_s), 1 / 60, "tuned")
-    np.testing.assert_allclose(tuned.velocity_m_s[:, 0], [0, speed_m_s], atol=ROUNDING)
+    for phase in PHASES:
+        scene = head_on(speed_m_s, phase=phase)
+        end = finish(named("planck"), scene, 1 / 60, "default")
+        np.testing.assert_allclose(end.velocity_m_s[:, 0], expected, atol=ROUNDING)
+        assert end.warning == ""
+        tuned = finish(named("planck"), scene, 1 / 60, "tuned")
+        np.testing.assert_allclose(tuned.velocity_m_s[:, 0], [0, speed_m_s], atol=ROUNDING)
 
 
 def test_planck_as_shipped_keeps_a_centimetre_from_walls(named: Named, drive: Drive) -> None:
@@ -80,20 +119,35 @@ def test_planck_as_shipped_keeps_a_centimetre_from_walls(named: Named, drive: Dr
 def test_planck_slows_down_what_moves_more_than_two_metres_a_step(named: Named, finish: Finish) -> None:
     """A light disc sent off by a heavy one at nearly twice its speed moves 2 m a step, with a warning."""
     heavy = Disc(position_m=(0, 0), velocity_m_s=(100, 0), radius_m=0.5, mass_kg=1000)
-    scene = Scene(name="sling", discs=[heavy, Disc(position_m=(6, 0), radius_m=0.5, mass_kg=1)], duration_s=0.2)
+    sling = Scene(name="sling", discs=[heavy, Disc(position_m=(6, 0), radius_m=0.5, mass_kg=1)], duration_s=0.2)
     law = 2 * 1000 * 100 / 1001
-    end = finish(named("planck"), scene, 1 / 60, "default")
-    assert end.velocity_m_s[1, 0] == pytest.approx(120, abs=1e-9)
-    assert "slowed down" in end.warning
-    assert finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s[1, 0] == pytest.approx(law, rel=ROUNDING)
+    caught = 0
+    for scene in at_starts(sling):
+        end = finish(named("planck"), scene, 1 / 60, "default")
+        hit = finish(named("planck"), scene, 1 / 60, "tuned").velocity_m_s[1, 0]
+        if hit == 0 and end.velocity_m_s[1, 0] == 0:
+            continue  # 1.7 m a step: it is through in some starts
+        caught += 1
+        assert end.velocity_m_s[1, 0] == pytest.approx(120, abs=1e-9)
+        assert "slowed down" in end.warning
+        assert hit == pytest.approx(law, rel=ROUNDING)
+    assert caught > STARTS // 4
 
 
 def test_planck_as_shipped_cools_a_gas(named: Named, finish: Finish) -> None:
-    """25 elastic discs lose a tenth of their energy in 20 s as shipped, and no millionth with no threshold."""
-    scene = all_scenes()["engines/gas-of-25"].scene
-    assert energy_part(scene, finish(named("planck"), scene, 1 / 60, "default")) < 0.9
-    for profile in ("tuned", "swept", "event-driven"):
-        assert math.isclose(energy_part(scene, finish(named("planck"), scene, 1 / 60, profile)), 1, rel_tol=1e-6)
+    """25 elastic discs lose a quarter of their energy in 20 s as shipped, at each start, and nothing where swept.
+
+    Tuned, it gains up to a per cent in some start, and keeps it to a hundred-thousandth in the median.
+    """
+    changes: dict[str, list[float]] = {"default": [], "tuned": [], "swept": [], "event-driven": []}
+    for scene in at_starts(all_scenes()["engines/gas-of-25"].scene):
+        for profile, found in changes.items():
+            found.append(energy_part(scene, finish(named("planck"), scene, 1 / 60, profile)) - 1)
+    assert max(changes["default"]) < -0.25
+    assert abs(statistics.median(changes["tuned"])) < 1e-5
+    assert 1e-3 < max(map(abs, changes["tuned"])) < 0.02
+    for profile in ("swept", "event-driven"):
+        assert max(map(abs, changes[profile])) < ROUNDING
 
 
 def test_planck_event_driven_grips_a_wall_as_coulomb_has_it(named: Named, finish: Finish) -> None:

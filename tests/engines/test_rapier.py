@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.hazards.measures import passing
+from tests.hazards.spread import energy_change, starts_of
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Observation
@@ -40,29 +43,33 @@ def _bullet(phase: float, mass_kg: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize("refinement", [1, 4, 16])
+@pytest.mark.parametrize(("refinement", "least", "most"), [(1, 0.095, 0.225), (4, 0.095, 0.15), (16, 0.095, 0.18)])
 def test_the_default_margin_invents_an_impact_of_discs_that_never_touch(
-    rapier: Adapter, finish: Finish, refinement: int
+    rapier: Adapter, finish: Finish, refinement: int, least: float, most: float
 ) -> None:
-    """Discs that pass keep their velocities: with the margin of 2 cm they don't, at any step."""
+    """Discs that pass keep their velocities: with the margin of 2 cm none of 16 starts does, at any step."""
     scene = all_scenes()["classics/miss"].scene
     dt_s = 1 / (scene.frame_rate_hz * refinement)
     start = np.array([disc.velocity_m_s for disc in scene.discs])
-    assert np.abs(finish(rapier, scene, dt_s, "default").velocity_m_s - start).max() > 0.1 * np.abs(start).max()
-    assert (finish(rapier, scene, dt_s, "tuned").velocity_m_s == start).all()
+    found = []
+    for one in starts_of(scene.model_copy(update={"frame_rate_hz": 1 / dt_s}), 16):
+        found.append(np.abs(finish(rapier, one, dt_s, "default").velocity_m_s - start).max() / np.abs(start).max())
+        assert (finish(rapier, one, dt_s, "tuned").velocity_m_s == start).all()
+    assert least <= min(found) <= max(found) <= most
 
 
-@pytest.mark.parametrize(("gap_m", "aside"), [(0.001, True), (0.005, False), (0.01, False)])
-@pytest.mark.parametrize("dt_s", [1 / 60, 1 / 240, 1 / 960])
+@pytest.mark.parametrize(("gap_m", "aside"), [(0.001, 16), (0.002, 16), (0.005, 0), (0.01, 0)])
+@pytest.mark.parametrize("rate_hz", [60, 240, 960])
 def test_the_default_margin_turns_aside_what_passes_within_millimetres(
-    rapier: Adapter, finish: Finish, gap_m: float, aside: bool, dt_s: float
+    rapier: Adapter, finish: Finish, gap_m: float, aside: int, rate_hz: int
 ) -> None:
-    """A disc that another one passes stays where it is: at 1 mm it does not, and at 5 mm it does."""
-    scene = _scene(
-        Disc(position_m=(-1.8, 0), velocity_m_s=(3, 0), radius_m=0.25),
-        Disc(position_m=(0, 0.5 + gap_m), velocity_m_s=(0, 0), radius_m=0.25),
-    )
-    assert (np.abs(finish(rapier, scene, dt_s, "default").velocity_m_s[1]).max() > 0) == aside
+    """A disc that another one passes stays where it is: at 2 mm in none of 16 starts, and at 5 mm in each."""
+    found = [
+        np.abs(finish(rapier, scene, 1 / rate_hz, "default").velocity_m_s[1]).max() > 0
+        for scene in starts_of(passing(gap_m, dt_s=1 / rate_hz), 16)
+    ]
+    assert len(found) == 16
+    assert sum(found) == aside
 
 
 def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
@@ -84,16 +91,17 @@ def test_slow_bodies_are_put_to_rest_as_shipped(rapier: Adapter, finish: Finish)
 
 def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive: Drive) -> None:
     """Equal discs exchange velocities; in the step that answers, both first move with half, as if e were 0."""
-    scene = _scene(
-        Disc(position_m=(-2, 0), velocity_m_s=(4, 0), radius_m=0.5),
-        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    )
     dt_s = 1 / 64
-    seen = drive(rapier, scene, dt_s)
-    hit = next(k for k, one in enumerate(seen) if one.contacts)
-    moved = seen[hit].position_m - seen[hit - 1].position_m
-    assert moved[:, 0] == pytest.approx([4 / 2 * dt_s] * 2, abs=4 * ROUNDING)
-    assert seen[hit].velocity_m_s[:, 0] == pytest.approx([0, 4], abs=4 * 4 * ROUNDING)
+    for phase in range(16):
+        scene = _scene(
+            Disc(position_m=(-2 - phase / 16 * 4 * dt_s, 0), velocity_m_s=(4, 0), radius_m=0.5),
+            Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
+        )
+        seen = drive(rapier, scene, dt_s)
+        hit = next(k for k, one in enumerate(seen) if one.contacts)
+        moved = seen[hit].position_m - seen[hit - 1].position_m
+        assert moved[:, 0] == pytest.approx([4 / 2 * dt_s] * 2, abs=4 * ROUNDING)
+        assert seen[hit].velocity_m_s[:, 0] == pytest.approx([0, 4], abs=4 * 4 * ROUNDING)
 
 
 def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> None:
@@ -112,19 +120,20 @@ def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> 
         world.close()
 
 
-@pytest.mark.parametrize("phase", [k / 8 for k in range(8)])
+@pytest.mark.parametrize("phase", [k / 16 for k in range(16)])
 @pytest.mark.usefixtures("rapier")
 def test_continuous_detection_stops_at_fixed_bodies(phase: float) -> None:
-    """A disc that hits an immovable one comes back with its speed, in each of eight phases of a step."""
+    """A disc that hits an immovable one comes back with its speed, in each of 16 phases of a step."""
     velocity, _ = _with_ccd(_bullet(phase, math.inf))
     assert velocity == pytest.approx(-100, rel=1e-5)
 
 
 @pytest.mark.usefixtures("rapier")
 def test_continuous_detection_does_not_stop_at_dynamic_bodies() -> None:
-    """Equal discs exchange velocities head-on; in most of eight phases Rapier lets them pass through each other."""
-    through = [velocity == 100 and other == 0 for velocity, other in (_with_ccd(_bullet(k / 8, 1.0)) for k in range(8))]
-    assert sum(through) >= 4
+    """Equal discs exchange velocities head-on; in most of 16 phases Rapier lets them pass through each other."""
+    ends = (_with_ccd(_bullet(k / 16, 1.0)) for k in range(16))
+    through = [velocity == 100 and other == 0 for velocity, other in ends]
+    assert sum(through) >= 12
 
 
 def _with_ccd(scene: Scene) -> tuple[float, float]:
@@ -146,35 +155,37 @@ def _with_ccd(scene: Scene) -> tuple[float, float]:
     return first, second
 
 
-@pytest.mark.parametrize("phase", [k / 8 for k in range(8)])
+@pytest.mark.parametrize("phase", [k / 16 for k in range(16)])
 def test_soft_continuous_detection_stops_at_any_body(rapier: Adapter, finish: Finish, phase: float) -> None:
-    """Equal discs exchange velocities head-on, in each of eight phases of a step."""
+    """Equal discs exchange velocities head-on, in each of 16 phases of a step."""
     velocity = finish(rapier, _bullet(phase, 1.0), 1 / 60, "swept").velocity_m_s
     assert velocity[:, 0] == pytest.approx([0, 100], abs=100 * 4 * ROUNDING)
 
 
 def test_soft_continuous_detection_turns_an_oblique_path_wrongly(rapier: Adapter, finish: Finish) -> None:
-    """A disc that hits at an offset of 3/5 leaves along a 3-4-5 triangle: looking ahead from afar misses it by 15 %."""
-    scene = _scene(
-        Disc(position_m=(-3, 0.6), velocity_m_s=(20, 0), radius_m=0.5),
-        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    )
+    """A disc that hits at an offset of 3/5 leaves along a 3-4-5 triangle: looked ahead from afar it mostly does not."""
     # Along the line of centres at the impact, (0.8, -0.6), the second disc takes 16 m/s away.
     right = np.array([16 * 0.8, 16 * -0.6])
-    error = math.dist(finish(rapier, scene, 1 / 24, "swept").velocity_m_s[1], right) / 20
-    assert 0.05 < error < 0.3
+    errors = []
+    for phase in range(16):
+        scene = _scene(
+            Disc(position_m=(-3 - phase / 16 * 20 / 24, 0.6), velocity_m_s=(20, 0), radius_m=0.5),
+            Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
+        )
+        errors.append(math.dist(finish(rapier, scene, 1 / 24, "swept").velocity_m_s[1], right) / 20)
+    assert sum(error > 0.05 for error in errors) >= 8
+    assert max(errors) < 0.4
 
 
 def test_shared_contacts_lose_energy(rapier: Adapter, finish: Finish) -> None:
     """Elastic impacts conserve energy: a gas in a box loses some wherever a disc has two contacts in a step."""
-    staged = all_scenes()["engines/gas-of-25"]
-    start = staged.known.final_kinetic_energy_j
-    assert start is not None
-    masses = np.array([disc.mass_kg for disc in staged.scene.discs])
     for profile in ("default", "tuned"):
-        end = finish(rapier, staged.scene, 1 / staged.scene.frame_rate_hz, profile)
-        kinetic = float((masses * (end.velocity_m_s**2).sum(axis=1)).sum()) / 2
-        assert kinetic / start - 1 < -0.01
+        changes = [
+            energy_change(scene, finish(rapier, scene, 1 / 60, profile))
+            for scene in starts_of(all_scenes()["engines/gas-of-25"].scene, 16)
+        ]
+        assert sum(change < -0.01 for change in changes) >= 15
+        assert statistics.median(changes) < -0.1
 
 
 @pytest.mark.usefixtures("rapier")

@@ -38,8 +38,8 @@ adapter = EngineAdapter(
     },
     profiles={
         "default": Profile(
-            "What a user of DART gets: all as shipped, but with the scene's restitution and without friction, on joints "
-            "in the plane.",
+            "What a user of DART gets: all as shipped, but with the scene's restitution, without friction, and on "
+            "joints in the plane.",
             _default,
             CHAIN,
             changed={

@@ -84,7 +84,7 @@ class RapierWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings; all but the adapter's own `first_part` are read back from Rapier, those that are left as shipped, too."""
+        """The settings; all but the adapter's own `first_part` are read back from Rapier, also what is as shipped."""
         parameters = self._world.integration_parameters
         read: dict[str, Setting] = {"dt_s": self._step_s()}
         read |= {name: getattr(parameters, name) for name in PARAMETERS}

@@ -133,7 +133,9 @@ def sound_adapter(adapter: Adapter) -> Declared:
         if not callable(profile.settings) or not isinstance(profile.located, bool):
             raise slip(f"{where} must have settings that can be called, and a located that is True or False", DECLARED)
         if not isinstance(profile.changed, Mapping):
-            raise slip(f"{where}.changed must be a mapping of names to reasons, got {_shown(profile.changed)}", DECLARED)
+            raise slip(
+                f"{where}.changed must be a mapping of names to reasons, got {_shown(profile.changed)}", DECLARED
+            )
         for changed, reason in _entries(profile.changed, f"{where}.changed"):
             plain_text(changed, f"a name in {where}.changed")
             plain_text(reason, f"{where}.changed[{changed!r}]")

@@ -27,6 +27,7 @@ max_speed_m_s = 400.0
 description = "As shipped."
 settings = { iterations = 4, solver = "pgs", warm = true, slop = 0.005 }
 accuracy = { late_steps = 1.0 }
+changed = { friction = "the scene's" }
 [profiles.tuned]
 description = "The best."
 located = true
@@ -53,6 +54,8 @@ def test_every_field_is_taken_over(tmp_path: Path) -> None:
     default, tuned = found.profiles["default"], found.profiles["tuned"]
     assert default.settings == {"iterations": 4, "solver": "pgs", "warm": True, "slop": 0.005}
     assert default.accuracy.late_steps == 1.0
+    assert default.changed == {"friction": "the scene's"}
+    assert found.profiles["tuned"].changed == {}
     assert tuned.located
     assert tuned.capabilities is not None
     assert tuned.capabilities.walls

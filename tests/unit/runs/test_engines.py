@@ -69,6 +69,14 @@ DECLARED = {
     "no-engine-name": ("engine=Engine(None)", "engine.name: Input should be a valid string, got None"),
     "no-name": ("name=None", "the name of an adapter must be a text, got None"),
     "no-profiles": ("profiles={}", "profiles must be a mapping with a profile at least"),
+    "changed-no-mapping": (
+        "profiles={'tuned': Profile('x', dict, changed='friction')}",
+        "profiles['tuned'].changed must be a mapping of names to reasons, got 'friction'",
+    ),
+    "changed-no-reason": (
+        "profiles={'tuned': Profile('x', dict, changed={'friction': None})}",
+        "profiles['tuned'].changed['friction'] must be a text, got None",
+    ),
     "list-of-profiles": ("profiles=[1]", "profiles must be a mapping with a profile at least"),
     "own-capabilities": (
         "profiles={'tuned': Profile('x', dict, capabilities=Capabilities(float_bits=8))}",

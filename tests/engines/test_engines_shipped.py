@@ -1,4 +1,4 @@
-"""`default` is what an engine ships, of the engines that `make engines` installs: see `tests/adapters/test_shipped.py`."""
+"""`default` is what an engine ships, of the engines that `make engines` installs, too."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def test_default_uses_what_is_shipped(name: str, named: Named) -> None:
 
 @pytest.mark.parametrize("name", OF_ENGINES)
 def test_default_runs_as_the_bare_engine(name: str, named: Named) -> None:
-    """Discs end where the bare engine, of which only what is listed is changed, has them: to the roundings of a turn."""
+    """Discs end where the bare engine has them, of which only what is listed is changed, to the roundings of a turn."""
     adapter = named(name)
     shipped = OF_ENGINES[name]()
     assert worst_difference(adapter, shipped) <= shipped.roundings

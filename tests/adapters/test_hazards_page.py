@@ -1,0 +1,45 @@
+"""docs/hazards.md is what the engines do: measured again, each figure that is not of a chaotic run is on the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from tests.hazards.measures import CHAOTIC, measured
+from tests.hazards.page import lines_of, ranges
+
+from carom.adapter import Adapter
+
+Named = Callable[[str], Adapter]
+PAGE = Path(__file__).parents[2] / "docs" / "hazards.md"
+NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
+    """Shares and ranges over 32 starts, of the group `engines`, of bounces by speed and of single findings."""
+    named(name)
+    page = PAGE.read_text(encoding="utf-8").splitlines()
+    figures = list(measured((name,), ("group", "bounces", "findings"), chaotic=False))
+    assert figures
+    assert [line for line in lines_of(figures) if line not in page] == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NAMES)
+def test_a_crowd_is_within_the_range_of_the_page(name: str, named: Named) -> None:
+    """The median over 16 starts lies in the range of the page, which is that of a chaotic run."""
+    named(name)
+    text = PAGE.read_text(encoding="utf-8")
+    gas, findings = ranges(text, "A gas"), ranges(text, "Findings")
+    for figure in measured((name,), ("gas", "findings")):
+        assert figure.spread is not None
+        method = f"{figure.engine} {figure.profile}"
+        if figure.table == "gas":
+            (least, most), median = gas[method], 100 * figure.spread.median
+        elif figure.of in CHAOTIC:
+            (least, most), median = findings[f"{method}: {figure.of}"], figure.spread.median
+        else:
+            continue
+        assert least <= median <= most

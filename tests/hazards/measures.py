@@ -1,0 +1,337 @@
+"""What is measured: the scenes of the group `engines`, bounces by speed, a gas, and findings of `docs/engines.md`.
+
+Each figure has an answer by mechanics, and each is taken at `STARTS` starts. Engines are run also beyond what a profile
+declares: it is there that they do in silence what its limits are declared for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache, partial
+from typing import Any
+
+import numpy as np
+from tests.hazards.spread import Spread, ended, energy_change, starts_of, velocities_after
+
+from carom import Disc, Scene
+from carom.adapter import Adapter, AdapterError, Setting
+from carom.registry import load_adapter, why_unavailable
+from carom.scenes.catalogue import find_scenes
+from carom.scenes.entry import CatalogueScene
+
+DT_S = 1 / 60
+
+#: Starts of each measurement, evenly spread over a step, the scene's own among them; and of a gas.
+STARTS, GAS_STARTS = 32, 16
+
+#: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
+ENGINES = (
+    "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "rapier", "dart",
+    "drake",
+)  # fmt: skip
+
+#: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
+SPEEDS = (0.01, 0.08, 0.15, 0.5, 0.9, 1.1, 5.0)
+
+GAS = "engines/gas-of-25"
+#: Findings of chaotic runs, and their seconds.
+CHAOTIC = {f"metres off the plane of 25 free spheres, after {seconds} s": float(seconds) for seconds in (4, 8, 20)}
+#: Drake's tuned gas takes minutes a start, and a located one asks for some 48 steps an impact.
+NO_GAS = {("drake", "tuned")}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One figure of one method.
+
+    Attributes:
+        table: Which table of the page it stands in.
+        of: The row or column that it stands in there: a scene, a speed, a sentence.
+        engine: Name of the adapter.
+        profile: Name of the profile, with the settings that were changed.
+        spread: Its spread over starts; None where the engine refuses the scene.
+        refused: Why, empty where it does not.
+    """
+
+    table: str
+    of: str
+    engine: str
+    profile: str
+    spread: Spread | None
+    refused: str = ""
+
+
+def head_on(speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False) -> Scene:
+    """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half the speed; in 8 to 9 steps.
+
+    Time is left for discs that are polygons, whose sides meet later than circles do.
+    """
+    half, steps = (speed_m_s / 2 if both else 0.0), 8
+    gap = speed_m_s * (steps + 0.37) * DT_S
+    return Scene(
+        name="head-on",
+        discs=[
+            Disc(position_m=(at_m - 2 * radius_m - gap, 0), velocity_m_s=(speed_m_s - half, 0), radius_m=radius_m),
+            Disc(position_m=(at_m, 0), velocity_m_s=(-half, 0), radius_m=radius_m),
+        ],
+        duration_s=12 * steps * DT_S,
+    )
+
+
+def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
+    """A disc passes another of its size, at rest, at a distance."""
+    return Scene(
+        name="passing",
+        discs=[
+            Disc(position_m=(-0.6 * speed_m_s, 0), velocity_m_s=(speed_m_s, 0), radius_m=0.25),
+            Disc(position_m=(0, 0.5 + gap_m), radius_m=0.25),
+        ],
+        duration_s=1.25,
+        frame_rate_hz=1 / dt_s,
+    )
+
+
+def parted(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
+    """The speed at which two discs on the x axis part, over that at which they closed: mechanics says 1."""
+    velocity = ended(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s[:, 0]
+    first, second = scene.discs
+    return float(velocity[1] - velocity[0]) / (first.velocity_m_s[0] - second.velocity_m_s[0])
+
+
+def turned_aside(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
+    """How far velocities change of discs that do not touch, over the greatest speed: mechanics says 0."""
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    end = ended(adapter, scene, 1 / scene.frame_rate_hz, profile, **changes).velocity_m_s
+    return float(np.abs(end - start).max() / np.abs(start).max())
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A sentence of `docs/engines.md`, measured.
+
+    Attributes:
+        says: What the figure is.
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        scene: The scene; it is begun at many starts.
+        figure: What is read of a run.
+        right: What mechanics says.
+        changes: Settings in place of the profile's.
+        count: At how many starts.
+    """
+
+    says: str
+    engine: str
+    profile: str
+    scene: Scene
+    figure: Callable[..., float]
+    right: float
+    changes: Mapping[str, Setting] = field(default_factory=dict)
+    count: int = STARTS
+
+
+def _findings() -> Iterator[Finding]:
+    for speed in (5.0, 1.0, 0.5, 0.1):
+        yield Finding(f"parts over closing, {speed:g} m/s", "drake", "default", head_on(speed), parted, 1.0)
+    for speed in (1.0, 0.1, 0.01):
+        yield Finding(f"parts over closing, {speed:g} m/s", "drake", "tuned", head_on(speed), parted, 1.0)
+    for pixels in (60, 110, 130, 300, 1200):
+        scene = head_on(pixels / 128)
+        for name, changes in (("free", {}), ("locked", {"locked": True})):
+            says = f"parts over closing, {pixels} pixels a second, {name}"
+            yield Finding(says, "matter", "default", scene, parted, 1.0, changes)
+    yield Finding(
+        "parts over closing, 110 pixels a second, locked, 5 velocity iterations",
+        "matter", "default", head_on(110 / 128), parted, 1.0, {"locked": True, "velocityIterations": 5},
+    )  # fmt: skip
+    for name in ("rapier", "rapier2d"):
+        for gap in (0.001, 0.002, 0.005):
+            for rate in (60, 240, 960) if gap == 0.001 else (60,):
+                says = f"changed of the speed in passing at {1000 * gap:g} mm, {rate} Hz"
+                yield Finding(says, name, "default", passing(gap, dt_s=1 / rate), turned_aside, 0.0)
+    for name in ("box2d3", "jolt"):
+        for gap in (0.001, 0.005):
+            says = f"changed of the speed in passing at {1000 * gap:g} mm, 60 Hz"
+            yield Finding(says, name, "default", passing(gap), turned_aside, 0.0)
+    for closing in (100.0, 160.0, 199.0):
+        yield Finding(
+            f"parts over closing, {closing:g} m/s, discs of 5 m", "dart", "default", large(closing), parted, 1.0
+        )
+    for name, profiles in {
+        "planck": ("swept", "event-driven"), "jolt": ("swept",), "rapier2d": ("swept",), "rapier": ("swept",),
+    }.items():  # fmt: skip
+        for profile in profiles:
+            yield Finding(
+                "velocity error of engines/film over the speed", name, profile, _film().scene, film_error, 0.0
+            )
+    for says, seconds in CHAOTIC.items():
+        scene = _entry(GAS).scene.model_copy(update={"duration_s": seconds})
+        yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
+    yield from _swept()
+    yield from _far_out()
+
+
+def _entry(name: str) -> CatalogueScene:
+    (entry,) = find_scenes([name])
+    return entry
+
+
+def _film() -> CatalogueScene:
+    return _entry("engines/film")
+
+
+def large(closing_m_s: float) -> Scene:
+    """Two discs of 5 m close, both at half the speed, from a tenth of a second away; at most 100 m/s each."""
+    gap = 0.1 * closing_m_s
+    return Scene(
+        name="large",
+        discs=[
+            Disc(position_m=(-5 - gap / 2, 0), velocity_m_s=(closing_m_s / 2, 0), radius_m=5),
+            Disc(position_m=(5 + gap / 2, 0), velocity_m_s=(-closing_m_s / 2, 0), radius_m=5),
+        ],
+        duration_s=0.2,
+        frame_rate_hz=256.0,
+    )
+
+
+def film_error(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """The velocity error at the end of `engines/film` over its speed: mechanics says 0."""
+    return _error(adapter, _film(), scene, profile)
+
+
+def off_the_plane(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """How far the farthest of MuJoCo's free spheres is off the plane at the end, metres: mechanics says 0."""
+    world: Any = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
+    world.advance(scene.step_count(DT_S))
+    farthest = float(np.abs(world._data.qpos[world._height_at]).max())  # noqa: SLF001 - an observation is of the plane
+    world.close()
+    return farthest
+
+
+def _swept() -> Iterator[Finding]:
+    says = "parts over closing, discs of 5 cm, {} m/s at one {}"
+    for engine, profiles in {
+        "planck": ("tuned", "swept", "event-driven"),
+        "box2d3": ("swept",),
+        "jolt": ("tuned", "swept"),
+        "rapier2d": ("ccd", "swept"),
+        "rapier": ("tuned", "swept"),
+        "pybullet": ("no-ccd", "tuned"),
+        "mujoco": ("no-ccd", "tuned"),
+    }.items():
+        for profile in profiles:
+            for both in (False, True):
+                target = "that meets it" if both else "at rest"
+                yield Finding(says.format(100, target), engine, profile, head_on(100.0, 0.05, both=both), parted, 1.0)
+            if engine == "planck":
+                yield Finding(says.format(1000, "at rest"), engine, profile, head_on(1000.0, 0.05), parted, 1.0)
+
+
+def _far_out() -> Iterator[Finding]:
+    for x in (10.0, 17.0, 30.0, 60.0, 100.0):
+        for speed in (10.0, 100.0):
+            says = f"parts over closing, discs of 5 cm, {speed:g} m/s at one at rest, {x:g} m out"
+            yield Finding(says, "planck", "event-driven", head_on(speed, 0.05, at_m=x), parted, 1.0)
+    yield Finding(
+        "parts over closing, discs of 5 cm, 100 m/s at one at rest, 100 m out", "planck", "swept",
+        head_on(100.0, 0.05, at_m=100.0), parted, 1.0,
+    )  # fmt: skip
+
+
+FINDINGS: tuple[Finding, ...] = tuple(_findings())
+
+
+@cache
+def starts(scene: Scene, count: int = STARTS) -> tuple[Scene, ...]:
+    """Return the starts of a scene; they are the same for every engine."""
+    return tuple(starts_of(scene, count))
+
+
+def spread_of(finding: Finding, adapter: Adapter) -> Spread:
+    """Measure a finding."""
+    values = [
+        finding.figure(adapter, scene, finding.profile, **finding.changes)
+        for scene in starts(finding.scene, finding.count)
+    ]
+    return Spread(tuple(values), finding.right)
+
+
+def _group(adapter: Adapter) -> Iterator[Figure]:
+    for entry in find_scenes(["engines"]):
+        if entry.name != GAS:
+            value = partial(_error, adapter, entry)
+            yield _figure("group", entry.name, adapter.name, "default", entry.scene, value, 0.0)
+
+
+def _error(adapter: Adapter, entry: CatalogueScene, scene: Scene, profile: str = "default") -> float:
+    """Return the velocity error at the end of a start of a scene over its greatest speed."""
+    error = ended(adapter, scene, 1 / scene.frame_rate_hz, profile).velocity_m_s - velocities_after(entry)
+    return float(np.hypot(*error.T).max()) / max(math.hypot(*disc.velocity_m_s) for disc in entry.scene.discs)
+
+
+def _bounces(adapter: Adapter) -> Iterator[Figure]:
+    for profile in ("default", "tuned"):
+        if profile not in adapter.profiles:
+            continue
+        for speed in SPEEDS:
+            value = partial(_parted, adapter, profile)
+            yield _figure("bounces", f"{speed:g} m/s", adapter.name, profile, head_on(speed), value, 1.0)
+
+
+def _parted(adapter: Adapter, profile: str, scene: Scene) -> float:
+    return parted(adapter, scene, profile)
+
+
+def _gas(adapter: Adapter) -> Iterator[Figure]:
+    for profile in ("default", "tuned", "swept"):
+        if profile in adapter.profiles and (adapter.name, profile) not in NO_GAS:
+            value = partial(_changed, adapter, profile)
+            yield _figure("gas", GAS, adapter.name, profile, _entry(GAS).scene, value, 0.0, GAS_STARTS)
+
+
+def _changed(adapter: Adapter, profile: str, scene: Scene) -> float:
+    return energy_change(scene, ended(adapter, scene, DT_S, profile))
+
+
+def _figure(
+    table: str,
+    of: str,
+    engine: str,
+    profile: str,
+    scene: Scene,
+    value: Callable[[Scene], float],
+    right: float,
+    count: int = STARTS,
+) -> Figure:
+    try:
+        values = tuple(value(start) for start in starts(scene, count))
+    except AdapterError as error:
+        return Figure(table, of, engine, profile, None, str(error))
+    if any(map(math.isnan, values)):
+        return Figure(table, of, engine, profile, None, "not a number")
+    return Figure(table, of, engine, profile, Spread(values, right))
+
+
+def measured(
+    names: tuple[str, ...] = ENGINES, tables: tuple[str, ...] = (), *, chaotic: bool = True
+) -> Iterator[Figure]:
+    """Measure all engines that are installed.
+
+    Args:
+        names: Their adapters.
+        tables: Those that are asked for, all where it is empty.
+        chaotic: Whether single findings of chaotic runs are, too.
+    """
+    for name in names:
+        adapter = load_adapter(name)
+        if why_unavailable(adapter):
+            continue
+        for table, of in (("group", _group), ("bounces", _bounces), ("gas", _gas)):
+            if not tables or table in tables:
+                yield from of(adapter)
+        if tables and "findings" not in tables:
+            continue
+        for finding in (one for one in FINDINGS if one.engine == name and (chaotic or one.says not in CHAOTIC)):
+            yield Figure("findings", finding.says, name, finding.profile, spread_of(finding, adapter))

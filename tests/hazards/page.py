@@ -1,0 +1,158 @@
+"""The page of hazards, `docs/hazards.md`, and the lines that one engine has in its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from operator import itemgetter
+
+from tests.hazards.measures import GAS, GAS_STARTS, SPEEDS, STARTS, Figure
+from tests.hazards.spread import OFF, Spread
+
+from carom.adapter import Adapter
+from carom.report.document import Column, Document, Section, Table
+from carom.report.render import markdown
+from carom.report.wording import number, percent
+from carom.scenes.catalogue import find_scenes
+
+__all__ = ["lines_of", "page", "ranges"]
+
+#: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
+SHOWN_TO = 1e-6
+
+
+def _said(value: float) -> str:
+    whole = round(value)
+    return number(float(whole) if abs(value - whole) < SHOWN_TO else value, 3)
+
+
+def _range(spread: Spread) -> str:
+    least, most = _said(spread.least), _said(spread.most)
+    return least if least == most else f"{least} to {most}"
+
+
+def _cell(figures: Mapping[tuple[str, str, str], Figure], table: str, of: str, method: tuple[str, str]) -> str:
+    figure = figures.get((table, of, " ".join(method)))
+    if figure is None:
+        return "-"
+    if figure.spread is None:
+        return "unsupported"
+    return f"{figure.spread.share}: {_range(figure.spread)}"
+
+
+def _methods(figures: Iterable[Figure], table: str) -> list[tuple[str, str]]:
+    return list(dict.fromkeys((figure.engine, figure.profile) for figure in figures if figure.table == table))
+
+
+def _table(table: str, columns: Sequence[tuple[str, str]], figures: Sequence[Figure]) -> Table:
+    """Return a table of methods by what is asked of them; each column is a heading and what it is of."""
+    known = {(one.table, one.of, f"{one.engine} {one.profile}"): one for one in figures}
+    first = [Column("method", " ".join)]
+    return Table(
+        first + [Column(head, partial(_cell, known, table, of)) for head, of in columns], _methods(figures, table)
+    )
+
+
+def _findings(figures: Sequence[Figure]) -> Table:
+    def said(pick: str) -> Column:
+        return Column(pick, lambda figure: _said(getattr(figure.spread, pick)), number=True)
+
+    return Table(
+        [
+            Column("method", lambda figure: f"{figure.engine} {figure.profile}"),
+            Column("figure", lambda figure: figure.of),
+            Column("right", lambda figure: _said(figure.spread.right), number=True),
+            *map(said, ("least", "median", "most")),
+            Column("starts off", lambda figure: figure.spread.share, number=True),
+        ],
+        [figure for figure in figures if figure.table == "findings"],
+    )
+
+
+def _gas(figures: Sequence[Figure]) -> Table:
+    def said(pick: str) -> Column:
+        return Column(pick, lambda figure: percent(getattr(figure.spread, pick)), number=True)
+
+    return Table(
+        [
+            Column("method", lambda figure: f"{figure.engine} {figure.profile}"),
+            *map(said, ("least", "median", "most")),
+            Column("starts off", lambda figure: figure.spread.share, number=True),
+        ],
+        [figure for figure in figures if figure.table == "gas"],
+    )
+
+
+def _changes(adapters: Sequence[Adapter]) -> Table:
+    rows = [
+        (adapter.name, name, reason)
+        for adapter in adapters
+        for name, reason in adapter.profiles.get("default", adapter.profiles["tuned"]).changed.items()
+    ]
+    heads = ("engine", "not as shipped", "but")
+    return Table([Column(head, itemgetter(k)) for k, head in enumerate(heads)], rows)
+
+
+def tables(figures: Sequence[Figure]) -> dict[str, Table]:
+    """Return the tables of figures by their headings on the page."""
+    scenes = [entry.name for entry in find_scenes(["engines"]) if entry.name != GAS]
+    return {
+        "The group engines, as shipped": _table("group", [(name.partition("/")[2], name) for name in scenes], figures),
+        "How slow discs still bounce": _table("bounces", [(f"{speed:g} m/s",) * 2 for speed in SPEEDS], figures),
+        "A gas": _gas(figures),
+        "Findings": _findings(figures),
+    }
+
+
+def lines_of(figures: Sequence[Figure]) -> list[str]:
+    """Return the rows that figures are on the page, without the tables' heads."""
+    found: list[str] = []
+    for table in tables(figures).values():
+        lines = markdown(Document("", (), (Section("", (table,)),))).splitlines()
+        found += [line for line in lines if line.startswith("| ")][2:]
+    return found
+
+
+def ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
+    """Return least and most of each row of a section of the page: of the gas by method, else by "method: figure"."""
+    part = text.partition(f"## {heading}\n")[2].partition("\n## ")[0]
+    rows = [[cell.strip().removesuffix(" %") for cell in line.split("|")[1:-1]] for line in part.splitlines()]
+    whole = [row for row in rows if len(row) >= 5 and row[-1].partition(" of ")[0].isdigit()]
+    return {": ".join(row[: len(row) - 4][:2]): (float(row[-4]), float(row[-2])) for row in whole}
+
+
+#: What is said under each table.
+NOTES = {
+    "The group engines, as shipped": "Velocity error at the end over the greatest speed of the scene, by the scene's "
+    "closed form; profile default, at each scene's own frame rate.",
+    "How slow discs still bounce": "Speed of parting over that of closing, of two equal discs of 0.5 m, head-on: "
+    "mechanics says 1.",
+    "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
+    "A gas is chaotic: another build of an engine gives other figures of the same kind.",
+    "Findings": "The sentences of docs/engines.md that are figures; right is what mechanics says.",
+}
+
+
+def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
+    """Return the page; `versions` are of the engines measured."""
+    lead = (
+        "What engines do that a user would not expect, each figure a range over many starts: the same scene, begun "
+        f"another part of a step earlier. A cell says how many of {STARTS} starts are off, by more than "
+        f"{percent(OFF)}, and the least and the most of all. Steps are of 1/60 s unless something else is said; 'pit' "
+        f"is what looking once a step costs by itself. What is nearer than {number(SHOWN_TO)} to a whole number is "
+        "shown as that.",
+        f"Measured on {versions}. Made by 'make hazards', whose figures repeat to the digit; 'make test-engines' "
+        "measures them again and compares them with this page.",
+    )
+    shown = tables(figures)
+    sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
+    changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
+    return markdown(Document("Hazards, over many starts", lead, (*sections, changes)))
+
+
+CHANGES = (
+    "All that the profile default does not leave as the engine ships it, beside what a scene is made of (shapes, "
+    "masses, states, gravity). Tests read each shipped value from the engine, and run the bare engine beside the "
+    "profile."
+)

@@ -1,0 +1,102 @@
+"""Figures over many starts, and the starts themselves."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom import Scene, solve_pic
+from carom.adapter import Adapter, AdapterError, Observation, Setting
+from carom.comparator.shift import even_phases, shifted_scenes
+from carom.scenes.entry import CatalogueScene
+
+#: A start is off where it differs from what mechanics says by more than this part: of the speed, of the energy.
+OFF = 0.01
+
+
+@dataclass(frozen=True)
+class Spread:
+    """One figure of many starts.
+
+    Attributes:
+        values: What each start came to.
+        right: What mechanics says.
+        off: From which difference on a start is off.
+    """
+
+    values: tuple[float, ...]
+    right: float
+    off: float = OFF
+
+    def __post_init__(self) -> None:
+        if not self.values or any(map(math.isnan, self.values)):
+            raise ValueError(f"a spread is of numbers, got {self.values}")
+
+    @property
+    def least(self) -> float:
+        """The least."""
+        return min(self.values)
+
+    @property
+    def most(self) -> float:
+        """The greatest."""
+        return max(self.values)
+
+    @property
+    def median(self) -> float:
+        """The median."""
+        return statistics.median(self.values)
+
+    @property
+    def starts_off(self) -> int:
+        """How many starts are off."""
+        return sum(abs(value - self.right) > self.off for value in self.values)
+
+    @property
+    def share(self) -> str:
+        """How many starts are off, of how many."""
+        return f"{self.starts_off} of {len(self.values)}"
+
+
+def starts_of(scene: Scene, count: int) -> list[Scene]:
+    """Return a scene at so many starts, spread evenly over a step of its frame rate."""
+    return list(shifted_scenes(solve_pic(scene), 1 / scene.frame_rate_hz, even_phases(count)))
+
+
+def ended(adapter: Adapter, scene: Scene, dt_s: float, profile: str, **changes: Setting) -> Observation:
+    """Run a scene to its end in one go, and return what is observed there.
+
+    Raises:
+        AdapterError: The scene or a setting is outside what the engine can do.
+    """
+    world = adapter.prepare(scene, {**adapter.profiles[profile].settings(dt_s), **changes})
+    try:
+        world.advance(scene.step_count(dt_s))
+        end = world.observe()
+    finally:
+        world.close()
+    if not np.isfinite(end.velocity_m_s).all():
+        raise AdapterError(f"{adapter.name}: a velocity at the end is not finite")
+    return end
+
+
+def energy_change(scene: Scene, end: Observation) -> float:
+    """Return by which part of that at the start the kinetic energy has changed."""
+    masses = np.array([disc.mass_kg for disc in scene.discs])
+    start = np.array([disc.velocity_m_s for disc in scene.discs])
+    before, after = (float((masses * (v**2).sum(axis=1)).sum()) for v in (start, end.velocity_m_s))
+    return after / before - 1
+
+
+def velocities_after(entry: CatalogueScene) -> NDArray[np.float64]:
+    """Return the velocities at the end by a scene's known answer, shape (n, 2)."""
+    velocity = np.array([disc.velocity_m_s for disc in entry.scene.discs], dtype=np.float64)
+    for impact in entry.known.impacts:
+        velocity[impact.first] = impact.velocity_first_after
+        if impact.velocity_second_after is not None:
+            velocity[impact.second] = impact.velocity_second_after
+    return velocity
