@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 #: From best to worst; what is not graded stands beside them.
-WORSENING = ("exact", "close", "sampled", "inaccurate", "parted", "wrong")
+WORSENING = ("exact", "close", "sampled", "inaccurate", "parted", "parted_inaccurate", "wrong")
 UNGRADED = "ungraded"
 
 #: Scene, engine, profile and step.

@@ -12,13 +12,14 @@ class Grade(Enum):
 
     EXACT = "exact: to the rounding of the floats that the method declares"
     CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
-    SAMPLED = "sampled: no worse than PIT at the same step"
-    INACCURATE = "inaccurate: finds every impact, but early, or worse than PIT at the same step, or contradicts itself"
+    SAMPLED = "sampled: no worse than looking once a step, as PIT does, may come out at the same step"
+    INACCURATE = "inaccurate: early, or worse than PIT at the same step, or in contradiction with itself"
     PARTED = "parted: each step is no worse than PIT's from the same state; the trajectory has left the reference's"
     PARTED_INACCURATE = (
-        "parted, inaccurate: nothing passes through, steps are worse than PIT's, the trajectory has left"
+        "parted, inaccurate: misses nothing that PIT finds from the same state, but has worse steps; "
+        "the trajectory has left the reference's"
     )
-    WRONG = "wrong: misses or invents an impact, takes impacts in the wrong order, ends early, or is not finite"
+    WRONG = "wrong: misses or invents an impact, or has them out of order, ends otherwise than PIC, or is not finite"
     UNGRADED = "not graded: no unique answer, or nothing to decide by"
 
     def is_at_least_as_bad_as(self, other: Grade) -> bool:

@@ -31,7 +31,7 @@ class Verdict(Enum):
     """What is wrong, if anything; the value is the sentence shown. The first four are the source paper's cases."""
 
     MISSED = "an impact is missed"
-    LATE = "found late: wrong time and path"
+    LATE = "found late"
     WRONG_DIRECTION = "wrong direction after the bounce"
     MULTIPLE_MISSED = "several impacts are missed"
     EARLY = "found before it happens"
@@ -40,10 +40,11 @@ class Verdict(Enum):
     SLID = "discs slide where friction holds them"
     STUCK = "discs hold where friction lets them slide"
     WRONG_ORDER = "impacts come in the wrong order"
-    SPURIOUS = "impacts are invented that do not happen"
-    ENERGY_GAINED = "energy is gained"
-    ENERGY_LOST = "energy is lost"
+    SPURIOUS = "impacts are found that the reference does not have"
+    ENERGY_GAINED = "discs end with more kinetic energy than the reference's"
+    ENERGY_LOST = "discs end with less kinetic energy than the reference's"
     CUT_SHORT = "the run ended before the scene did"
+    WENT_ON = "the run goes on where the reference ends"
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "too close to the end of the run to be decided"
     UNCOMPARED = "there is no PIT at this step to hold it against"
@@ -58,11 +59,12 @@ class Verdict(Enum):
     MOMENTUM = "momentum is gained or lost at an impact"
     ANGULAR = "angular momentum about the contact is gained or lost"
     NOT_FINITE = "a number is NaN or infinite"
-    PARTED = "the trajectory has left the reference's, though nothing passed through anything"
+    PARTED = "the trajectory has left the reference's"
     PASSED_THROUGH = "bodies pass through each other"
     TURNED_ALONE = "bodies turn with nothing near"
     SINKS = "discs sink into what they rest on"
     WORSE_STEPS = "steps are worse than PIT's from the same state"
+    SAMPLED_STEPS = "steps are off, by no more than looking once a step costs from the same state"
     RESTED = "the reference ends where a disc comes to rest"
     NO_IMPACT = "the scene has no impact to be graded by"
     NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
@@ -197,11 +199,16 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
         found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.reach.until_s:.6g} s; {first}"))
     if not found and not evidence.reach.impacts and evidence.reach.whole:
-        steps = "" if evidence.local_truth is None else "; every step agrees with free flight to rounding"
+        local = evidence.local_truth
+        steps = "; every step agrees with free flight to rounding" if local is not None and local.agrees_alone else ""
         found.append(Finding(Verdict.NO_IMPACT, f"{evidence.scales.time_s:.6g} s of free flight{steps}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
-        found.append(Finding(Verdict.CONFORMS, f"{len(errors)} of {evidence.reach.impacts} impacts found{floats}"))
+        until = "" if evidence.reach.whole else f" up to the horizon, {evidence.reach.until_s:.6g} s"
+        beyond = not evidence.reach.whole and evidence.local_truth is not None
+        steps = "; to the end every step agrees with PIC from its own state" if beyond else ""
+        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{steps}"
+        found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.outcome is Outcome.AT_REST:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
         found.append(Finding(Verdict.RESTED, f"at {evidence.reference.end_time_s:.6g} s; from there {beyond}"))
@@ -219,12 +226,16 @@ def _parted(evidence: Evidence) -> Iterator[Finding]:
     yield Finding(
         Verdict.PARTED,
         f"at {evidence.parted_s:.6g} s{pit}; of {evidence.reach.impacts} impacts it does not have "
-        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; each step by itself is {_own_word(local)}",
+        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_own_word(local)}",
     )
 
 
 def _own_word(local: LocalScore) -> str:
-    return local.grade.name.lower() if local.grade is not Grade.SAMPLED else "no worse than PIT's from the same state"
+    """Say how good the steps of a run are, each by itself."""
+    if local.grade is Grade.INACCURATE:
+        return "some steps by themselves are inaccurate"
+    how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
+    return f"each step by itself is {how}"
 
 
 def _sinking(evidence: Evidence) -> Iterator[Finding]:
@@ -246,13 +257,33 @@ def _steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
     if local.grade is Grade.INACCURATE and (evidence.parted or not evidence.reach.whole or not told):
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
+    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not told and not (evidence.reach.whole and local.agrees_alone):
+        yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
+
+
+def _costs(local: LocalScore) -> Iterator[str]:
+    """Yield what the steps of a run are off by where that is sampling's, each with its numbers."""
+    if local.judged:
+        yield (
+            f"velocities of {local.judged} impacts that stand alone by up to {local.velocity[1]:.3g} of their bodies' "
+            f"speed, {local.ratio[1]:.3g} of what PIT pays"
+        )
+    if local.late_steps[1] > 0.0:
+        yield f"late by up to {local.late_steps[1]:.3g} steps"
+    if local.entangled:
+        yield f"{local.entangled} windows hold several impacts"
+    if local.missed:
+        yield f"{local.missed} impacts are missed, which PIT misses from the same states"
+    if local.polygon:
+        yield "falling discs move along polygons"
 
 
 def _faults(local: LocalScore) -> Iterator[str]:
     """Yield what makes the steps of a run inaccurate, each with its numbers."""
     judged = f"of {local.judged} impacts that stand alone"
     if local.worse_than_pit:
-        worst = "where PIT pays nothing" if math.isinf(local.ratio[1]) else f"by up to {local.ratio[1]:.4g} times"
+        free = math.isinf(local.ratio[1])
+        worst = "some where PIT pays nothing" if free else f"up to {local.ratio[1]:.4g} times as much"
         off = f", restitution off by {local.restitution[0]:.3g} at the median" if local.restitution[0] > 0.0 else ""
         yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
     if local.early:
@@ -261,9 +292,9 @@ def _faults(local: LocalScore) -> Iterator[str]:
         yield f"{local.too_late} {judged} come later than a step, by up to {local.late_steps[1]:.3g} steps"
     if local.drifts:
         yield f"places move other than by their velocities in {local.drifts} steps, by up to {local.drift:.3g} radii"
-    if local.slipped > 0.0:
+    if local.slipped > local.rounding:
         yield f"velocities change with nothing near, by up to {local.slipped:.3g} of themselves"
-    if local.energy > THRESHOLDS.energy:
+    if local.energy > local.energy_rounding:
         yield f"{local.energy:.3g} of the energy is gained or lost that PIT's steps do not gain or lose"
     if local.sinks:
         yield "a disc sinks into what it rests on"
@@ -295,6 +326,9 @@ def _hits(evidence: Evidence) -> Iterator[Finding]:
     if evidence.cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
         yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
+    elif evidence.ended_otherwise:
+        reference = evidence.reference
+        yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {reference.end_time_s:.6g} s")
     if missed := alignment.missed:
         kind = Verdict.MISSED if len(missed) == 1 else Verdict.MULTIPLE_MISSED
         yield Finding(kind, f"{len(missed)} of {believed}, {_first(missed, expected)}")

@@ -42,6 +42,9 @@ UNKNOWN = "not told apart: its own state before is not known"
 
 Json = dict[str, Any]
 
+#: A pair that passes through within so many steps of an impact has missed that one.
+_NEAR_STEPS = 2.0
+
 
 def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
     """Yield the name of each scene that has a reference, and its replays, packed."""
@@ -158,7 +161,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
         row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s}
         error = found.get(k)
         if error is None:
-            rows.append(row | _lost(k, score))
+            rows.append(row | _lost(k, score) | _why_lost(k, impact, trace, score))
             continue
         rows.append(
             row
@@ -206,13 +209,28 @@ def _or_none(value: float) -> float | None:
 
 def _lost(k: int, score: Score) -> Json:
     if k >= score.expected:
-        return {"flag": "beyond", "became": "beyond the horizon", "cause": ""}
+        return {"flag": "beyond", "became": "beyond the horizon"}
     if k in score.undecided:
-        return {"flag": "undecided", "became": "not found before the end of the run", "cause": ""}
-    if score.pit_missed is None:
-        return {"flag": "missed", "became": "missed", "cause": ""}
-    cause = "looking once a step" if k in score.pit_missed else "the method's own: PIT finds it"
-    return {"flag": "missed", "became": "missed", "cause": cause}
+        return {"flag": "undecided", "became": "not found before the end of the run"}
+    return {"flag": "missed", "became": "missed"}
+
+
+def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+    """Say why an impact is missed: from the run's own states where they were looked at, else what PIT does with it."""
+    if k >= score.expected or k in score.undecided:
+        return {"cause": ""}
+    if trace.local_truth is None:
+        pit = {True: "PIT misses it, too", False: "PIT finds it"}
+        return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
+    met = trace.local_truth.meetings
+    # An engine that is late passes through after the true instant, one whose trajectory is ahead before it.
+    near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
+    passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
+    if not len(passed):
+        return {"cause": "its own states do not lead to it: errors before this impact led it elsewhere"}
+    return {
+        "cause": "looking once a step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
+    }
 
 
 def _flag(time_s: float, dt_s: float, score: Score) -> str:

@@ -55,13 +55,27 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
     assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
 
 
-def test_an_impact_that_pit_finds_is_missed_by_the_method_itself(results: Results) -> None:
-    """What is missed although PIT finds it at that step, looking once a step does not explain."""
-    score = next(row.score for row in results.rows if row.score and row.score.missed)
-    reference = results.references["paper/missed"]
-    alone = dataclasses.replace(score, pit_missed=())
-    (row,) = impact_rows(reference, dataclasses.replace(reference, impacts=reference.impacts[:0]), alone)
-    assert (row["flag"], row["cause"]) == ("missed", "the method's own: PIT finds it")
+def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None:
+    """Without states, what PIT does is said and no more; a run that its own states lead elsewhere did not pass by."""
+    row = next(row for row in results.rows if row.score and row.score.missed)
+    score, trace, reference = row.score, row.trace, results.references["paper/missed"]
+    assert score is not None
+    assert trace is not None
+    assert trace.local_truth is not None
+    unseen = dataclasses.replace(trace, local_truth=None)
+    (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
+    assert (found["flag"], found["cause"]) == ("missed", "PIT finds it")
+    (found,) = impact_rows(reference, unseen, score)
+    assert found["cause"] == "PIT misses it, too"
+    meetings = trace.local_truth.meetings.copy()
+    for pit_missed, cause in ((True, "looking once a step"), (False, "the method's own: PIT finds it from there")):
+        meetings["pit_missed"] = pit_missed
+        truth = dataclasses.replace(trace.local_truth, meetings=meetings)
+        (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
+        assert found["cause"] == cause
+    elsewhere = dataclasses.replace(trace.local_truth, meetings=meetings[:0])
+    (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
+    assert "errors before this impact led it elsewhere" in found["cause"]
 
 
 def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:

@@ -102,17 +102,24 @@ class LocalScore:
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property
+    def rounding(self) -> float:
+        """What counts as rounding of a velocity, over its own size, and of a place at rest."""
+        return 10.0 * THRESHOLDS.rounding_of(self.float_bits)
+
+    @property
+    def energy_rounding(self) -> float:
+        """The same of energy, over the scene's: in narrow floats it adds up over the impacts of a run."""
+        return THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
+
+    @property
     def grade(self) -> Grade:
         """EXACT, CLOSE, SAMPLED, INACCURATE or WRONG, by these numbers."""
         if self.missed_own or self.invented:
             return Grade.WRONG
-        rounding = 10.0 * THRESHOLDS.rounding_of(self.float_bits)
-        # Rounding adds up over the impacts of a run in narrow floats.
-        energy = THRESHOLDS.energy + (_ENERGY_32 * self.due if self.float_bits < 64 else 0.0)
-        off_alone = self.drifts or self.slipped > rounding or self.sinks
-        if off_alone or self.early or self.too_late or self.worse_than_pit or self.energy > energy:
+        off_alone = self.drifts or self.slipped > self.rounding or self.sinks
+        if off_alone or self.early or self.too_late or self.worse_than_pit or self.energy > self.energy_rounding:
             return Grade.INACCURATE
-        sampled = self.polygon or self.sunk_radii > rounding or self.missed
+        sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
             return Grade.EXACT
         # Of windows that are all entangled nobody can say how near to PIC's they are.
