@@ -205,9 +205,9 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         until = "" if evidence.reach.whole else f" up to the horizon, {evidence.reach.until_s:.6g} s"
-        beyond = not evidence.reach.whole and evidence.local_truth is not None
-        steps = "; to the end every step agrees with PIC from its own state" if beyond else ""
-        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{steps}"
+        looked = not evidence.reach.whole and evidence.local_truth is not None
+        rest = "; to the end every step agrees with PIC from its own state" if looked else ""
+        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{rest}"
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.outcome is Outcome.AT_REST:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
