@@ -8,8 +8,10 @@ hardest impacts.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import partial
 
 from carom.bench.hardest import Cause, Demand, HardImpact, hardest_impacts
@@ -30,6 +32,7 @@ __all__ = [
     "Advised",
     "Cause",
     "ClosedForm",
+    "Cut",
     "Demand",
     "HardImpact",
     "SearchEnding",
@@ -42,6 +45,13 @@ __all__ = [
 
 #: The unlucky starts of this many of the hardest impacts are tried.
 AIMED = 3
+
+
+class Cut(Enum):
+    """Why a scene is asked about up to some time only; the value is the phrase shown."""
+
+    TIE = "a disc meets two others at once, which has no unique answer"
+    CHAOS = "rounding alone decides what happens"
 
 
 @dataclass(frozen=True)
@@ -85,7 +95,7 @@ class Advice:
         unable: Engines' profiles that can't run the scene, and were not searched.
         phases: Even starts at which each step was tried, aimed ones not counted.
         budget_steps: Engine steps that each search was allowed.
-        horizon_s: Where the scene was ended, as rounding alone decides what comes later; None where it was not.
+        cut: Why the scene was ended before its own end; None where it was not.
     """
 
     scene: Scene
@@ -98,7 +108,7 @@ class Advice:
     unable: tuple[Unable, ...]
     phases: int
     budget_steps: int
-    horizon_s: float | None = None
+    cut: Cut | None = None
 
 
 def advise(
@@ -130,7 +140,7 @@ def advise(
     """
     if budget_steps < 1:
         raise InputError(f"the budget must be 1 engine step or more, got {budget_steps}")
-    reference, horizon_s = _reliable(scene)
+    reference, cut = _reliable(scene)
     scene = reference.scene
     hardest = hardest_impacts(reference, demand)
     closed_form = _closed_form(scene, hardest)
@@ -169,23 +179,31 @@ def advise(
         tuple(unable),
         phases,
         budget_steps,
-        horizon_s,
+        cut,
     )
 
 
-def _reliable(scene: Scene) -> tuple[Trace, float | None]:
-    """Return the reference of a scene as far as it is reliable, and where that ends before the scene does."""
+def _reliable(scene: Scene) -> tuple[Trace, Cut | None]:
+    """Return the reference of a scene as far as it is reliable, and why it ends before the scene does."""
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
-        raise InputError(f"there is nothing to hold a step against: {reference}")
+        raise InputError(f"there is nothing to compare a step with: {reference}")
     if not len(reference.impacts):
         raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
-    horizon_s = estimate_horizon(reference)
-    if horizon_s is None or horizon_s >= scene.duration_s:
+    times, cut = reference.impacts["time_s"].tolist(), None
+    if reference.ambiguous:
+        cut, reliable = Cut.TIE, bisect_left(times, times[reference.ambiguous[0]])
+    elif (horizon_s := estimate_horizon(reference)) is not None:
+        cut, reliable = Cut.CHAOS, bisect_right(times, horizon_s)
+    if cut is None or reliable == len(times):
         return reference, None
-    if not reference.impacts["time_s"][0] <= horizon_s:
-        raise InputError(f"{scene.name!r} has no impact before rounding alone decides what happens: no step is advised")
-    return _reliable(Scene(**{**dict(scene), "duration_s": horizon_s}))[0], horizon_s
+    if reliable == 0:
+        raise InputError(f"no step can be advised for {scene.name!r}, from its first impact on: {cut.value}")
+    # Half way to the next impact: no start's rounding moves one across.
+    ended = reference_trace(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
+    if not isinstance(ended, Trace):
+        raise InputError(f"there is nothing to compare a step with: {ended}")
+    return ended, cut
 
 
 def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:

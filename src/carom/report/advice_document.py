@@ -130,8 +130,8 @@ def _limits(advice: Advice) -> Iterator[str]:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
             yield f"{_name(answer.method)} broke off at {_rate(last.dt_s)} steps a second: {last.reason}."
-    if advice.horizon_s is not None:
-        yield f"Asked up to {wording.seconds(advice.horizon_s)}: what comes later is decided by rounding alone."
+    if advice.cut is not None:
+        yield f"Asked up to {wording.seconds(advice.scene.duration_s)}: from the next impact on {advice.cut.value}."
     yield _hardest(advice.hardest[0], advice.impacts, rough=advice.scene.arrays.rubs_discs)
 
 
@@ -179,6 +179,8 @@ def _range(found: StepRange) -> str:
 def _fails(answer: Advised, found: StepRange) -> str:
     if found.fails is not None:
         return _rate(found.fails.dt_s)
+    if not answer.trials:
+        return wording.ABSENT
     return "none" if answer.refused_s is None else "refused"
 
 

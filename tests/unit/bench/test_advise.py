@@ -10,7 +10,7 @@ from tests.unit.report.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench import adviser
-from carom.bench.adviser import Cause, Demand, SearchEnding, advise, hardest_impacts
+from carom.bench.adviser import Cause, Cut, Demand, SearchEnding, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.bench.step_search import CONFIRM
 from carom.bench.step_trial import StartTask
@@ -177,16 +177,33 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
     assert all(trial.dt_s < found.refused_s and not trial.reason for trial in found.trials)
 
 
-def test_a_scene_is_asked_as_far_as_its_reference_is_reliable(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where rounding decides what comes later, the scene ends there and the advice says so."""
+def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rounding decides what comes later, the scene ends before that impact, and the advice says so."""
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
-    monkeypatch.setattr(adviser, "estimate_horizon", lambda trace: 4.0 if trace.scene.duration_s > 4.0 else None)
+    times = solve_pic(scene).impacts["time_s"]
+    monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
     with InProcess() as pool:
         advice = advise(scene, Demand(DEGREE), pool, ["pit"], phases=1)
-    assert advice.horizon_s == 4.0
-    assert advice.scene.duration_s == 4.0
-    assert advice.impacts == int((solve_pic(scene).impacts["time_s"] <= 4.0).sum()) < len(solve_pic(scene).impacts)
-    assert any("Asked up to 4 s" in line for line in printed(advice_document(advice), 80))
+    assert advice.cut is Cut.CHAOS
+    assert times[1] < advice.scene.duration_s < times[2]
+    assert advice.impacts == 2
+    assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
+    monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
+    with pytest.raises(InputError, match="no step can be advised for 'walled', from its first impact on: rounding"):
+        advise(scene, Demand(DEGREE), InProcess(), ["pit"])
+
+
+def test_a_scene_is_asked_up_to_its_first_tie() -> None:
+    """A disc that comes back from a wall and meets two at once: the bounce is asked for, the tie is not."""
+    discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
+    tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
+    assert solve_pic(tie).ambiguous == (2,)
+    advice = advise(tie, Demand(DEGREE), InProcess(), ["pit"], phases=1)
+    assert advice.cut is Cut.TIE
+    assert advice.impacts == 1
+    at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
+    with pytest.raises(InputError, match="from its first impact on: a disc meets two others at once"):
+        advise(at_once, Demand(DEGREE), InProcess(), ["pit"])
 
 
 def test_with_friction_pit_is_tried() -> None:
