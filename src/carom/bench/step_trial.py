@@ -72,7 +72,7 @@ class StartTask(JobTask):
         reference = _reference(scene)
         if not isinstance(reference, Trace):
             raise UnsupportedError(reference)
-        observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
         measured = measure(reference, observed, scales_of(scene, reference), reach_of(reference, begun.duration_s))
         aligned = measured.alignment
         return Started(

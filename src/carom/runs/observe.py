@@ -94,19 +94,35 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
 
 
 def observe_run(
-    adapter: Adapter, scene: Scene, profile: str, dt_s: float, *, tried: Tried = (), samples: bool = False
+    adapter: Adapter,
+    scene: Scene,
+    profile: str,
+    dt_s: float,
+    *,
+    tried: Tried = (),
+    samples: bool = False,
+    watched: bool = True,
 ) -> Trace:
     """Run a scene step by step, looking after each one, and return what happened.
 
     The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
     missing to, or beyond, the duration. Once all that is left is free flight, no more steps are taken.
 
+    Args:
+        adapter: Whose engine runs it.
+        scene: The scene.
+        profile: Name of the profile.
+        dt_s: Step, seconds.
+        tried: Settings in place of the profile's own.
+        samples: Whether to keep positions for drawing.
+        watched: Whether each step is compared with PIC from the run's own state: the trace's `local_truth`.
+
     Raises:
         UnknownNameError: The adapter has no such profile.
         AdapterError: The adapter refuses the scene or fails.
     """
     settings = profile_settings(adapter, profile, dt_s, tried)
-    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples)
+    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
     world = adapter.prepare(scene, settings)
     missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
     if missing:
@@ -136,7 +152,7 @@ def observe_run(
 class _Run:
     """What has been seen of a run so far; positions are kept every `stride` steps."""
 
-    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool) -> None:
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
         self.scene, self.dt_s, self.samples = scene, dt_s, samples
         self.steps, self.taken = scene.step_count(dt_s), 0
         self.state = Observation(
@@ -145,7 +161,7 @@ class _Run:
             spin_rad_s=scene.arrays.spins,
         )
         self.collector = ImpactCollector(scene, self.state, float_bits)
-        self.watch = StepWatch(scene, dt_s, float_bits)
+        self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
         self.gravity = gravity_of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
@@ -162,7 +178,8 @@ class _Run:
                     return
                 self.state = self.door.contacts(now, self.seen_s, time_s)
                 self.collector.add(time_s, self.state)
-                self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)
+                if self.watch is not None:
+                    self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)
                 self.seen_s = time_s
                 if self.outcome is Outcome.STANDSTILL:
                     self.taken = step
@@ -202,7 +219,7 @@ class _Run:
             notes=self.notes,
             spins=self.collector.spins,
             final_spin_rad_s=_final_spins(self.scene, state),
-            local_truth=self.watch.finish(),
+            local_truth=None if self.watch is None else self.watch.finish(),
         )
 
 

@@ -178,3 +178,13 @@ def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypa
     np.testing.assert_array_equal(short.samples.time_s, whole.samples.time_s)
     np.testing.assert_allclose(short.samples.position_m, whole.samples.position_m, rtol=0, atol=100 * math.ulp(8.0))
     assert dataclasses.replace(solve_pic(scene)).outcome is short.outcome
+
+
+def test_a_run_that_is_not_watched_is_the_same_run_without_local_truth() -> None:
+    """Who asks for no comparison step by step gets none, and the same impacts and final state."""
+    adapter, scene = load_adapter("pit"), find_scenes(["paper/late"])[0].scene
+    watched, alone = (observe_run(adapter, scene, "tuned", 1 / 60, watched=one) for one in (True, False))
+    assert watched.local_truth is not None
+    assert alone.local_truth is None
+    assert np.array_equal(watched.impacts, alone.impacts)
+    assert np.array_equal(watched.final_position_m, alone.final_position_m)
