@@ -67,6 +67,27 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
     assert trace.effective_time_s[:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
 
 
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str) -> None:
+    """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
+
+    The contact is noticed a step after it began, and acts in the step that follows; so much an engine may be late.
+    """
+    dt_s = 1 / 60
+    for height in np.linspace(1.0, 2.0, 16).tolist():
+        scene = Scene(
+            name="landing",
+            discs=[Disc(position_m=(0, 0.5 + height), radius_m=0.5)],
+            walls=[Wall(point_m=(0, 0), normal=(0, 1))],
+            gravity_m_s2=(0, -9.81),
+            wall_restitution=0,
+            duration_s=2.0,
+        )
+        trace = observe_run(engine, scene, profile, dt_s)
+        assert trace.effective_time_s is not None
+        assert abs(trace.effective_time_s[0] - math.sqrt(2 * height / 9.81)) < 2 * dt_s
+
+
 def _drop() -> Scene:
     """An elastic disc that falls half a metre to the floor, and comes back for ever."""
     return Scene(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,10 @@ _Pair = tuple[int, int]
 _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
+
+#: A pair rests that neither closes nor parts by more than gravity gives in so many steps: one until the engine looks,
+#: one until what it found acts, and the half by which a leapfrog's velocities stand beside its boundaries.
+_REST_STEPS = 2.5
 
 #: Of the two bodies of a contact.
 _Motions = tuple[_Motion, _Motion]
@@ -58,6 +62,8 @@ class _OpenContact:
         push: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
         along: The same of these times their normals.
         length: The same of these times the lengths of their normals.
+        rested: The contact as it was at the first of the boundaries, up to now, at which the pair rests; None where it
+            does not.
     """
 
     number: int
@@ -73,6 +79,11 @@ class _OpenContact:
     push: float = 0.0
     along: Vector = (0.0, 0.0)
     length: float = 0.0
+    rested: _OpenContact | None = None
+
+    def impact(self) -> _OpenContact:
+        """Return the contact up to the end of its impact: what follows a whole step at rest only holds the pair."""
+        return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
     def add(self, push: float, normal: Vector) -> None:
         """Add what a step pushes."""
@@ -100,7 +111,7 @@ class ImpactCollector:
         # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
         self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
-        self._gravity = gravity_of(scene)
+        self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
         self._last = start
         self._last_s = 0.0
         self._open: dict[_Pair, _OpenContact] = {}
@@ -198,6 +209,14 @@ class ImpactCollector:
         known.alone = known.alone and all(touched[body] <= 1 for body in pair)
         told = contact.impulse_n_s
         known.add(math.dist(_difference(after), _difference(ahead)) if told is None else told, contact.normal)
+        if not self._rests(after, contact.normal, time_s - self._last_s):
+            known.rested = None
+        elif known.rested is None:
+            known.rested = replace(known)
+
+    def _rests(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
+        """Whether gravity may hold a pair together: it changes their distance by no more than that gives in a step."""
+        return abs(_parting(motions, normal)) <= _REST_STEPS * self._pull * step_s
 
     def _is_told(self, contact: Contact) -> bool:
         """Whether the impulses of a contact say what it changed: all of them, so friction's too where there is any."""
@@ -215,14 +234,18 @@ class ImpactCollector:
         return (vx + push * nx - along * ny, vy + push * ny + along * nx, spin - rub * self._turned_by[body])
 
     def _close(self, pair: _Pair) -> None:
-        contact = self._open.pop(pair)
+        whole = self._open.pop(pair)
+        contact = whole.impact()
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
         record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         # Paths that turned by rounding alone, of an impact that is undone, meet anywhere.
         known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
-        effective = _effective_time(pair, contact, self._gravity) if known_time else math.nan
+        effective = math.nan
+        if known_time:
+            held = contact is not whole
+            effective = (_landing_time if held else _effective_time)(pair, contact, self._gravity)
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         bent = bool(self._gravity.any()) and len(self._movable(pair)) < len(pair)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
@@ -237,6 +260,32 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
 
 
+def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
+    """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
+
+    Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
+    that it has at the boundary, while the free path before is a parabola, or a line where gravity moves both alike.
+    """
+    d0, u0 = _relative(pair, contact.start)
+    d1, u1 = _relative(pair, contact.end)
+    normal = np.array(contact.normal())
+    normal /= np.hypot(*normal)
+    lasted = contact.end_s - contact.start_s
+    bend = float(_relative_pull(pair, gravity) @ normal) / 2
+    closing = float((u1 - u0) @ normal)
+    apart = float((d0 - d1 + u1 * lasted) @ normal)
+    # The first root of apart - closing t + bend t^2 in the form that loses no digits.
+    square = closing * closing - 4.0 * bend * apart
+    if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
+        return math.nan
+    return contact.start_s + 2.0 * apart / (closing + math.sqrt(square))
+
+
+def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.float64]:
+    first, second = pair
+    return gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+
+
 def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
@@ -248,7 +297,7 @@ def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.floa
     d0, u0 = _relative(pair, contact.start)
     d1, u1 = _relative(pair, contact.end)
     lasted = contact.end_s - contact.start_s
-    pull = gravity[pair[1]] - gravity[pair[0]] if pair[1] >= 0 else -gravity[pair[0]]
+    pull = _relative_pull(pair, gravity)
     slope = u0 - u1 + pull * lasted
     squared = float(slope @ slope)
     if squared == 0.0:

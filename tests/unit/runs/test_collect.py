@@ -213,3 +213,64 @@ def test_without_its_tangential_impulse_a_contact_that_rubs_tells_no_velocity_be
     collector.add(DT, turning(_AFTER, _SPUN, *contacts))
     impacts, _ = collector.finish()
     assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
+
+
+G = 9.81
+
+
+def landing(
+    fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1
+) -> tuple[ImpactCollector, list[Observation]]:
+    """A ball that falls onto a floor at `fall_s` at 1 m/s aside, and rests there, or is thrown up after some steps.
+
+    While it rests, friction takes `slid` of its speed aside a step.
+    """
+    drop = G * fall_s * fall_s / 2
+    disc = Disc(position_m=(0.0, 0.1 + drop), velocity_m_s=(1.0, 0.0), radius_m=0.1)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = Scene(name="landing", discs=[disc], walls=[floor], duration_s=2, gravity_m_s2=(0, -G), wall_restitution=0)
+    seen, aside = [], 1.0
+    for k in range(1, 20):
+        t = k * DT
+        down, touches = t - fall_s, t > fall_s
+        aside -= slid if touches else 0.0
+        if not touches:
+            y, v = 0.1 + drop - G * t * t / 2, -G * t
+        else:
+            y, v = 0.1, restitution * G * fall_s if down > (lasts - 1) * DT else 0.0
+        contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),) if touches and v == 0.0 else ()
+        if touches and v and down <= lasts * DT:
+            contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),)
+        seen.append(Observation(np.array([[t, y]]), np.array([[aside, v]]), contact))
+    start = Observation(np.array([disc.position_m]), np.array([disc.velocity_m_s]))
+    return ImpactCollector(scene, start), seen
+
+
+@pytest.mark.parametrize("fall_s", [0.41, 0.55, 0.5999])
+def test_a_ball_that_lands_and_rests_has_struck_where_it_landed(fall_s: float) -> None:
+    """A contact that gravity holds to the end of the run ends its impact where it rests: the instant is the landing."""
+    collector, seen = landing(fall_s)
+    for k, now in enumerate(seen, start=1):
+        collector.add(k * DT, now)
+    impacts, effective = collector.finish()
+    assert len(impacts) == 1
+    assert effective[0] == pytest.approx(fall_s, abs=8 * math.ulp(1.0))
+
+
+def test_what_friction_takes_at_rest_is_no_part_of_the_impact() -> None:
+    """A ball that lands, and then slides more and more slowly, leaves its impact as fast as it began to slide."""
+    collector, seen = landing(0.55, slid=0.01)
+    for k, now in enumerate(seen, start=1):
+        collector.add(k * DT, now)
+    impacts, _ = collector.finish()
+    assert impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
+
+
+def test_a_soft_contact_that_throws_back_is_not_ended_where_it_turns() -> None:
+    """A contact that stands still at one boundary and then throws the ball back ends with what it throws it back at."""
+    collector, seen = landing(0.55, restitution=0.5, lasts=2)
+    for k, now in enumerate(seen, start=1):
+        collector.add(k * DT, now)
+    impacts, _ = collector.finish()
+    assert len(impacts) == 1
+    assert impacts["velocity_first_after"][0, 1] == 0.5 * G * 0.55
