@@ -79,6 +79,11 @@ class FallingBodies(Bodies):
         wait = pair_time(*first, self.radius[i], *second, self.radius[j])
         return after(start, wait)
 
+    def are_parting(self, first: int, second: int) -> bool:
+        """As without gravity of two movable discs, which fall alike; a fall onto what does not fall comes back."""
+        falls_alike = second >= 0 and self.inverse_mass[first] > 0.0 and self.inverse_mass[second] > 0.0
+        return falls_alike and super().are_parting(first, second)
+
     def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
         """Instant before which a movable and an immovable disc can't meet; None for two of a kind.
 

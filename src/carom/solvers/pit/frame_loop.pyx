@@ -96,7 +96,7 @@ cdef class FrameLoop:
             a = &s.discs[i]
             a.x, a.y, a.vx, a.vy = position[i, 0], position[i, 1], velocity[i, 0], velocity[i, 1]
             a.radius, a.inverse_mass = radius[i], 1.0 / mass[i]
-            a.cell = NOWHERE
+            a.cell, a.last = NOWHERE, NOBODY
             s.due[i] = INF if a.inverse_mass == 0.0 else 0.0
             forget(&s.record.recent[i])
         if s.record.turns:

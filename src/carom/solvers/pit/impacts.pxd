@@ -9,7 +9,7 @@ from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
 from carom.solvers.impact.record cimport has_room, record_impact
 from carom.solvers.impact.structs cimport Before, Body, Index, Spins, Wall
-from carom.solvers.pit.layout cimport Disc, State
+from carom.solvers.pit.layout cimport ON_WALL, Disc, State
 
 
 cdef inline bint discs_interfere(const Disc *a, const Disc *b) noexcept nogil:
@@ -30,6 +30,13 @@ cdef inline bint wall_interferes(const Disc *a, const Wall *wall) noexcept nogil
     along = a.vx * wall.nx + a.vy * wall.ny
     depth = (a.x - wall.x) * wall.nx + (a.y - wall.y) * wall.ny
     return along < 0.0 and depth <= a.radius
+
+
+cdef inline bint discs_part(const State *s, Index i, Index j) noexcept nogil:
+    """Return whether two discs are on the paths that their own impact gave them; one that never moves always is."""
+    a = &s.discs[i]
+    b = &s.discs[j]
+    return (a.last == j or a.inverse_mass == 0.0) and (b.last == i or b.inverse_mass == 0.0)
 
 
 cdef inline Body body_of(const State *s, Index i, bint turns) noexcept nogil:
@@ -59,6 +66,7 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
         s.record.spins[s.record.count] = spins
     else:
         collide_discs(&s.law, dx, dy, &first, &second, False, False, &spins)
+    a.last, b.last = <int>j, <int>i
     distance = sqrt(dx * dx + dy * dy)
     record_impact(
         &s.record, s.now, i, j, dx / distance, dy / distance, &before, &a.vx, &b.vx, 0.0, s.law.contact.friction > 0.0,
@@ -73,6 +81,7 @@ cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
         return
     a = &s.discs[i]
     wall = &s.walls[k]
+    a.last = <int>(ON_WALL - k)
     cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
     cdef Body body = body_of(s, i, s.record.turns)
     cdef Spins spins

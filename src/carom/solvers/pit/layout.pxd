@@ -8,6 +8,7 @@ from carom.solvers.impact.structs cimport Index, Law, Record, Turning, Wall
 
 cdef enum:
     NOWHERE = -1  # in no cell yet
+    ON_WALL = -2  # less the number of the wall: the one that a disc met last
     MOST_LEVELS = 16  # of cells: the smallest discs on the last one are 2^-16 of the largest, and smaller
     MOST_STEPS = 512  # that the discs are taken in one go: 4 KiB of lengths
 
@@ -24,7 +25,7 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     int next  # the disc that follows in its cell's chain, or NOBODY
     int cell  # number of the chain that it is in, or NOWHERE
     int level  # of cells that it is kept on: the larger a disc, the lower
-    int unused
+    int last  # the body that it met last: a disc, `ON_WALL - k` for wall k, or NOBODY
 
 
 # ---- cells ----

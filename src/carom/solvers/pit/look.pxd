@@ -14,8 +14,8 @@ from carom.constants cimport (
 from carom.solvers.impact.structs cimport NOBODY, Index
 from carom.solvers.pit.bounds cimport extent, pair_wait, wall_wait
 from carom.solvers.pit.grid cimport cell_number, chain_of, settle, time_in_leeway
-from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, wall_interferes
-from carom.solvers.pit.layout cimport MOST_STEPS, Clock, Disc, State
+from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, discs_part, wall_interferes
+from carom.solvers.pit.layout cimport MOST_STEPS, ON_WALL, Clock, Disc, State
 from carom.solvers.pit.turns cimport FIRST_TURN, HALF, ask, next_turn, turn_of
 
 # ---- whether skipping pays ----
@@ -122,7 +122,7 @@ cdef inline void test_all(State *s) noexcept nogil:
     while s.row < n:
         i = s.row
         for j in range(i + 1, n):
-            if discs_interfere(&s.discs[i], &s.discs[j]):
+            if discs_interfere(&s.discs[i], &s.discs[j]) and not discs_part(s, i, j):
                 collide_pair(s, i, j)
                 s.due[i] = s.due[j] = s.now
         s.row += 1
@@ -131,7 +131,7 @@ cdef inline void test_all(State *s) noexcept nogil:
             return
     for i in range(n):
         for k in range(s.wall_count):
-            if wall_interferes(&s.discs[i], &s.walls[k]):
+            if wall_interferes(&s.discs[i], &s.walls[k]) and s.discs[i].last != ON_WALL - k:
                 collide_wall(s, i, k)
                 s.due[i] = s.now
     s.row = 0
@@ -148,6 +148,8 @@ cdef inline void test_all(State *s) noexcept nogil:
 cdef inline double ask_or_wait(State *s, Index i, Index j, double extent_i, double least) noexcept nogil:
     """Ask for the test of two discs if it is due now; return the lesser of `least` and how long the two can wait."""
     s.counts.pair_tests += 1
+    if discs_part(s, i, j):
+        return least
     wait = pair_wait(s, &s.discs[i], &s.discs[j], extent_i)
     if wait == IN_CONTACT:
         ask(s, turn_of(i, j) if i < j else turn_of(j, i))
@@ -202,6 +204,8 @@ cdef inline void look_around(State *s, Index i) noexcept nogil:
     extent_i = extent(s, a)
     least = time_in_leeway(s, a, PATH_MARGIN * extent_i)
     for k in range(s.wall_count):
+        if a.last == ON_WALL - k:
+            continue
         wait = wall_wait(a, &s.walls[k], extent_i)
         if wait == IN_CONTACT:
             ask(s, turn_of(s.disc_count + i, k))

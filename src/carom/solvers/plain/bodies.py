@@ -140,6 +140,15 @@ class Bodies:
         approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
         return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
 
+    def are_parting(self, first: int, second: int) -> bool:
+        """Whether two bodies (a wall is negative) are on the paths that their own impact gave them.
+
+        The law leaves no approach, and straight paths bring none: what rounding leaves of it is no impact. Where the
+        restitution is 0, it is all that there is.
+        """
+        just_met = self._has_just_met(first, second)
+        return just_met if second < 0 else just_met and self._has_just_met(second, first)
+
     def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
         """Bring both bodies (a wall is negative) to `time_s` since the epoch, and through their impact.
 

@@ -9,10 +9,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.stage import disc_at, staged, wall_at
+from tests.unit.solvers.pit.forms import finished
 from tests.unit.solvers.strategies import line
 
 from carom.errors import InputError
 from carom.solvers.pic import solve_pic
+from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import solve_pit
 
 U = 2.0**-53
@@ -133,3 +135,20 @@ def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
     """A frame rate of zero, less, infinity or NaN is refused by name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
         solve_pit(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
+
+
+@pytest.mark.parametrize("against", ["wall", "disc", "immovable"])
+def test_an_impact_that_leaves_no_approach_is_reported_once(against: str) -> None:
+    """At e = 0, at any tilt, rounding leaves some 1e-17 m/s of approach, which is no impact: a pair has one."""
+    rng, clock = np.random.default_rng(3), FrameClock.at_rate(60.0)
+    for _ in range(64):
+        angle = float(rng.uniform(0.0, math.tau))
+        n = np.array([math.cos(angle), math.sin(angle)])
+        velocity = rng.uniform(-2.0, 2.0) * n[::-1] * [1.0, -1.0] - 3.0 * n
+        disc = disc_at(*(2.0 * n).tolist(), *velocity.tolist(), r=0.5)
+        if against == "wall":
+            scene = staged("tilted", disc, wall_at(0, 0, *n.tolist()), wall_restitution=0, duration_s=3)
+        else:
+            mass = math.inf if against == "immovable" else 1.7
+            scene = staged("tilted", disc, disc_at(0, 0, r=2.0 - 0.6, m=mass), restitution=0, duration_s=3)
+        assert len(finished(scene, clock).log) == len(solve_pit(scene).impacts) == 1
