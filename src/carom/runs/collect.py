@@ -283,7 +283,8 @@ def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float6
 
 def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.float64]:
     first, second = pair
-    return gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+    pull: NDArray[np.float64] = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+    return pull
 
 
 def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
