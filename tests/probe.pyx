@@ -7,15 +7,18 @@ from carom.constants cimport INF
 from carom.physics cimport double_double, wall_time as wall
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, find_near_walls, put, take
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take
 from carom.solvers.event_driven.layout cimport (
-    NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
+    NO_WALL, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
+from carom.solvers.event_driven.obstacles cimport find_obstacles
 from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
 from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
 from carom.solvers.impact cimport law
 from carom.solvers.impact.ambiguity cimport add_contact, forget
 from carom.solvers.impact.resolution cimport clock_resolution, pair_resolution, wall_resolution
+
+from libc.stdlib cimport free
 
 import numpy as np
 
@@ -130,7 +133,7 @@ cdef class Cells:
     cdef State s
     cdef Prediction[::1] predictions
     cdef int[::1] cells, chain
-    cdef unsigned char[::1] near_walls
+    cdef unsigned int[::1] list_of
     cdef object kept
 
     def __cinit__(self, double[:, ::1] position, double[::1] radius, double[:, ::1] walls):
@@ -145,10 +148,13 @@ cdef class Cells:
         self.predictions = np.zeros(n, layouts()["Prediction"])
         self.cells = np.full(cell_count(&s.grid) * PLACES, NOBODY, np.int32)
         self.chain = np.zeros(n, np.int32)
-        self.near_walls = np.zeros(cell_count(&s.grid), np.uint8)
+        self.list_of = np.zeros(cell_count(&s.grid), np.uint32)
         s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
-        s.grid.cells, s.grid.chain, s.grid.near_walls = <Cell *>&self.cells[0], &self.chain[0], &self.near_walls[0]
-        find_near_walls(s)
+        s.grid.cells, s.grid.chain, s.grid.list_of = <Cell *>&self.cells[0], &self.chain[0], &self.list_of[0]
+        find_obstacles(&s.grid, s.walls, s.wall_count)
+
+    def __dealloc__(self):
+        free(self.s.grid.lists)
 
     def put(self, Index i, Index row, Index column):
         put(&self.s, i, row, column)
@@ -171,7 +177,11 @@ cdef class Cells:
         """Lower left corner, width of a cell, numbers of columns and rows."""
         return self.s.grid.x0, self.s.grid.y0, self.s.grid.width, self.s.grid.columns, self.s.grid.rows
 
-    @property
-    def walls_near(self):
-        """A bit a wall that a disc may meet, of each cell, with the ring around."""
-        return np.array(self.near_walls).reshape(-1, self.s.grid.stride)
+    def walls_near(self, Index row, Index column):
+        """Return the numbers of the walls that a disc in a cell may meet, as the cell knows them; the ring is row 0."""
+        numbers = self.s.grid.lists + self.list_of[row * self.s.grid.stride + column]
+        found = []
+        while numbers[0] != NO_WALL:
+            found.append(numbers[0])
+            numbers += 1
+        return found

@@ -1,4 +1,4 @@
-"""The broad phase: square cells that tell which discs are near each other, and which walls are near a disc.
+"""The broad phase: square cells that tell which discs are near each other.
 
 A cell is wider than the largest sum of two radii, so discs whose cells are not neighbours are apart. The outermost cells
 have no end outwards, so a disc is in some cell wherever it goes. Around them lies a ring of cells that stay empty, which
@@ -10,18 +10,17 @@ from libc.math cimport fabs, sqrt
 
 from carom.constants cimport CELL_MARGIN, CELLS_PER_DISC, COORDINATE_ERROR
 from carom.physics.double_double cimport greater, lesser
-from carom.physics.pair_time cimport approach
 from carom.solvers.event_driven.layout cimport *
 
-cdef inline double largest_reach(const double *radius, Index discs) noexcept nogil:
-    """Return the largest sum of two radii; that of a single disc with one of its own size."""
+cdef inline double largest_reach(Grid *g, const double *radius, Index discs) noexcept nogil:
+    """Note the largest radius; return the largest sum of two, that of a single disc with one of its own size."""
     cdef Index i
-    cdef double first = 0.0
     cdef double second = 0.0
+    g.radius = 0.0
     for i in range(discs):
-        second = greater(second, lesser(first, radius[i]))
-        first = greater(first, radius[i])
-    return first + (second if discs > 1 else first)
+        second = greater(second, lesser(g.radius, radius[i]))
+        g.radius = greater(g.radius, radius[i])
+    return g.radius + (second if discs > 1 else g.radius)
 
 
 cdef inline void choose_grid(
@@ -43,7 +42,7 @@ cdef inline void choose_grid(
     largest = greater(greater(fabs(x0), fabs(x1)), greater(fabs(y0), fabs(y1)))
     for i in range(wall_count):  # what a wall sends back has been as far as the wall
         largest = greater(largest, fabs(walls[i].x * walls[i].nx + walls[i].y * walls[i].ny))
-    reach = largest_reach(radius, discs)
+    reach = largest_reach(g, radius, discs)
     width = (reach * (1.0 + CELL_MARGIN) + largest * COORDINATE_ERROR) * cell_factor
     width = greater(width, sqrt((x1 - x0) / discs * (y1 - y0) / CELLS_PER_DISC))
     width = greater(width, greater((x1 - x0) / most, (y1 - y0) / most))
@@ -60,36 +59,6 @@ cdef inline void choose_grid(
 
 cdef inline Index cell_count(const Grid *g) noexcept nogil:
     return g.stride * (g.rows + 2)
-
-
-cdef inline void find_near_walls(State *s) noexcept nogil:
-    """Note for each cell which walls a disc in it may meet: those within a radius of it, and half its diagonal.
-
-    That is .71 of its width: a whole one leaves .29 for the roundings of a path. A cell at the rim has no end outwards,
-    so a wall is near it that comes nearer in that direction.
-    """
-    g = &s.grid
-    cdef Index k, row, column
-    cdef int near, bit
-    cdef double radius = 0.0
-    for k in range(s.disc_count):
-        radius = greater(radius, s.discs[k].radius)
-    for k in range(s.wall_count):
-        wall = &s.walls[k]
-        bit = 1 << (k if k < LAST_WALL_BIT else LAST_WALL_BIT)
-        for row in range(g.rows + 2):
-            for column in range(g.stride):
-                x = g.x0 + (column - 0.5) * g.width
-                y = g.y0 + (row - 0.5) * g.width
-                distance = approach(x - wall.x, y - wall.y, wall.nx, wall.ny)
-                near = (
-                    not distance.value - distance.error >= radius + g.width
-                    or (column <= 1 and wall.nx > 0.0)
-                    or (column >= g.columns and wall.nx < 0.0)
-                    or (row <= 1 and wall.ny > 0.0)
-                    or (row >= g.rows and wall.ny < 0.0)
-                )
-                g.near_walls[row * g.stride + column] |= bit * near
 
 
 cdef inline void put(State *s, Index i, Index row, Index column) noexcept nogil:

@@ -1,7 +1,7 @@
 """The event-driven kernel: takes a run forward from event to event.
 
-Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd` and `exits.pxd`
-(who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, the rooms of `impact/` that
+Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd`,
+`obstacles.pxd` and `exits.pxd` (who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, the rooms of `impact/` that
 all solvers share, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
 """
 
@@ -9,16 +9,17 @@ from cython cimport unlikely
 from cython.view cimport array
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free, realloc
-from libc.string cimport memcpy, memset
+from libc.string cimport memcpy
 
 from carom.constants cimport EPOCH_IMPACTS
 from carom.physics.double_double cimport greater, two_sum
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
 from carom.solvers.event_driven.exits cimport predict_exit
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, find_near_walls
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells
 from carom.solvers.event_driven.impacts cimport carry_out_pair, carry_out_wall, move, reported_time
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
+from carom.solvers.event_driven.obstacles cimport find_obstacles
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.scan cimport predict_impact
 from carom.solvers.impact.ambiguity cimport forget
@@ -194,7 +195,7 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     s.queue.holder = <int *>reserve(&end, queue_length * sizeof(int))
     s.grid.cells = <Cell *>reserve(&end, cell_count(&s.grid) * sizeof(Cell))
     s.grid.chain = <int *>reserve(&end, s.disc_count * sizeof(int))
-    s.grid.near_walls = <unsigned char *>reserve(&end, cell_count(&s.grid))
+    s.grid.list_of = <unsigned int *>reserve(&end, cell_count(&s.grid) * sizeof(int))
     s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
     turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
@@ -276,13 +277,14 @@ cdef class Kernel:
             s.queue.time[i] = INF
             s.queue.holder[i] = 0
         memcpy(s.walls, &walls[0, 0], s.wall_count * sizeof(Wall))
-        memset(s.grid.near_walls, 0, cell_count(&s.grid))
-        find_near_walls(s)
+        if not find_obstacles(&s.grid, s.walls, s.wall_count):
+            raise MemoryError("no memory for what the cells know of the walls")
 
     def __dealloc__(self):
         free(self.s.record.rows)
         free(self.s.record.spins)
         free(self.s.record.ambiguous)
+        free(self.s.grid.lists)
 
     def run(self, double until, Index impacts, Index events):
         """Call the loop; return how it ended, an `Ending`."""
@@ -355,7 +357,7 @@ cdef class Kernel:
     @property
     def nbytes(self):
         """Bytes of the run's memory, recorded impacts left out."""
-        return self.memory.nbytes
+        return self.memory.nbytes + self.s.grid.list_room * sizeof(int)
 
     cdef last_impacts(self):
         """Return the times of each disc's last impact, where the TC model asks for them, else nothing."""

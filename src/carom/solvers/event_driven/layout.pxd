@@ -18,7 +18,9 @@ cdef enum:
     COLUMN_BITS = 16
     COLUMN_MASK = 0xFFFF
     MOST_WALLS = 32767  # `Prediction.wall` is a short
-    LAST_WALL_BIT = 7  # of `Grid.near_walls`: the bit of the eighth wall and of all that follow
+    OUTWARD = 2  # widths of a cell by which the lists of cells at the rim hold beyond it: a row that a gas leaves empty
+    EMPTY_LIST = 0  # of `Grid.lists`
+    FULL_LIST = 1
 
     SIBLINGS = 8  # times that the event queue compares with one another: a cache line
     LEVELS = 11  # of the event queue: 8^10 discs are 10^9
@@ -96,10 +98,14 @@ cdef enum:
 cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     Cell *cells  # row by row, with the ring
     int *chain  # the disc that follows a disc in its cell's chain, or NOBODY
-    unsigned char *near_walls  # of a cell: a bit a wall that a disc in it may meet
+    unsigned int *list_of  # of a cell: where in `lists` the numbers of the walls begin that a disc in it may meet
+    int *lists  # ascending, NO_WALL at the end of each: see obstacles.pxd
+    Index listed  # numbers in `lists`
+    Index list_room
     double x0  # lower left corner of the first cell within the ring
     double y0
     double width  # of a cell
+    double radius  # of the largest disc
     Index columns  # without the ring
     Index rows
     Index stride  # from a cell to the one above it

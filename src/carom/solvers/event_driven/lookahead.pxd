@@ -37,7 +37,7 @@ cdef inline void fetch_cells(const State *s, Index i) noexcept nogil:
         cells = s.grid.cells + block.first + line * block.to_line
         fetch(cells)
         fetch(&cells[2].disc[PLACES - 1])
-    fetch(s.grid.near_walls + block.first + block.to_line + 1)
+    fetch(s.grid.list_of + block.first + block.to_line + 1)
 
 
 cdef inline void fetch_surroundings(const State *s, Index i) noexcept nogil:

@@ -73,7 +73,6 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
     wall = (6.0 - distance * ny, 7.0 + distance * nx, nx, ny)
     grid = probe.Cells(GAS.position_m, GAS.radius_m, np.array([wall]))
     x0, y0, width, columns, rows = grid.grid
-    near = grid.walls_near
     qx, qy, mx, my = map(Fraction, wall)
     touched = 0
     for row in range(rows):
@@ -82,6 +81,29 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
                 x, y = Fraction(x0 + (column + at_x) * width), Fraction(y0 + (row + at_y) * width)
                 if abs((x - qx) * mx + (y - qy) * my) <= Fraction(0.5):
                     touched += 1
-                    assert near[1 + row, 1 + column] & 1
+                    assert grid.walls_near(1 + row, 1 + column) == [0]
     if distance <= 1e15:  # beyond, the wall given by these floats may pass by
         assert touched
+
+
+def test_each_of_many_walls_is_known_to_the_cells_in_which_a_disc_touches_it_and_to_few_others() -> None:
+    """Of 300 walls around the gas a cell knows all that a disc in it touches; most cells in the middle know none."""
+    turned = [complex(math.cos(k), math.sin(k)) for k in range(300)]
+    middle, side = np.mean(GAS.position_m, axis=0), max(x for x, _, _, _ in GAS.walls)
+    walls = np.array(
+        [(middle[0] + 0.6 * side * n.real, middle[1] + 0.6 * side * n.imag, -n.real, -n.imag) for n in turned]
+    )
+    grid = probe.Cells(GAS.position_m, GAS.radius_m, walls)
+    x0, y0, width, columns, rows = grid.grid
+    known = {(row, column): grid.walls_near(1 + row, 1 + column) for row in range(rows) for column in range(columns)}
+    touched = 0
+    for (row, column), numbers in known.items():
+        assert numbers == sorted(set(numbers))
+        for at_x, at_y in ((0.05, 0.05), (0.95, 0.05), (0.5, 0.5), (0.05, 0.95), (0.95, 0.95)):
+            x, y = x0 + (column + at_x) * width, y0 + (row + at_y) * width
+            distance = (x - walls[:, 0]) * walls[:, 2] + (y - walls[:, 1]) * walls[:, 3]
+            near = np.flatnonzero(np.abs(distance) <= 0.5)
+            touched += len(near)
+            assert set(near.tolist()) <= set(numbers)
+    assert touched > len(walls)
+    assert sum(not numbers for numbers in known.values()) > len(known) / 3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -49,6 +50,27 @@ def test_no_result_depends_on_the_cells(name: str, cell_factor: float) -> None:
     start = starts()[name]
     reference = outcome_of(run_for(start, 20_000))
     assert outcome_of(run_for(start, 20_000, cell_factor=cell_factor)) == reference
+
+
+@pytest.mark.parametrize("room", [1.0, 8.0])
+@pytest.mark.parametrize("sides", [3, 8, 60])
+def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
+    """In polygons, tight and so wide that discs leave all cells far behind, the bits are those of all pairs."""
+    rng = np.random.default_rng(sides)
+    start = random_start(rng, 12, walls=False)
+    middle = start.position_m.mean(axis=0)
+    reach = room * float(np.max(np.hypot(*(start.position_m - middle).T) + start.radius_m)) + 0.25
+    angles = 2 * np.pi * (np.arange(sides) + rng.uniform()) / sides
+    normals = -np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    rows = np.hstack([middle - reach * normals, normals])
+    walls = tuple((float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in rows)
+    scene = scene_of(replace(start, walls=walls, wall_restitution=0.9), 100.0)
+    kernel, plain = EventDrivenRun(scene), AllPairsRun(scene)
+    for run in (kernel, plain):
+        run.advance_to(math.inf, 600)
+    assert kernel.counts["wall_impacts"] > 50
+    assert kernel.log.array().tobytes() == plain.log.array().tobytes()
+    assert kernel.positions().tobytes() == plain.positions().tobytes()
 
 
 def test_a_large_gas_does_not_depend_on_the_cells() -> None:

@@ -1,0 +1,85 @@
+"""What walls cost a gas that meets few of them: ``python -m benchmarks.walls [walls ...]``.
+
+A gas at packing .3 in a box, and the same gas with walls more. "Far" are walls that touch a circle around the box, of
+the radius of its side, so that the gas meets none of them: what they cost is due to their number alone. "Around" the
+gas stands a polygon of that many walls instead of the box, and it meets them all.
+
+Each row times both gases in turn, each in an interpreter of its own, and prints the median of the paired ratios of
+processor time, with the quartiles; with ``--baseline`` (the path of its Python) the same of another environment.
+"""
+
+from __future__ import annotations
+
+import statistics
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from benchmarks.arguments import count, parser, run
+from benchmarks.baseline import Interpreter
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+__all__ = ["main"]
+
+_WALLS = (8, 100, 1000)
+_SIZES = (100, 1000, 10_000)
+
+#: Answers a number of impacts by the seconds that they took.
+_GAS = """
+import dataclasses, math, sys, time
+import numpy as np
+from carom.bench.gas import hard_disc_gas
+from carom.solvers.event_driven.run import EventDrivenRun
+gas, walls = hard_disc_gas({discs}, 0.3), {walls}
+if walls:
+    side = max(x for x, _, _, _ in gas.walls)
+    middle = side / 2
+    far = side / 2**0.5 + 1 if {around} else side
+    angles = 2 * math.pi * (np.arange(walls) + 0.5) / walls
+    turned = [(math.cos(angle), math.sin(angle)) for angle in angles]
+    more = tuple((middle + far * x, middle + far * y, -x, -y) for x, y in turned)
+    gas = dataclasses.replace(gas, walls=more if {around} else (*gas.walls, *more))
+run = EventDrivenRun(gas, record="none")
+run.advance_to(math.inf, 20 * {discs})
+for line in sys.stdin:
+    last = run.impacts + int(line)
+    begin = time.thread_time()
+    run.advance_to(math.inf, last)
+    print(time.thread_time() - begin, flush=True)
+"""
+
+
+def compare(discs: int, walls: int, around: bool, python: str | None, impacts: int, rounds: int) -> str:
+    """Return the time of a gas with walls more over that of the gas in its box: median and quartiles."""
+    with ExitStack() as stack:
+        box, more = (
+            stack.enter_context(Interpreter(_GAS.format(discs=discs, walls=number, around=around), python))
+            for number in (0, walls)
+        )
+        ratios = [more.ask(str(impacts))[0] / box.ask(str(impacts))[0] for _ in range(rounds)]
+    low, middle, high = statistics.quantiles(ratios, n=4)
+    return f"{middle:.2f} [{low:.2f} {high:.2f}]"
+
+
+def main(walls: Sequence[int], baseline: str, impacts: int, rounds: int) -> None:
+    """Print the table."""
+    print(f"{'discs':>7} {'walls':>6} {'':>7} {'times the box':>18}" + (f" {'baseline':>18}" if baseline else ""))
+    for discs in _SIZES:
+        for number in walls:
+            for around in (False, True):
+                ratios = [
+                    compare(discs, number, around, python, impacts, rounds)
+                    for python in ([None, baseline] if baseline else [None])
+                ]
+                where = "around" if around else "far"
+                print(f"{discs:7d} {number:6d} {where:>7}" + "".join(f" {ratio:>18}" for ratio in ratios), flush=True)
+
+
+if __name__ == "__main__":
+    command = parser("benchmarks.walls", __doc__)
+    command.add_argument("walls", nargs="*", type=count, default=_WALLS, help="numbers of walls more")
+    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
+    command.add_argument("--impacts", type=count, default=100_000, help="impacts timed at a time")
+    command.add_argument("--rounds", type=count, default=9, help="times that each is timed")
+    run(command, main)

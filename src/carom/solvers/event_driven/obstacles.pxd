@@ -1,0 +1,131 @@
+"""Which obstacles a cell knows: all that a disc in it may meet, and few others. An obstacle is a wall, so far.
+
+The grid is halved again and again, and each half keeps those of the whole's obstacles that come near it: so one that few
+cells know costs the others nothing. A cell has the place of its list in a row of lists, each of which holds numbers in
+ascending order and ends with NO_WALL; cells far from all share the first list, which is empty.
+
+Where no disc can be, wholly behind a wall, a cell knows all: it need not be right, but it misses none. A cell at the rim
+has no end outwards, its list has: for a disc that leaves the area of the lists all obstacles are looked at. What is finite
+(a segment, an arc) wants its own `side_of` here, which is never BEHIND, and its own time in exits.pxd.
+"""
+
+from libc.stdlib cimport free, malloc, realloc
+from libc.string cimport memcpy
+
+from carom.physics.double_double cimport lesser
+from carom.physics.pair_time cimport approach
+from carom.solvers.event_driven.layout cimport *
+
+cdef enum Side:  # of an obstacle, on which cells lie
+    CLEAR = 0  # no disc in them meets it
+    NEAR = 1
+    BEHIND = 2  # where it lets no disc be
+
+cdef struct Cells:  # a block of them; the ring is row 0 and column 0
+    Index left
+    Index right  # one past the last
+    Index low
+    Index high
+
+
+cdef inline double edge(double begin, double width, Index count, Index k) noexcept nogil:
+    """Return where row or column `k` of `count` begins; the first begins, and the last ends, OUTWARD beyond the grid."""
+    if k <= 1:
+        return begin - OUTWARD * width
+    return begin + (k - 1 if k <= count else count + OUTWARD) * width
+
+
+cdef inline Side side_of(const Grid *g, const Wall *wall, const Cells *c) noexcept nogil:
+    """Return how some cells lie to a wall: near it are those within a radius of it, and half their diagonal.
+
+    Of one cell that is .71 of its width: a whole one leaves .29 for the roundings of a path, and of more cells more.
+    """
+    left = edge(g.x0, g.width, g.columns, c.left)
+    right = edge(g.x0, g.width, g.columns, c.right)
+    low = edge(g.y0, g.width, g.rows, c.low)
+    high = edge(g.y0, g.width, g.rows, c.high)
+    reach = g.radius + 0.5 * ((right - left) + (high - low))
+    distance = approach(0.5 * (left + right) - wall.x, 0.5 * (low + high) - wall.y, wall.nx, wall.ny)
+    if distance.value + distance.error < -reach:
+        return BEHIND
+    return CLEAR if distance.value - distance.error >= reach else NEAR
+
+
+cdef inline double time_in_area(const Grid *g, const Disc *a) noexcept nogil:
+    """Return for how long, from its own time, a disc stays where the lists of its cells hold; below 0 where it does not."""
+    left = edge(g.x0, g.width, g.columns, 1)
+    right = edge(g.x0, g.width, g.columns, g.columns + 1)
+    low = edge(g.y0, g.width, g.rows, 1)
+    high = edge(g.y0, g.width, g.rows, g.rows + 1)
+    if not (left <= a.x <= right and low <= a.y <= high):
+        return -1.0
+    across = ((right if a.vx > 0.0 else left) - a.x) / a.vx if a.vx != 0.0 else INF
+    along = ((high if a.vy > 0.0 else low) - a.y) / a.vy if a.vy != 0.0 else INF
+    return lesser(across, along)
+
+
+cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nogil:
+    """Add a list to the row of lists; return whether there is memory."""
+    cdef Index room
+    if g.listed + count + 1 > g.list_room:
+        room = 2 * g.list_room + count + 64
+        lists = <int *>realloc(g.lists, room * sizeof(int))
+        if lists == NULL:
+            return False
+        g.lists, g.list_room = lists, room
+    memcpy(g.lists + g.listed, numbers, count * sizeof(int))
+    g.lists[g.listed + count] = NO_WALL
+    g.listed += count + 1
+    return True
+
+
+cdef inline bint share_list(Grid *g, const Cells *c, unsigned int place) noexcept nogil:
+    """Give some cells the list at a place of the row."""
+    cdef Index row, column
+    for row in range(c.low, c.high):
+        for column in range(c.left, c.right):
+            g.list_of[row * g.stride + column] = place
+    return True
+
+
+cdef inline bint list_walls(Grid *g, const Wall *walls, Cells c, int *known, Index count) noexcept nogil:
+    """Give some cells their lists, of the walls that are `known` to all of them; return whether there is memory.
+
+    Behind `known` there is room for as many numbers a halving.
+    """
+    cdef Index k, side
+    cdef Index kept = 0
+    cdef Cells half = c
+    near = known + count
+    for k in range(count):
+        side = side_of(g, &walls[known[k]], &c)
+        if side == BEHIND:
+            return share_list(g, &c, FULL_LIST)
+        near[kept] = known[k]
+        kept += side == NEAR
+    if kept == 0:
+        return share_list(g, &c, EMPTY_LIST)
+    width = c.right - c.left
+    height = c.high - c.low
+    if width == height == 1:
+        share_list(g, &c, <unsigned int>g.listed)
+        return add_list(g, near, kept)
+    if width >= height:
+        half.right = c.left = c.left + width // 2
+    else:
+        half.high = c.low = c.low + height // 2
+    return list_walls(g, walls, half, near, kept) and list_walls(g, walls, c, near, kept)
+
+
+cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcept nogil:
+    """Give every cell the list of what a disc in it may meet; return whether there is memory."""
+    cdef Index k
+    numbers = <int *>malloc((2 * COLUMN_BITS + 2) * (count + 1) * sizeof(int))
+    if numbers == NULL:
+        return False
+    for k in range(count):
+        numbers[k] = <int>k
+    cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, count)
+    done = done and list_walls(g, walls, Cells(1, g.columns + 1, 1, g.rows + 1), numbers, count)
+    free(numbers)
+    return done
