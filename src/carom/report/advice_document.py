@@ -88,7 +88,7 @@ def _fewest(advice: Advice, which: str, question: Question) -> str:
     """Return who takes the longest step that passes, or all of them who do."""
     passing = [(found.dt_s, answer.method) for answer in advice.answers if (found := question(answer).passes)]
     if not passing:
-        return f"Steps {which}: none of those tried, of any engine."
+        return f"Steps {which}: no answer was found, for any engine."
     longest = max(dt_s for dt_s, _ in passing)
     names = [_name(method) for dt_s, method in passing if dt_s == longest]
     who = names[0] if len(names) == 1 else f"{wording.listed(names)} tie"
@@ -105,10 +105,7 @@ def _yardstick(advice: Advice) -> str:
         return f"{one} and {other} a second, by closed form"
     if advice.sampling is None:
         return ""
-    one, other = (
-        f"none up to {_rate(found.down_to_s)}" if found.passes is None else _rate(found.passes.dt_s)
-        for found in (advice.sampling.never_misses, advice.sampling.demand)
-    )
+    one, other = (_range(found) for found in (advice.sampling.never_misses, advice.sampling.demand))
     return f"{one} and {other} a second, by trying"
 
 
@@ -173,7 +170,12 @@ def _rates(trials: Iterable[StepTrial]) -> str:
 
 
 def _range(found: StepRange) -> str:
-    return "none" if found.passes is None else f"{_rate(found.passes.dt_s)}-{_rate(found.down_to_s)}"
+    if found.passes is not None:
+        return f"{_rate(found.passes.dt_s)}-{_rate(found.down_to_s)}"
+    if math.isnan(found.down_to_s):
+        return wording.ABSENT
+    failed = found.fails is not None and found.fails.dt_s == found.down_to_s
+    return "none" if failed else "unfinished"
 
 
 def _fails(answer: Advised, found: StepRange) -> str:

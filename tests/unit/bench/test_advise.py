@@ -221,7 +221,7 @@ def test_with_friction_pit_is_tried() -> None:
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
     assert "were there no friction" in text
-    assert f"and {1 / answer.passes.dt_s:.4g} a second, by trying" in text
+    assert f"and {1 / answer.passes.dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
 
 
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -9,7 +10,7 @@ import pytest
 from tests.unit.report.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 from tests.unit.report.test_terminal import printed
 
-from carom.bench.adviser import Advice, SearchEnding, Unable
+from carom.bench.adviser import Advice, SearchEnding, StepRange, Unable
 from carom.bench.points import Curve
 from carom.cli.ascii_signs import ERRORS
 from carom.report import wording
@@ -115,11 +116,7 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
     one = found.answers[0]
     never = replace(one.never_misses, fails=None)
     refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
-    (row,) = (
-        line
-        for line in printed(advice_document(replace(found, answers=(refused,))), 120)
-        if line.startswith(f"{one.method.engine} {one.method.profile}")
-    )
+    (row,) = rows(replace(found, answers=(refused,)))
     assert row.count("refused") == 2
     unable = Unable(Method("box2d", "default"), "the scene has walls")
     assert "Not searched: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
@@ -137,9 +134,24 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
     rates = [wording.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
     assert f"Not monotone: steps of box2d default miss none at {rates[0]} a second, and not at {rates[1]}." in text
     assert text.count("Not monotone") == 1
-    nothing = replace(one.demand, passes=None)
-    text = said(replace(found, answers=(replace(one, demand=nothing),)))
-    assert "Steps that also keep directions to 1°: none of those tried, of any engine." in text
+    (row,) = rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
+    assert row.split()[4] == "unfinished"
+    finest = one.trials[-1]
+    nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
+    assert "Steps that also keep directions to 1°: no answer was found, for any engine." in said(
+        replace(found, answers=(replace(one, demand=nothing),))
+    )
+    (row,) = rows(replace(found, answers=(replace(one, demand=nothing),)))
+    assert row.split()[4:6] == ["none", wording.number(1 / finest.dt_s, 4)]
+    untried = StepRange(None, math.nan, None, (), ())
+    (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
+    assert row.split()[2:] == ["n/a"] * 5
+
+
+def rows(found: Advice) -> list[str]:
+    """The lines of the table that are about a method."""
+    names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
+    return [line for line in printed(advice_document(found), 120) if any(map(line.startswith, names))]
 
 
 @pytest.mark.parametrize(
