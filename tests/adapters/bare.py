@@ -30,6 +30,7 @@ class Thrown:
         restitution: Coefficient given to both, so that the engine's own rule makes it `restitution` again.
         inertia: Moment of inertia, kg m^2; None leaves it as shipped.
         steps_before: Steps before the touch.
+        late: By how much of a step the step that ends with an overlap ends after the touch.
     """
 
     velocity: tuple[float, float] = (2.0, -3.0)
@@ -38,11 +39,12 @@ class Thrown:
     restitution: float = 1.0
     inertia: float | None = 0.125
     steps_before: float = 1.0
+    late: float = LATE
 
     @property
     def height_m(self) -> float:
         """Height of the centre over the floor at the start."""
-        return RADIUS_M - self.velocity[1] * DT_S * (self.steps_before - LATE)
+        return RADIUS_M - self.velocity[1] * DT_S * (self.steps_before - self.late)
 
 
 Left = tuple[float, float, float]

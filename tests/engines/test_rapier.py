@@ -43,7 +43,7 @@ def _bullet(phase: float, mass_kg: float) -> Scene:
     )
 
 
-@pytest.mark.parametrize(("refinement", "least", "most"), [(1, 0.095, 0.225), (4, 0.095, 0.15), (16, 0.095, 0.18)])
+@pytest.mark.parametrize(("refinement", "least", "most"), [(1, 0.12, 0.225), (4, 0.12, 0.15), (16, 0.12, 0.18)])
 def test_the_default_margin_invents_an_impact_of_discs_that_never_touch(
     rapier: Adapter, finish: Finish, refinement: int, least: float, most: float
 ) -> None:
