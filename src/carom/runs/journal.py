@@ -152,8 +152,11 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     if there.get("format") != JOURNAL_FORMAT:
         of = f"it is of format {shortened(repr(there.get('format')))}, as another version of Carom wrote it"
         return f"{of}, and this one is {JOURNAL_FORMAT}"
-    name = next(name for name in (*here, *there) if there.get(name) != here.get(name))
-    return f"its {shortened(name)} is {shortened(str(there.get(name)))}, and this one's {here.get(name)}"
+    # A name that only one of the two has differs, though it be null.
+    differs = (name for name in (*here, *there) if (name in there, there.get(name)) != (name in here, here.get(name)))
+    name = next(differs)
+    its, own = (shortened(str(one.get(name, "absent"))) for one in (there, here))
+    return f"its {shortened(name)} is {its}, and this one's {own}"
 
 
 def _parsed(line: bytes) -> Any:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import base64
 import dataclasses
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_type_hints
 
 import numpy as np
@@ -50,21 +51,31 @@ class Codec(Generic[T]):
         return value
 
 
-def _array(dtype: DTypeLike) -> Any:
-    """Return the type of an array, or none, as pydantic can carry it."""
+def _sound(read: Callable[[Any], Any]) -> PlainValidator:
+    """Return a validator by which whatever can't be read is refused: pydantic takes a ValueError alone for that."""
 
-    def packed(array: NDArray[Any] | None) -> Any:
-        if array is None:
-            return None
+    def sound(found: Any) -> Any:
+        try:
+            return read(found)
+        except ValueError:
+            raise
+        except Exception as error:
+            raise ValueError(f"{type(error).__name__}: {error}") from None
+
+    return PlainValidator(sound)
+
+
+def _array(dtype: DTypeLike) -> Any:
+    """Return the type of an array as pydantic can carry it; with `| None` it may be absent."""
+
+    def packed(array: NDArray[Any]) -> Any:
         return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
 
-    def unpacked(found: Any) -> NDArray[Any] | None:
-        if found is None:
-            return None
+    def unpacked(found: Any) -> NDArray[Any]:
         shape, data = found
         return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
 
-    return Annotated[Any, PlainSerializer(packed), PlainValidator(unpacked)]
+    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
@@ -85,12 +96,12 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
         return text
 
     def unpacked(text: Any) -> Any:
-        if text is None or isinstance(text, kind):
+        if isinstance(text, kind):
             return text
         found = twin.model_validate_json(text)
         return _in_shape(kind(**{name: getattr(found, name) for name in names}))
 
-    return Annotated[Any, PlainSerializer(packed), PlainValidator(unpacked)]
+    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
 
 
 def _in_shape(value: Any) -> Any:
@@ -124,17 +135,17 @@ if TYPE_CHECKING:
     CarriedObservation = Observation
     CarriedTrace = Trace
 else:
-    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS)
+    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
     CarriedTrace = _carried(
         Trace,
         impacts=_array(IMPACT_DTYPE),
         final_position_m=_FLOATS,
         final_velocity_m_s=_FLOATS,
-        effective_time_s=_FLOATS,
-        state_before=_array(STATE_DTYPE),
-        impacts_per_disc=_array(np.int64),
-        spins=_array(SPIN_DTYPE),
-        final_spin_rad_s=_FLOATS,
+        effective_time_s=_FLOATS | None,
+        state_before=_array(STATE_DTYPE) | None,
+        impacts_per_disc=_array(np.int64) | None,
+        spins=_array(SPIN_DTYPE) | None,
+        final_spin_rad_s=_FLOATS | None,
         samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
         local_truth=_carried(
             LocalTruth, windows=_array(WINDOW_DTYPE), meetings=_array(MEETING_DTYPE), slips=_array(SLIP_DTYPE)
