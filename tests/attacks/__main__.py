@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from random import Random
 
-from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes
+from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes, wild
 
 Tries = Callable[[Random, Path], Iterator[str]]
 
@@ -80,6 +80,9 @@ ATTACKS = {
         kills.attack,
     ),
     "hostile": Attack("acts of hostile adapters", "a truthful row, the others stand, nothing left", 46, hostile.attack),
+    "wild-numbers": Attack(
+        "numbers that an engine hands over", "its own row alone, and a report that is strict JSON", 2_000, wild.attack
+    ),
     "disks": Attack(
         "disk full at some byte", "a sentence and exit code 2; with room the end is the same", 6, disks.attack
     ),

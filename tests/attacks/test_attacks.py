@@ -18,7 +18,14 @@ from tests.attacks.guard import HangError, shrunk, within
 from carom.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
-QUICK = {"scenes": 150, "known-failures": 100, "journal-cuts": 30, "journal-garbage": 30, "reports": 20}
+QUICK = {
+    "scenes": 150,
+    "known-failures": 100,
+    "journal-cuts": 30,
+    "journal-garbage": 30,
+    "reports": 20,
+    "wild-numbers": 12,
+}
 SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
 
 

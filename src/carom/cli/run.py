@@ -158,7 +158,7 @@ def _carried_out(
 ) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
     from carom.report import write_report
-    from carom.report.cross_check import cross_check_document
+    from carom.report.cross_check import cross_check_document, reportable
     from carom.runs.execute import execute
     from carom.runs.observed import observed_journal
 
@@ -173,7 +173,8 @@ def _carried_out(
         observed_journal(path, plan.options, resume=resume or retry, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
-        results = execute(plan, pool, journal=journal, progress=progress, command=shared.command_line())
+        found = execute(plan, pool, journal=journal, progress=progress, command=shared.command_line())
+        results = reportable(found)
         document = cross_check_document(results)
         page = write_report(results, report, document, fail_on=fail_on)
         journal.discard()  # the report holds it all

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 from carom.comparator import Grade, Horizon
@@ -15,14 +16,17 @@ from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
 from carom.report.overview import first_replay, overview
 from carom.report.price import price_section, prices
-from carom.report.records import junit, records
+from carom.report.records import junit, record, records
 from carom.report.reference import known_section, reference_section
 from carom.report.render import html, markdown
+from carom.report.replay import packed, replay_data
 from carom.report.trend import trend_sections
+from carom.runs.job import Status
 from carom.runs.plan import default_dts
-from carom.runs.results import Results
+from carom.runs.raised import raised
+from carom.runs.results import Results, Row
 
-__all__ = ["PURPOSE", "cross_check_document", "write_report"]
+__all__ = ["PURPOSE", "cross_check_document", "reportable", "write_report"]
 
 ABOUT = (
     "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
@@ -61,6 +65,22 @@ def cross_check_document(results: Results) -> Document:
     )
 
 
+def reportable(results: Results) -> Results:
+    """Return results each of whose rows can be written down and played: one that can't is a failure of its own."""
+    rows = tuple(_reportable(results, row) for row in results.rows)
+    return replace(results, rows=rows)
+
+
+def _reportable(results: Results, row: Row) -> Row:
+    try:
+        record(row)
+        if row.trace is not None and row.score is not None:
+            packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
+    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
+        return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
+    return row
+
+
 def write_report(
     results: Results,
     folder: Path,
@@ -75,7 +95,7 @@ def write_report(
     Args:
         results: What is reported.
         folder: Where to; it is made where it does not exist.
-        document: Its document, where that was made already.
+        document: Its document, where that was made already, of `reportable` results.
         fail_on: The best grade that fails a case of `junit.xml`; None for none.
 
     Returns:
@@ -85,7 +105,9 @@ def write_report(
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         InputError: The folder can't be written into, or holds files that are no report of Carom's.
     """
-    document = document or cross_check_document(results)
+    if document is None:
+        results = reportable(results)
+        document = cross_check_document(results)
     contents = {
         "index.html": html(document),
         "report.md": markdown(document),

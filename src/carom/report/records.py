@@ -25,7 +25,7 @@ from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
 from carom.text import shortened
 
-__all__ = ["OF_SPINS", "junit", "read_records", "records"]
+__all__ = ["OF_SPINS", "junit", "read_records", "record", "records"]
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
@@ -49,8 +49,15 @@ def records(results: Results) -> str:
         "scenes": {name: _of_scene(score) for name, _, score in scored},
         "sampling": list({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
     }
-    write = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
-    return "".join(f"{write(plain(line))}\n" for line in (head, *map(_fields, results.rows)))
+    return "".join(f"{_WRITE(plain(line))}\n" for line in (head, *map(_fields, results.rows)))
+
+
+_WRITE = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+
+
+def record(row: Row) -> str:
+    """Return the line of a row, without its end."""
+    return _WRITE(plain(_fields(row)))
 
 
 def _of_scene(score: Score) -> dict[str, object]:

@@ -145,7 +145,8 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
     columns = (track.time_s, *track.position_m.T)
     if places is None:
         return [column.tolist() for column in columns]
-    return [columns[0].tolist(), *(np.round(column, places).tolist() for column in columns[1:])]
+    # Python's own rounding: NumPy's multiplies first, which a large number does not stand.
+    return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
 
 
 def _of_turnings(trace: Trace) -> list[list[list[float]]]:

@@ -172,7 +172,12 @@ class ImpactCollector:
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
     def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
-        """Whether a reported contact changed anything: engines also report contacts of zero impulse."""
+        """Whether a reported contact changed anything: engines also report contacts of zero impulse.
+
+        Of two bodies of which neither can move it changed nothing, whatever became of them.
+        """
+        if not self._movable((contact.first, contact.second)):
+            return False
         if contact.impulse_n_s is not None:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]

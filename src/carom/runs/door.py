@@ -1,7 +1,8 @@
 """The door: whatever an adapter hands over is held to what it may be, before anything is made of it.
 
 A slip of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of its
-engine. A state that is not finite is the engine's own, and passes.
+engine. A state that is not finite is the engine's own, and passes. What nobody could score, a wall that moves say, or a
+number whose square is none, comes no further than this.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from pydantic import TypeAdapter, ValidationError
 from carom.adapter import Adapter, Capabilities, Contact, Engine, Knob, Observation, Profile
 from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
+from carom.limits import LARGEST, beyond
 from carom.scene import Scene
 from carom.trace import Setting
 
@@ -205,6 +207,7 @@ class Door:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
         arrays = scene.arrays
         self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
+        self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
         # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
@@ -270,6 +273,9 @@ class Door:
             name: None if (value := getattr(found, name)) is None else _numbers((value,), f"{name} {of}", 1)[0]
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
+        acts = found.velocities is not None or any(told.values())
+        if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
+            raise slip(f"a contact is of bodies {first} and {second}, neither of which can move: they never collide")
         if found.velocities is None:
             return Contact(first, second, time_s, (x, y), **told)
         if self._needs_spins and found.spins_rad_s is None:
@@ -282,6 +288,12 @@ class Door:
         spins: Any = None
         if found.spins_rad_s is not None:
             spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+        if second < 0:
+            of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
+            for name, numbers in of_wall.items():
+                if any(numbers):
+                    shown = ", ".join(f"{number:g}" for number in numbers)
+                    raise slip(f"{name} {of} must be 0 for a wall, which neither moves nor turns, got {shown}")
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
 
 
@@ -290,7 +302,11 @@ def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float
         raise slip(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise slip(f"{name} must have the shape {shape}, got {found.shape}")
-    return np.array(found, dtype=np.float64)
+    array = np.array(found, dtype=np.float64)
+    far = np.isfinite(array) & (np.abs(array) > LARGEST)
+    if far.any():
+        raise slip(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
+    return array
 
 
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:
@@ -310,6 +326,8 @@ def _numbers(found: object, what: str, count: int) -> list[float]:
         raise slip(f"{what} must be numbers, got {_shown(found)}")
     if not all(map(math.isfinite, numbers)):
         raise slip(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+    if any(abs(number) > LARGEST for number in numbers):
+        raise slip(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
     return numbers
 
 

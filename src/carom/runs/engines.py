@@ -29,6 +29,7 @@ from carom.runs.door import plain_text, sound_adapter
 from carom.runs.job import Answer, Job, Method, Status, Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.raised import raised
 from carom.trace import Setting
 
 __all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
@@ -60,7 +61,7 @@ class Describe:
         except AdapterError:
             raise
         except Exception as error:
-            message = f"the adapter {self.name!r} can't describe itself: {type(error).__name__}: {error}"
+            message = f"the adapter {self.name!r} can't describe itself: {raised(error)}"
             raise AdapterError(message) from error
         return EngineInfo(
             name=self.name,

@@ -22,6 +22,7 @@ from carom.runs.observed import Observed
 from carom.runs.phases import phase_values, spread_of
 from carom.runs.plan import Options, Plan, plan_of, require_positive, trace_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
 from carom.runs.scoring import job_key
@@ -221,8 +222,17 @@ def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Tr
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
-    reference = held[job.scene.name]
-    return replace(row, score=compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s))
+    try:
+        reference = held[job.scene.name]
+        score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
+    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
+        return _unscored(job, error)
+    return replace(row, score=score)
+
+
+def _unscored(job: Job, error: Exception) -> Row:
+    """Return the row of a job whose run nobody can score."""
+    return Row(job, Status.FAILED, f"what it returned can't be scored: {raised(error)}")
 
 
 def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
@@ -247,12 +257,17 @@ def _spread(
     jobs = [(key, one, replace(rows[key].job, scene=one.scene)) for key, several in ran.items() for one in several]
     home = {id(job): (key, one) for key, one, job in jobs}
     scores: dict[Key, list[Score]] = {key: [] for key in ran}
+    failed: dict[Key, Row] = {}
     for job, answer in observer.each((job for *_, job in jobs), shifted=True):
         key, one = home[id(job)]
         if answer.value is not None:
-            scores[key].append(compare(one, answer.value, horizon=held[key[0]].horizon_s))
+            try:
+                scores[key].append(compare(one, answer.value, horizon=held[key[0]].horizon_s))
+            except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
+                failed[key] = _unscored(rows[key].job, error)
     return {
-        key: replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2])) for key, found in scores.items()
+        key: failed.get(key) or replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2]))
+        for key, found in scores.items()
     }
 
 

@@ -17,6 +17,7 @@ from carom.runs.door import Door, plain_counts, plain_settings, plain_text, slip
 from carom.runs.early_end import FreeFlight
 from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
+from carom.runs.raised import raised
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
@@ -84,7 +85,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:
-        message = f"profile {profile!r} of {adapter.name} fails: {type(error).__name__}: {error}"
+        message = f"profile {profile!r} of {adapter.name} fails: {raised(error)}"
         raise AdapterError(message) from error
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:

@@ -59,7 +59,7 @@ def _sound(read: Callable[[Any], Any]) -> PlainValidator:
             return read(found)
         except ValueError:
             raise
-        except Exception as error:
+        except Exception as error:  # noqa: BLE001 - of what somebody else wrote anything can be wrong
             raise ValueError(f"{type(error).__name__}: {error}") from None
 
     return PlainValidator(sound)

@@ -22,6 +22,7 @@ from typing import Any, BinaryIO, TypeVar, get_type_hints
 
 from carom.errors import CaromError
 from carom.runs.job import Answer, Status, Task, UnavailableError, UnsupportedError
+from carom.runs.raised import raised, words_of
 from carom.runs.wire import Codec
 
 __all__ = ["TASK_END", "answer", "codec_of", "main"]
@@ -32,9 +33,6 @@ TASK_END = b"\x1e"
 #: How long a process may outlive its keeper where the system does not end it, seconds; looking costs microseconds.
 KEEPER_CHECK_S = 0.5
 
-#: Characters of a reason: a message, and not what it was about.
-MOST_REASON = 2000
-
 T = TypeVar("T")
 
 
@@ -43,24 +41,15 @@ def answer(task: Task[T]) -> Answer[T]:
     try:
         return Answer(Status.RAN, value=task.carry_out())
     except UnavailableError as error:
-        return Answer(Status.UNAVAILABLE, _told(error))
+        return Answer(Status.UNAVAILABLE, words_of(error))
     except UnsupportedError as error:
-        return Answer(Status.UNSUPPORTED, _told(error))
+        return Answer(Status.UNSUPPORTED, words_of(error))
     except CaromError as error:
-        return Answer(Status.FAILED, _told(error))
+        return Answer(Status.FAILED, words_of(error))
     except MemoryError:
         return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
-        return Answer(Status.FAILED, f"{type(error).__name__}: {_told(error)}")
-
-
-def _told(error: Exception) -> str:
-    try:
-        text = str(error)
-    except Exception as second:  # noqa: BLE001 - an adapter's own error class can fail at this, too
-        return f"its message can't be made: {type(second).__name__}"
-    # A lone surrogate is no text that could be written anywhere.
-    return text[:MOST_REASON].encode(errors="backslashreplace").decode()[:MOST_REASON]
+        return Answer(Status.FAILED, raised(error))
 
 
 @cache
@@ -113,5 +102,5 @@ def _line(number: int, task: Task[object]) -> bytes:
     try:
         return codec_of(type(task)).dumps((number, found)) + b"\n"
     except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
-        reason = f"what it returned can't be told: {type(error).__name__}: {_told(error)}"
+        reason = f"what it returned can't be told: {raised(error)}"
         return codec_of(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"

@@ -12,6 +12,7 @@ import pytest
 
 from carom import Disc, Scene, Wall
 from carom.adapter import AdapterError, Contact, Observation
+from carom.limits import LARGEST
 from carom.runs.door import MOST_CHARACTERS, Door, plain_counts, plain_settings
 
 DT = 0.1
@@ -125,6 +126,63 @@ def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact
     """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
     with pytest.raises(AdapterError, match=f"{words}.*; see docs/adapters.md#field-by-field"):
         enter(contact)
+
+
+WALL = Contact(0, -1, DT, ALONG_X, None, ((1.0, 0.0), (0.0, 0.0), (-1.0, 0.0), (0.0, 0.0)), None, (0.0,) * 4)
+BEYOND = math.nextafter(LARGEST, math.inf)
+
+
+@pytest.mark.parametrize("place", [1, 3])
+@pytest.mark.parametrize("value", [1e-17, -5e-324, 1.0])
+def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -> None:
+    """What a contact says of a wall is 0 to the bit, as whoever compares asks; anything else is a slip, by value."""
+    moved: Any = list(WALL.velocities or ())
+    moved[place] = (0.0, value)
+    with pytest.raises(AdapterError, match=f"velocities of a contact .* must be 0 for a wall.*{value:g}"):
+        enter(dataclasses.replace(WALL, velocities=tuple(moved)))
+    turned: Any = [0.0] * 4
+    turned[place] = value
+    with pytest.raises(AdapterError, match=f"spins_rad_s of a contact .* must be 0 for a wall.*{value:g}"):
+        enter(dataclasses.replace(WALL, spins_rad_s=tuple(turned)))
+    assert enter(WALL).contacts == (WALL,)
+
+
+@pytest.mark.parametrize("field", ["position_m", "velocity_m_s", "spin_rad_s"])
+def test_a_finite_number_of_a_state_has_a_square(field: str) -> None:
+    """A number too large to be scored is refused by field and value; the largest that scenes may have is not."""
+    for sign in (1.0, -1.0):
+        state = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
+        state.flat[-1] = sign * LARGEST
+        enter(**{field: state})
+        state.flat[-1] = sign * BEYOND
+        with pytest.raises(AdapterError, match=f"{field} of an Observation must be at most .*, got -?6.7039e"):
+            enter(**{field: state})
+
+
+@pytest.mark.parametrize("field", [name for name in NUMBERS if name not in {"time_s", "normal"}])
+def test_a_finite_number_of_a_contact_has_a_square(field: str) -> None:
+    """So is one of a contact."""
+    with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be at most"):
+        enter(filled(field, [BEYOND] * NUMBERS[field]))
+
+
+@pytest.mark.parametrize("second", [1, -1])
+def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
+    """A contact that says what happened between two immovable bodies is a slip; one that says nothing passes."""
+    fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
+    door = Door(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
+
+    def enter_one(contact: Contact) -> None:
+        door.contacts(Observation(STATE, STATE, (contact,)), DT, 2 * DT)
+
+    enter_one(Contact(0, second, DT, ALONG_X))
+    enter_one(Contact(0, second, DT, ALONG_X, 0.0))
+    for contact in (
+        Contact(0, second, DT, ALONG_X, 1.0),
+        Contact(0, second, DT, ALONG_X, None, ((0.0, 0.0),) * 4),
+    ):
+        with pytest.raises(AdapterError, match=f"bodies 0 and {second}, neither of which can move"):
+            enter_one(contact)
 
 
 def test_a_normal_is_of_length_1_to_half_the_digits_of_the_floats() -> None:

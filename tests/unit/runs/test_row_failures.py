@@ -1,0 +1,163 @@
+"""A row whose run, scoring, record or page fails is a failure of that row, with where it came up; the others stand."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.stage import disc_at, staged, wall_at
+
+import carom
+from carom import Scene
+from carom.errors import AdapterError
+from carom.report import write_report
+from carom.report.cross_check import reportable
+from carom.runs import execute
+from carom.runs.job import Status
+from carom.runs.pool import InProcess
+from carom.runs.results import Results, Row
+
+SOURCE = """
+import numpy as np
+from carom.adapter import Capabilities, Contact, Engine, Observation, Profile
+
+def helper(what):
+    return {}[what]  # line 6
+
+class World:
+    settings = {"dt_s": 0.1}
+
+    def __init__(self, scene, act):
+        self.scene, self.act, self.steps = scene, act, 0
+
+    def advance(self, steps):
+        self.steps += steps
+        if self.act == "raises":
+            helper("\\x1b[31mred")
+        if self.act == "raises-in-numpy":
+            np.zeros(2).reshape(5)  # line 19
+
+    def observe(self):
+        position = np.array([disc.position_m for disc in self.scene.discs])
+        velocity = np.array([disc.velocity_m_s for disc in self.scene.discs])
+        still, moved = (0.0, 0.0), (0.0, 1e-17)
+        told = ((1.0, 0.0), still, (-1.0, 0.0), moved if self.act == "moves-a-wall" else still)
+        contacts = (Contact(0, -1, 0.1 * self.steps, (1.0, 0.0), None, told),) if self.steps == 3 else ()
+        return Observation(position, velocity, contacts)
+
+    def close(self):
+        pass
+
+class Adapter:
+    engine = Engine("Odd")
+    capabilities = Capabilities()
+
+    def __init__(self, act):
+        self.name = act
+        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def prepare(self, scene, settings):
+        return World(scene, self.name)
+
+sound, moves_a_wall, raises, raises_in_numpy = map(Adapter, ("sound", "moves-a-wall", "raises", "raises-in-numpy"))
+"""
+NAMES = ("sound", "moves-a-wall", "raises", "raises-in-numpy")
+
+
+@pytest.fixture
+def scene(install: Callable[[str, dict[str, str]], None]) -> Scene:
+    """A disc that flies at a wall, and adapters that tell odd things of it."""
+    install(SOURCE, {name: name.replace("-", "_") for name in NAMES})
+    return staged("wall", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=2.0)
+
+
+def checked(scene: Scene, *engines: str, **options: Any) -> Results:
+    asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "timing": False, "pool": InProcess(), **options}
+    return carom.cross_check([scene], ("pit", *engines), **asked)
+
+
+def by_engine(results: Results) -> dict[str, Row]:
+    return {row.job.engine: row for row in results.rows}
+
+
+def test_what_can_not_be_scored_is_refused_at_the_door(scene: Scene) -> None:
+    """An engine that moves a wall by 1e-17 m/s has a row that names field and value; all others are scored."""
+    rows = by_engine(checked(scene, "moves-a-wall", "sound"))
+    assert rows["moves-a-wall"].status is Status.FAILED
+    assert "velocities of a contact of bodies 0 and -1 must be 0 for a wall" in rows["moves-a-wall"].reason
+    assert "1e-17" in rows["moves-a-wall"].reason
+    assert rows["sound"].score is not None
+    assert rows["pit"].score is not None
+
+
+@pytest.mark.parametrize("phases", [0, 2])
+def test_a_row_that_can_not_be_scored_costs_no_other(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int
+) -> None:
+    """Whatever scoring raises, at the scene's own start or at a phase, is that row's reason, with where it came up."""
+    score = execute.compare
+
+    def compare(reference: Any, observed: Any, **given: Any) -> Any:
+        if observed.method == "sound" and ("sampling" in given) is (phases == 0):
+            raise ZeroDivisionError("of no length")
+        return score(reference, observed, **given)
+
+    monkeypatch.setattr(execute, "compare", compare)
+    rows = by_engine(checked(scene, "sound", phases=phases))
+    assert rows["sound"].status is Status.FAILED
+    assert re.match(
+        r"what it returned can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)",
+        rows["sound"].reason,
+    )
+    assert rows["sound"].trace is None
+    assert rows["pit"].score is not None
+
+
+def spoilt(results: Results, **fields: Any) -> Results:
+    """Return results in which the trace of one row has other fields."""
+    rows = tuple(
+        replace(row, trace=replace(row.trace, **fields)) if row.job.engine == "sound" and row.trace else row
+        for row in results.rows
+    )
+    return replace(results, rows=rows)
+
+
+@pytest.mark.parametrize("fields", [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
+def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
+    """A row whose record or replay can't be made is a failed row of the report; the report is written."""
+    results = spoilt(checked(scene, "sound"), **fields)
+    rows = by_engine(reportable(results))
+    assert rows["sound"].status is Status.FAILED
+    assert "can't be reported: " in rows["sound"].reason
+    assert rows["pit"] == by_engine(results)["pit"]
+    write_report(results, tmp_path / "report")
+    lines = [json.loads(line) for line in (tmp_path / "report" / "results.jsonl").read_text().splitlines()]
+    assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
+
+
+def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
+    """What can be reported is what was found."""
+    results = checked(scene, "sound")
+    assert reportable(results).rows == results.rows
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    [
+        ("raises", r"KeyError: '.*red' \(hostile_\w+.py, line 6\)"),
+        ("raises-in-numpy", r"ValueError: cannot reshape .* \(hostile_\w+.py, line 19\)"),
+    ],
+)
+def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
+    """Whoever wrote the adapter reads where it failed: in the own file, also where a library raised it."""
+    reason = by_engine(checked(scene, act))[act].reason
+    assert re.fullmatch(words, reason), reason
+    assert "\x1b" not in reason
+    with pytest.raises(AdapterError, match=words) as caught:
+        carom.run(scene, act, dt=0.1)
+    assert "\x1b" not in str(caught.value)
