@@ -151,7 +151,7 @@ def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -
 def test_a_finite_number_of_a_state_has_a_square(field: str) -> None:
     """A number too large to be scored is refused by field and value; the largest that scenes may have is not."""
     for sign in (1.0, -1.0):
-        state = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
+        state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST
         enter(**{field: state})
         state.flat[-1] = sign * BEYOND

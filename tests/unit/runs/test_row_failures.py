@@ -14,10 +14,10 @@ from tests.stage import disc_at, staged, wall_at
 
 import carom
 from carom import Scene
+from carom import compare as score
 from carom.errors import AdapterError
 from carom.report import write_report
 from carom.report.cross_check import reportable
-from carom.runs import execute
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
@@ -100,14 +100,13 @@ def test_a_row_that_can_not_be_scored_costs_no_other(
     scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int
 ) -> None:
     """Whatever scoring raises, at the scene's own start or at a phase, is that row's reason, with where it came up."""
-    score = execute.compare
 
     def compare(reference: Any, observed: Any, **given: Any) -> Any:
         if observed.method == "sound" and ("sampling" in given) is (phases == 0):
             raise ZeroDivisionError("of no length")
         return score(reference, observed, **given)
 
-    monkeypatch.setattr(execute, "compare", compare)
+    monkeypatch.setattr("carom.runs.execute.compare", compare)
     rows = by_engine(checked(scene, "sound", phases=phases))
     assert rows["sound"].status is Status.FAILED
     assert re.match(
