@@ -5,7 +5,6 @@ from __future__ import annotations
 import traceback
 from pathlib import Path
 
-import carom
 from carom.text import visible
 
 __all__ = ["raised", "words_of"]
@@ -13,7 +12,7 @@ __all__ = ["raised", "words_of"]
 #: Characters of a reason: a message, and not what it was about.
 MOST_REASON = 2000
 
-_OWN = Path(carom.__file__).parent
+_OWN = Path(__file__).resolve().parents[1]
 
 
 def raised(error: BaseException) -> str:
