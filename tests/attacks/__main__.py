@@ -15,7 +15,19 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from random import Random
 
-from tests.attacks import digests, disks, hostile, journals, kills, known_failures, options, reports, scenes, wild
+from tests.attacks import (
+    digests,
+    disks,
+    hostile,
+    journals,
+    kills,
+    known_failures,
+    options,
+    reports,
+    results,
+    scenes,
+    wild,
+)
 
 Tries = Callable[[Random, Path], Iterator[str]]
 
@@ -68,6 +80,12 @@ ATTACKS = {
     ),
     "journal-garbage": Attack(
         "garbage in journals", "read, or refused in a sentence and left as it is", 2_000, journals.garbage
+    ),
+    "journal-types": Attack(
+        "values of other types in journals", "read, or refused in a sentence", 2_000, results.journals
+    ),
+    "results": Attack(
+        "values of other types in results.jsonl", "compared, or refused in a sentence", 5_000, results.results
     ),
     "reports": Attack(
         "report killed at each call that changes the disk", "the old files or the new ones, whole", 500, reports.attack

@@ -40,11 +40,11 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 def _lost(name: str, folder: Path) -> str:
     """Return what is wrong after an act, empty where nothing is."""
-    plan = plan_of([scene()], Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False))
+    asked = Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False)
     try:
         limit_s = LIMIT_S if SAYS[name][0] is Status.TIMED_OUT else PATIENT_S
         with within(LONGEST_S), LocalPool(2, limit_s, memory_limit_mb=1500) as pool:
-            rows = {row.job.engine: row for row in execute(plan, pool).rows}
+            rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
     except HangError:
         return f"{name}: no end after {LONGEST_S:g} s"
     status, words = SAYS[name]

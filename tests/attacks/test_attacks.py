@@ -25,6 +25,8 @@ QUICK = {
     "journal-garbage": 30,
     "reports": 20,
     "wild-numbers": 12,
+    "journal-types": 60,
+    "results": 40,
 }
 SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
 

@@ -19,7 +19,7 @@ from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Journal
 from carom.runs.observe import capabilities_of
-from carom.runs.pool import Lane
+from carom.runs.pool import LocalPool
 from carom.runs.scoring import versions_of
 from carom.runs.timing import Timing, time_run
 
@@ -52,11 +52,8 @@ FIT_FROM = 100
 SHORT_S = 0.5
 REPEATS = 3
 
-#: A warm-up has no more discs than this, which is enough to make PIC start its compiled kernel.
+#: A warm-up has no more discs than this.
 WARM = 1_000
-
-#: Compiling the kernel for the first time takes a minute on a busy machine, seconds, and is no part of the budget.
-COMPILE_LIMIT_S = 240.0
 
 #: Starting a process and building the scene in it take about so long, beside the run itself.
 START_S = 2.0
@@ -95,9 +92,9 @@ class GrowthTask:
         reason = unsupported_reason(scene, capabilities_of(adapter, profile), DT_S)
         if reason:
             raise UnsupportedError(reason)
-        # What importing an engine and compiling a kernel take is no part of a world.
+        # What importing an engine takes is no part of a world.
         small = scene if self.discs <= WARM else gas_scene(WARM, PACKING, duration_s=STEPS * DT_S)
-        time_run(adapter, small, profile, DT_S, steps=1, runs=1)
+        time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
         return Grown(timing, before, resident_bytes("VmHWM") or 0)
@@ -240,7 +237,8 @@ def growth(
             raise InputError(f"a number of discs must be 1 or more, got {size}")
     require_seconds("the budget", budget_s)
     require_seconds("the time limit", time_limit_s)
-    infos = to_run(engines(engine_names), engine_names)
+    with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
+        infos = to_run(engines(engine_names, pool=pool), engine_names)
     here = environment(infos)
     wanted = [
         (size, info)
@@ -248,10 +246,6 @@ def growth(
         for info in infos
         if sizes or size <= SIZES[-1] or info.engine == "Carom"
     ]
-    if max(size for size, _ in wanted) >= WARM and any(info.name == "pic" for info in infos):
-        _ask(
-            GrowthTask(WARM, Method("pic", profile)), COMPILE_LIMIT_S, memory_limit_mb
-        )  # its kernel is kept on the disk from then on
     started = time.perf_counter()
     points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
     spent = dict.fromkeys(points, 0.0)
@@ -306,8 +300,8 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
 
 
 def _ask(task: GrowthTask, time_limit_s: float, memory_limit_mb: float | None) -> Answer[Grown]:
-    with Lane(time_limit_s, memory_limit_mb) as lane:
-        return lane.ask(task)
+    with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
+        return pool.ask(task)
 
 
 def _point(run: GrowthRun) -> GrowthPoint:

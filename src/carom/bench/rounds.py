@@ -100,7 +100,7 @@ class VisitTask:
         some = min(steps, EMPTY_STEPS)
         full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
         nothing = empty_world(self.scene)
-        empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5))
+        empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5), zero=True)
         paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
         return Visit(full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / some)
 

@@ -152,7 +152,7 @@ class Prepared(_Message):
 class Stepped(_Message):
     """Reply to `Step`: the seconds that the steps took on the program's own monotonic clock."""
 
-    seconds: float = Field(ge=0)
+    seconds: float = Field(ge=0, allow_inf_nan=False)
 
 
 class ToldContact(_Message):

@@ -15,7 +15,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.report import wording
 from carom.report.grid import BROKEN, GRADED, Mark, mark_named
-from carom.report.records import read_records
+from carom.report.records_read import checked_records
 from carom.runs.job import Method
 
 __all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
@@ -214,13 +214,13 @@ def _was_run(cell: _Cell | None) -> bool:
 
 def _read(path: Path) -> tuple[dict[str, Any], list[_Cell]]:
     file = path / "results.jsonl" if path.is_dir() else path
-    head, rows = read_records(file)
+    head, rows = checked_records(file)
     cells, line = [], 1
     try:
         _versions(head["environment"], head["environment"])
         for line, row in enumerate(rows, start=2):  # noqa: B007 - the error names it
             cells.append(_cell(head, row))
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(
             f"{file}, line {line}: a field is missing or is not as `carom diff --schema` says ({error!r}); run the "
             "cross-check again"

@@ -23,7 +23,7 @@ from carom.report.files import FORMATS, fields_of, plain
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
-from carom.text import shortened
+from carom.text import shortened, visible
 
 __all__ = ["OF_SPINS", "junit", "read_records", "record", "records"]
 
@@ -87,7 +87,8 @@ def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     head, rows = (lines[0], lines[1:]) if lines else ({}, [])
     found, wanted = head.get("format"), FORMATS["results"]
     if found != wanted or head.get("rows") != len(rows):
-        what = f"has {len(rows)} of {head.get('rows')} rows" if found == wanted else f"is of format {found}"
+        said = visible(shortened(str(head.get("rows") if found == wanted else found)))
+        what = f"has {len(rows)} of {said} rows" if found == wanted else f"is of format {said}"
         raise InputError(
             f"{path} {what}; this Carom reads whole files of format {wanted}: run the cross-check again, or read it "
             "with the version that wrote it"

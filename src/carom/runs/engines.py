@@ -26,9 +26,9 @@ from carom.registry import (
     why_unavailable,
 )
 from carom.runs.door import plain_text, sound_adapter
-from carom.runs.job import Answer, Job, Method, Status, Tried
+from carom.runs.job import PIT_METHOD, Answer, Job, Method, Status, Tried
 from carom.runs.observe import profile_settings
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.pool import Asker, LocalPool, Pool
 from carom.runs.raised import raised
 from carom.trace import Setting
 
@@ -82,33 +82,36 @@ class Describe:
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
-def engines(
-    names: Sequence[str] | None = None, *, pool: Pool | None = None, time_limit_s: float = DEFAULT_TIME_LIMIT_S
-) -> list[EngineInfo]:
+def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> list[EngineInfo]:
     """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
 
     Args:
         names: Names of adapters; every one that is installed by default.
-        pool: Where they are asked; it stays open. By default processes of this machine, which are ended.
-        time_limit_s: Without a pool, one that gives no answer for so long is unavailable.
+        pool: Where they are asked; it stays open. By default processes of this machine, which are ended: for whoever
+            asks this alone, and runs nothing.
 
     Raises:
         UnknownNameError: There is no such engine.
     """
     for name in names or ():
         require_named(name)
-    points = {name: point for name, point in adapter_points().items() if names is None or name in names}
+    there_are = adapter_points()
+    points = {name: point for name, point in there_are.items() if names is None or name in names}
+    # Every study compares with PIT: it is asked in the study's own pool, too, and no other is started for it later.
+    also = {PIT_METHOD.engine} & there_are.keys() if pool is not None else set()
     todo = [
-        name for name, point in points.items() if (one := _KNOWN.get((name, point.value))) is None or not one.profiles
+        name
+        for name in (*points, *sorted(also - points.keys()))
+        if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
     if todo:
         own: AbstractContextManager[Pool]
-        own = LocalPool(time_limit_s=time_limit_s) if pool is None else nullcontext(pool)
+        own = LocalPool() if pool is None else nullcontext(pool)
         with own as asked:
             # A manifest that is known by itself has no distribution, and its own process.
             groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
             for found in asked.each(((names[0], names) for names in groups), _describe):
-                _KNOWN.update(((info.name, points[info.name].value), info) for info in found)
+                _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
@@ -207,7 +210,7 @@ def methods_of(
     infos: Sequence[EngineInfo],
     profiles: Sequence[str],
     dts: Sequence[float],
-    pool: Pool | None = None,
+    pool: Pool,
     tried: Mapping[str, Tried] = MappingProxyType({}),
 ) -> Methods:
     """Return the methods to run of engines at each of some steps.
@@ -216,7 +219,7 @@ def methods_of(
         infos: What is known of the engines.
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
-        pool: As of `engines`.
+        pool: Where adapters are asked; it stays open.
         tried: Settings in place of the profiles' own, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
@@ -229,11 +232,9 @@ def methods_of(
         for info in infos
     }
     found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
-    own: AbstractContextManager[Pool] = LocalPool() if pool is None else nullcontext(pool)
-    with own as asked:
-        for several in asked.each(((name, of) for name, of in tasks.items() if of), _ask_all):
-            for task, answer in several:
-                found[task.engine][task.profile] = answer
+    for several in pool.each(((name, of) for name, of in tasks.items() if of), _ask_all):
+        for task, answer in several:
+            found[task.engine][task.profile] = answer
     at: dict[tuple[str, float], tuple[Method, ...]] = {}
     refused: dict[tuple[Method, float], Answer[Any]] = {}
     for info in infos:

@@ -155,8 +155,8 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
     # A name that only one of the two has differs, though it be null.
     differs = (name for name in (*here, *there) if (name in there, there.get(name)) != (name in here, here.get(name)))
     name = next(differs)
-    its, own = (shortened(str(one.get(name, "absent"))) for one in (there, here))
-    return f"its {shortened(name)} is {its}, and this one's {own}"
+    its, own = (shortened(visible(str(one.get(name, "absent")))) for one in (there, here))
+    return f"its {shortened(visible(name))} is {its}, and this one's {own}"
 
 
 def _parsed(line: bytes) -> Any:

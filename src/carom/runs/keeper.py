@@ -2,8 +2,8 @@
 
 Run as ``python -m carom.runs.keeper MEMORY_BYTES`` by `carom.runs.process` only. It forks before it loads anything: the
 child becomes the worker (`carom.runs.worker`), which keeps standard input, output and error; the keeper watches. When
-the worker ends, or the other end of standard input is closed, since whoever asked wants no more answers or was killed,
-the keeper kills what is left and ends as the worker did.
+the worker ends, or whoever asked wants no more answers (SIGTERM, or the other end of standard input is closed) or is
+gone, the keeper kills what is left and ends as the worker did.
 
 On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,
 too, and a worker whose keeper was killed is killed. Elsewhere what has left the worker's process group is not found.
@@ -28,20 +28,26 @@ PR_SET_PDEATHSIG = 1
 PR_SET_CHILD_SUBREAPER = 36
 
 
+#: A child has ended; the parent has, or goes on with what was stopped; the parent wants the end.
+_HEARD = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
+
+
 def main() -> None:
     """Keep a worker."""
-    keeper, memory_bytes = os.getpid(), int(sys.argv[1])
+    keeper, parent, memory_bytes = os.getpid(), os.getppid(), int(sys.argv[1])
     _on_linux(PR_SET_CHILD_SUBREAPER, 1)
     _on_linux(PR_SET_PDEATHSIG, signal.SIGCONT)  # else one that its worker has stopped would never see it
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
-    signal.signal(signal.SIGCHLD, lambda *_: None)  # without a handler nobody is woken
+    for number in _HEARD:
+        signal.signal(number, lambda *_: None)  # without a handler nobody is woken
     worker = os.fork()
     if worker:
-        _keep(worker, woken)
+        _keep(worker, woken, parent)
     signal.set_wakeup_fd(-1)
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    for number in _HEARD:
+        signal.signal(number, signal.SIG_DFL)
     os.close(woken)
     os.close(wake)
     _on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -54,8 +60,12 @@ def main() -> None:
     work()
 
 
-def _keep(worker: int, woken: int) -> None:
-    """Wait until the worker ends or nobody asks any more; kill what is left, and end as the worker did."""
+def _keep(worker: int, woken: int, parent: int) -> None:
+    """Wait until the worker ends or nobody asks any more; kill what is left, and end as the worker did.
+
+    Nobody asks any more where the other end of the input is closed, where the parent says so, and where it is gone: a
+    process that it has forked can hold that end open.
+    """
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)  # the end of the answers is the worker's
     os.dup2(null, 2)
@@ -64,8 +74,10 @@ def _keep(worker: int, woken: int) -> None:
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):
-        os.read(woken, select.PIPE_BUF)
+        heard = os.read(woken, select.PIPE_BUF)
         status = _reaped(worker)
+        if signal.SIGTERM in heard or os.getppid() != parent:
+            break
     while children := _children() if sys.platform == "linux" else [worker] * (status is None):
         for child in children:
             _kill(child)

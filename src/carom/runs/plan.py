@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 from carom.adapter import Capabilities, ContactTimes
@@ -19,7 +18,7 @@ from carom.registry import EngineInfo
 from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Pool
 from carom.runs.reference import CERTIFY_SECONDS
 from carom.runs.tried import tried_by
 from carom.scene import Scene
@@ -191,20 +190,20 @@ def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, .
     return plain, answers
 
 
-def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Pool | None = None) -> Plan:
+def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Pool) -> Plan:
     """Return the plan of a cross-check.
 
     Args:
         scenes: Scenes, of one's own or of the catalogue; no two of one name.
         options: What is asked for.
-        pool: Where adapters are asked what they declare; it stays open. By default processes of this machine.
+        pool: Where adapters are asked what they declare; it stays open.
 
     Raises:
         InputError: There is no scene, or two have one name.
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     plain, answers = sorted_out(scenes)
-    known = engines(options.engines, pool=pool, time_limit_s=options.time_limit_s)
+    known = engines(options.engines, pool=pool)
     infos = to_run(known, options.engines)
     profiles = profiles_to_plan(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]
@@ -221,16 +220,12 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Po
 
 
 def _tried(
-    infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool | None
+    infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool
 ) -> dict[str, Tried]:
     """Return what each engine is to try in place of its profiles' own settings."""
     if not options.settings:
         return {}
-    own: AbstractContextManager[Pool] = (
-        LocalPool(time_limit_s=options.time_limit_s) if pool is None else nullcontext(pool)
-    )
-    with own as asked:
-        return {info.name: tried_by(info, options.settings, profiles, dts[0], asked) for info in infos}
+    return {info.name: tried_by(info, options.settings, profiles, dts[0], pool) for info in infos}
 
 
 def trace_of(job: Job, asker: Asker, *, samples: bool = False) -> Answer[Trace]:

@@ -259,6 +259,7 @@ class _Process:
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the end of its input is the keeper's sign
+        self._popen.terminate()  # and so is this: whoever was forked meanwhile can hold the other end open
         self._selector.close()
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)

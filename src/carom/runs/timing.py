@@ -16,7 +16,8 @@ from dataclasses import dataclass
 
 from carom.adapter import Adapter, TimedWorld, World
 from carom.registry import load_adapter
-from carom.runs.job import JobTask, Tried
+from carom.runs.door import slip
+from carom.runs.job import JobTask, Tried, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.observe import profile_settings
 from carom.scene import Scene
@@ -65,6 +66,7 @@ def time_run(
     runs: int = TIMING_RUNS,
     enough_s: float = math.inf,
     call: bool = False,
+    zero: bool = False,
 ) -> Timing:
     """Time the steps alone, each run in a fresh world.
 
@@ -78,10 +80,12 @@ def time_run(
         runs: How many runs the medians are of, one at least.
         enough_s: No further run is made once so many seconds have been timed.
         call: Whether to time a call of no steps, too; it is made before the steps, and no part of them.
+        zero: Whether the clock may show no time: what is timed is next to nothing, and its cost is taken off.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
-        AdapterError: The adapter refuses the scene or fails.
+        AdapterError: The adapter refuses the scene or fails, or its clock shows what no clock can.
+        UnsupportedError: The clock shows no time at all: it is too coarse for a run so short.
     """
     settings = profile_settings(adapter, profile, dt_s, tried)
     steps = scene.step_count(dt_s) if steps is None else steps
@@ -103,11 +107,25 @@ def time_run(
                 else:
                     world.advance(steps)
                 passed_s = time.perf_counter() - started
-                advanced.append(world.seconds - own_s if isinstance(world, TimedWorld) else passed_s)
+                advanced.append(_shown(world, own_s) if isinstance(world, TimedWorld) else passed_s)
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
-    return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s)
+    advance_s = statistics.median(advanced)
+    if not (advance_s > 0.0 or zero):  # no ratio, and no sum of visits, can be made of it
+        raise UnsupportedError(
+            f"too short to time: the clock shows 0 s for {steps} steps, the median of {len(advanced)} runs; a "
+            "program's clock should tell microseconds apart (docs/engine-protocol.md)"
+        )
+    return Timing(statistics.median(prepared), advance_s, len(advanced), call_s)
+
+
+def _shown(world: TimedWorld, before_s: float) -> float:
+    """Return the seconds that a world's own clock shows since it showed `before_s`."""
+    found = world.seconds
+    if not (isinstance(found, int | float) and before_s <= found < math.inf):
+        raise slip(f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}")
+    return float(found) - before_s
 
 
 def _cut_steps(world: World, steps: int, dt_s: float) -> None:

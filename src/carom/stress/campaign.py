@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from pathlib import Path
@@ -115,17 +116,15 @@ def stress(
     asked = StressOptions(**options)
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
-    infos = to_run(engines(engine_names or None, time_limit_s=asked.limit_s), engine_names or None)
-    methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S])
-    columns = [method for info in infos for method in methods.at[info.name, DT_S]]
-    here = environment(infos)
-    stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
-    every = [(task, method) for task in tasks for method in columns]
-    with (
-        claimed(out, PURPOSE),
-        stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry) as journal,
-        LocalPool(asked.jobs, asked.limit_s, asked.memory_limit_mb) as pool,
-    ):
+    with LocalPool(asked.jobs, asked.limit_s, asked.memory_limit_mb) as pool, ExitStack() as held:
+        infos = to_run(engines(engine_names or None, pool=pool), engine_names or None)
+        methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
+        columns = [method for info in infos for method in methods.at[info.name, DT_S]]
+        here = environment(infos)
+        stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
+        every = [(task, method) for task in tasks for method in columns]
+        held.enter_context(claimed(out, PURPOSE))
+        journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
         todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
         done = len(every) - len(todo)
 

@@ -1,0 +1,125 @@
+"""Results and journals, one value in which is of another type, or out of range: read, or refused in a sentence."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+from tests.attacks.guard import HangError, within
+
+from carom import cross_check, solve_pit
+from carom.errors import InputError
+from carom.report.diff import diff
+from carom.report.diff_document import diff_document
+from carom.report.records import records
+from carom.report.render import markdown
+from carom.runs.job import Answer, Job, Method, Status
+from carom.runs.observed import Observed, observed_journal
+from carom.runs.plan import Options
+from carom.runs.pool import InProcess
+from carom.runs.scoring import job_key
+from carom.scenes import all_scenes
+from carom.text import visible
+
+#: What JSON can hold in the place of a value.
+PIECES: tuple[Any, ...] = (
+    *(
+        None,
+        True,
+        False,
+        0,
+        -1,
+        5,
+        10**20,
+        10**400,
+        0.0,
+        -0.5,
+        5e-324,
+        1e308,
+        float("nan"),
+        float("inf"),
+        "",
+        "x",
+        "inf",
+    ),
+    *("\x1b[31m", "ran", "wrong", [], [[]], [1], ["a"], {}, {"a": []}, {"": None}, [{"verdict": "x"}], "9" * 400),
+)
+
+
+def spoilt(rng: Random, value: Any) -> Any:
+    """Return a copy of a value of JSON in which one thing is replaced, taken away or doubled."""
+    if isinstance(value, dict) and value and rng.random() < 0.9:
+        key = rng.choice([*value])
+        if rng.random() < 0.1:
+            return {name: one for name, one in value.items() if name != key}
+        return {**value, key: spoilt(rng, value[key])}
+    if isinstance(value, list) and value and rng.random() < 0.9:
+        k = rng.randrange(len(value))
+        return [*value[:k], spoilt(rng, value[k]), *value[k + rng.choice((1, 1, 0, 2)) :]]
+    return rng.choice(PIECES)
+
+
+def results(rng: Random, folder: Path) -> Iterator[str]:
+    """Compare a spoilt results.jsonl with the sound one."""
+    scenes = [all_scenes()[name].scene for name in ("paper/missed", "paper/wrong-direction", "spin/grip")]
+    sound, path = folder / "sound.jsonl", folder / "results.jsonl"
+    checked = cross_check(scenes, ["pit", "pic"], profiles=["tuned"], timing=False, pool=InProcess())
+    sound.write_text(records(checked), encoding="utf-8")
+    lines = [json.loads(line) for line in sound.read_text(encoding="utf-8").splitlines()]
+    while True:
+        changed = [*lines]
+        for _ in range(rng.choice((1, 1, 1, 3))):
+            k = rng.choice((0, rng.randrange(len(lines))))
+            changed[k] = spoilt(rng, changed[k])
+        path.write_text("".join(f"{json.dumps(line)}\n" for line in changed), encoding="utf-8")
+
+        def compared() -> None:
+            old, new = rng.sample([sound, path], 2)
+            markdown(diff_document(diff(old, new), str(old), str(new)))
+
+        yield _refused(compared, "results.jsonl")
+
+
+def journals(rng: Random, folder: Path) -> Iterator[str]:
+    """Go on with a journal of a cross-check in which a line is in shape, and a value in it is not."""
+    path, scene = folder / "journal.jsonl", all_scenes()["spin/grip"].scene
+    path.unlink(missing_ok=True)
+    trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)
+    with observed_journal(path, Options()) as journal:
+        journal.add([Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=trace))])
+    head, entry = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
+    told = json.loads(entry["answer"]["value"])
+    while True:
+        first, second = head, entry
+        if rng.random() < 0.2:
+            first = spoilt(rng, head) if rng.random() < 0.7 else {**head, rng.choice("ab"): rng.choice(PIECES)}
+        elif rng.random() < 0.3:
+            second = spoilt(rng, entry)
+        else:
+            second = {**entry, "answer": {**entry["answer"], "value": json.dumps(spoilt(rng, told))}}
+        path.write_text(f"{json.dumps(first)}\n{json.dumps(second)}\n", encoding="utf-8")
+
+        def opened() -> None:
+            with observed_journal(path, Options(), resume=True):
+                pass
+
+        yield _refused(opened, "journal.jsonl")
+
+
+def _refused(act: Any, name: str) -> str:
+    """Return what is wrong where an act neither works nor is refused in a sentence that names the file."""
+    try:
+        with within():
+            act()
+    except InputError as error:
+        text = str(error)
+        sentence = visible(text) == text and (name in text or "no cell was run" in text) and len(text) < 2000
+        return "" if sentence else f"no sentence that names the file: {text[:300]!r}"
+    except HangError:
+        return "it takes more than 10 s"
+    except Exception as error:  # noqa: BLE001 - this is what is looked for
+        return f"{type(error).__name__}: {str(error)[:300]!r}"
+    return ""

@@ -1,0 +1,93 @@
+"""A clock that is too coarse, or that shows what no clock can, is told in a sentence and costs nobody else."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import Scene
+from carom.adapter import AdapterError, Capabilities, Engine, Observation, Profile
+from carom.bench import rounds
+from carom.bench.rounds import time_scene
+from carom.registry import load_adapter
+from carom.runs.job import Method, UnsupportedError
+from carom.runs.pool import InProcess
+from carom.runs.timing import time_run
+from carom.scenes import all_scenes
+
+DT_S = 1 / 60
+
+
+class World:
+    """A world whose own clock shows what it is told to, one value after each call."""
+
+    settings: Mapping[str, Any] = {"dt_s": DT_S}
+
+    def __init__(self, scene: Scene, shown: tuple[Any, ...]) -> None:
+        self.scene, self.shown, self.calls = scene, shown, 0
+
+    @property
+    def seconds(self) -> Any:
+        return self.shown[min(self.calls, len(self.shown) - 1)]
+
+    def advance(self, steps: int) -> None:
+        del steps
+        self.calls += 1
+
+    def observe(self) -> Observation:
+        count = len(self.scene.discs)
+        return Observation(np.zeros((count, 2)), np.zeros((count, 2)))
+
+    def close(self) -> None:
+        pass
+
+
+class Adapter:
+    name, engine, capabilities = "clocked", Engine("Clocked"), Capabilities()
+    profiles: Mapping[str, Profile] = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def __init__(self, *shown: Any) -> None:
+        self.shown = shown
+
+    def prepare(self, scene: Scene, settings: Any) -> World:
+        del settings
+        return World(scene, self.shown)
+
+
+SCENE = all_scenes()["paper/missed"].scene
+
+
+def test_a_clock_that_shows_no_time_is_too_coarse() -> None:
+    """Steps that take 0 s by a clock of whole milliseconds have no time; where that may be, it is 0."""
+    with pytest.raises(UnsupportedError, match=r"too short to time: the clock shows 0 s for .* steps"):
+        time_run(Adapter(0.0), SCENE, "tuned", DT_S)
+    assert time_run(Adapter(0.0), SCENE, "tuned", DT_S, zero=True).advance_s == 0.0
+    assert time_run(Adapter(0.0, 0.001), SCENE, "tuned", DT_S).advance_s == 0.001
+
+
+@pytest.mark.parametrize("shown", [math.inf, math.nan, -1.0, "1", None])
+def test_a_clock_that_shows_no_number_is_refused_by_value(shown: Any) -> None:
+    """Infinity, NaN, a clock that runs back and what is no number are slips, and the message shows the value."""
+    with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never falls, got"):
+        time_run(Adapter(0.0, shown), SCENE, "tuned", DT_S)
+
+
+@pytest.mark.parametrize("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
+def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
+    """In a timing pass an engine with such a clock is not timed, with the reason; PIT beside it is."""
+    found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
+    monkeypatch.setattr(rounds, "load_adapter", found)
+    asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
+    timing = time_scene(SCENE, asked, InProcess(), rounds=3)
+    timed = {method.engine for (method, _), _ in timing.timings}
+    untimed = {method.engine: why for (method, _), why in timing.untimed}
+    assert "pit" in timed
+    if "clocked" in untimed:
+        assert "too short to time" in untimed["clocked"] or "seconds of a world" in untimed["clocked"]
+    else:
+        (found_timing,) = (cell for (method, _), cell in timing.timings if method.engine == "clocked")
+        assert found_timing.advance_s.median > 0.0

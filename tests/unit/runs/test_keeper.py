@@ -1,0 +1,83 @@
+"""The keeper of a worker ends it, with all that it started, though somebody holds the worker's input open."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
+
+#: Long enough for processes to start and end on a machine that is busy.
+PATIENT_S = 60.0
+KEEPER = [sys.executable, "-m", "carom.runs.keeper", str(2**31)]
+
+
+class Starts:
+    """What starts a program outside the worker's session when the worker reads it, and is no task."""
+
+    def __init__(self, note: Path) -> None:
+        self.note = note
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        act = f"__import__('os').system('setsid sleep 3600 & echo $! > {self.note}')"
+        return (eval, (f"[{act}] * 0",))
+
+
+def alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
+def ended(pid: int) -> bool:
+    until = time.monotonic() + PATIENT_S
+    while alive(pid) and time.monotonic() < until:
+        time.sleep(0.05)
+    return not alive(pid)
+
+
+def noted(note: Path) -> int:
+    """Return the number of the process that is noted, when it is."""
+    until = time.monotonic() + PATIENT_S
+    while not (note.exists() and note.read_text().strip()):
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    return int(note.read_text())
+
+
+@pytest.fixture
+def pipe() -> Iterator[tuple[int, int]]:
+    """A pipe whose write end this process holds until the test is over."""
+    ends = os.pipe()
+    yield ends
+    for end in ends:
+        os.close(end)
+
+
+def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """Told to end, it takes along what left its session, though its input is held open."""
+    keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
+    os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
+    started = noted(tmp_path / "note")
+    keeper.terminate()
+    keeper.wait(PATIENT_S)
+    assert ended(started)
+
+
+def test_it_ends_when_its_parent_is_gone(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """A parent that is killed leaves nothing behind, though a process that it forked holds the input open."""
+    script = f"import subprocess, time; subprocess.Popen({KEEPER!r}, stdin={pipe[0]}); time.sleep(3600)"
+    parent = subprocess.Popen([sys.executable, "-c", script], pass_fds=[pipe[0]], stdout=subprocess.DEVNULL)
+    os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
+    started = noted(tmp_path / "note")
+    parent.kill()
+    parent.wait(PATIENT_S)
+    assert ended(started)
