@@ -97,7 +97,7 @@ def test_the_schema_is_printed() -> None:
         ("{}\n{\n", "line 2: no JSON"),
         ("[]\n", "line 1: no JSON object; give a report's folder"),
         ('{"format": 1, "rows": 0}\n', "is of format 1; this Carom reads"),
-        ('{"format": 2, "rows": 0}\n', "line 1: a field is missing"),
+        ('{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
     ],
 )
 def test_a_file_that_is_none_of_records_is_refused_with_2(sample: Path, tmp_path: Path, text: str, words: str) -> None:

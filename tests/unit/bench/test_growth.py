@@ -39,7 +39,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Engine and number of discs of each run; the runs are carried out in this process."""
     ran: list[tuple[str, int]] = []
 
-    class Lane(InProcess):
+    class Pool(InProcess):
         def __init__(self, *_limits: float | None) -> None:
             super().__init__()
 
@@ -48,7 +48,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             ran.append((task.engine, task.discs))
             return super().ask(task)
 
-    monkeypatch.setattr(growth, "Lane", Lane)
+    monkeypatch.setattr(growth, "LocalPool", Pool)
     return ran
 
 
