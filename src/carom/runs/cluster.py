@@ -8,9 +8,12 @@ that is lost takes its items with it; the scheduler gives them to another.
 from __future__ import annotations
 
 import importlib
+import logging
 import re
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 from carom.arguments import shown
@@ -27,6 +30,11 @@ CONNECT_S = 10
 
 #: What was lost with a worker is tried again so many times by the scheduler.
 RETRIES = 3
+
+#: A cluster may be without any worker for so long, seconds: one that is started anew is there sooner.
+WORKERLESS_S = 60.0
+#: How often it is asked how many it has, seconds.
+LOOK_S = 1.0
 
 T = TypeVar("T")
 Item = TypeVar("Item")
@@ -60,6 +68,8 @@ class ClusterPool(Pool):
             raise MissingExtraError(
                 "--scheduler needs distributed, which is not installed: pip install 'carom[cluster]'"
             ) from None
+        for name in ("distributed", "distributed.client"):  # what it says of a cluster that is lost is tracebacks
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         self._limits = (time_limit_s, memory_limit_mb)
         if not re.fullmatch(r"[a-z]+://\S+", scheduler):
             raise InputError(f"--scheduler must be an address such as tcp://host:8786, got {shown(scheduler)}")
@@ -86,7 +96,8 @@ class ClusterPool(Pool):
         """Work on items on the cluster; the results of an item come together.
 
         Raises:
-            ClusterError: Items were lost with their workers again and again; all other results came before.
+            ClusterError: Items were lost with their workers again and again, after all other results came; or the
+                scheduler went away, or the last worker, and none came for `WORKERLESS_S`.
         """
         distributed: Any = importlib.import_module("distributed")
         submitted = {
@@ -94,23 +105,52 @@ class ClusterPool(Pool):
             for name, item in items
         }
         lost = []
-        try:
+        with self._watched(submitted) as gone:
             for future in distributed.as_completed(list(submitted), loop=self._client.loop):
                 name = submitted.pop(future)
                 try:
                     results: list[T] = future.result()
                 except distributed.scheduler.KilledWorker:
                     lost.append(name)
+                except (distributed.CancelledError, distributed.comm.CommClosedError):
+                    why = "".join(gone) or "the cluster's scheduler went away"
+                    left = len(submitted) + 1
+                    raise ClusterError(
+                        f"{why}; {left} pieces of work are left, and --resume goes on with them"
+                    ) from None
                 else:
                     yield results
                 future.release()
-        finally:
-            self._client.cancel(list(submitted))
         if lost:
             raise ClusterError(
                 f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0]}; --resume "
                 "tries them again"
             )
+
+    @contextmanager
+    def _watched(self, submitted: Mapping[Any, str]) -> Iterator[list[str]]:
+        """Give up what was submitted at the end, and when there is no worker for long; then yield why."""
+        over, gone = threading.Event(), list[str]()
+
+        def watch() -> None:
+            seen = time.monotonic()
+            while not over.wait(LOOK_S):
+                with suppress(Exception):  # of a scheduler that does not answer it is not known either
+                    if self._client.scheduler_info()["workers"]:
+                        seen = time.monotonic()
+                if time.monotonic() - seen > WORKERLESS_S:
+                    gone.append(f"the cluster had no worker for {WORKERLESS_S:g} s")
+                    break
+            with suppress(Exception):  # a scheduler that is gone
+                self._client.cancel(list(submitted))
+
+        thread = threading.Thread(target=watch, daemon=True)
+        thread.start()
+        try:
+            yield gone
+        finally:
+            over.set()
+            thread.join(CONNECT_S)
 
     def _require_same_versions(self, scheduler: str) -> None:
         if not self._client.scheduler_info()["workers"]:
