@@ -62,7 +62,7 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
         (("stress", "small", "-e", "pit", "--time-limit", "1e300"), "--time-limit must be a positive"),
         (("advise", "paper/missed", "--time-limit", "1e10"), "--time-limit must be a positive"),
         (("advise", "paper/missed", "--budget", "0"), "Input should be greater than or equal to 1"),
-        (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "the time limit must be a positive"),
+        (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "time_limit_s must be a positive"),
         (("bench", "paper/missed", "--dt", "1e300..1e-300:5"), "--dt must be above 0: from 1.49e-154 to 6.7e+153 s"),
         (("bench", "paper/missed", "--dt", "5e-324"), "--dt must be above 0: from 1.49e-154"),
         (("run", "paper/missed", "--dt", "1e999999999"), "--dt must be above 0: from 1.49e-154"),
@@ -75,7 +75,7 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
         (("bench", "--grow", "--discs", "1000000000"), "Input should be less than or equal to 100000"),
         (
             ("stress", "small", "-e", "pit", "--memory-limit", "inf"),
-            "the memory limit must be a positive number of mega",
+            "memory_limit_mb must be a positive number of mega",
         ),
         (("bench", "paper/missed", "-e", "pit", "--scheduler", "nan"), "--scheduler must be an address such as tcp://"),
         (("run", "paper/missed", "-e", "pit", "--retry"), "--resume goes on with what lies in the folder of --report"),

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from carom.bench.axes import ErrorKind
 from carom.comparator.shift import even_phases
 from carom.errors import InputError
-from carom.limits import require_seconds
 from carom.registry import EngineInfo
+from carom.runs.asked import require_asked
 from carom.runs.engines import Methods, methods_of
 from carom.runs.job import Job
 from carom.runs.plan import profiles_to_plan, sorted_out
@@ -62,12 +62,7 @@ class BenchPlan:
     timing: bool = True
 
     def __post_init__(self) -> None:
-        if self.rounds < 1:
-            raise InputError(f"rounds must be 1 or more, got {self.rounds}")
-        require_seconds("the budget", self.budget_s)
-        require_seconds("the time limit", self.time_limit_s)
-        if not self.target > 0:
-            raise InputError(f"the target must be a positive number, got {self.target}")
+        require_asked(self)
 
 
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:

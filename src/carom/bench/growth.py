@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.adapter import unsupported_reason
+from carom.arguments import count
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
-from carom.errors import InputError
-from carom.limits import require_seconds
 from carom.registry import EngineInfo, load_adapter
+from carom.runs.asked import require_one
 from carom.runs.engines import engines, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
@@ -208,7 +208,7 @@ def growth(
     *,
     profile: str = "tuned",
     sizes: Sequence[int] | None = None,
-    budget_s: float = 120.0,
+    budget_s: float = 80.0,
     time_limit_s: float = 60.0,
     memory_limit_mb: float | None = None,
     journal: Journal[GrowthRun] | None = None,
@@ -233,10 +233,11 @@ def growth(
         UnknownNameError: There is no such engine.
     """
     for size in sizes or ():
-        if size < 1:
-            raise InputError(f"a number of discs must be 1 or more, got {size}")
-    require_seconds("the budget", budget_s)
-    require_seconds("the time limit", time_limit_s)
+        count("a number of discs", size, least=1)
+    require_one("engines", engine_names, optional=True)
+    require_one("budget_s", budget_s)
+    require_one("time_limit_s", time_limit_s)
+    require_one("memory_limit_mb", memory_limit_mb, optional=True)
     with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
         infos = to_run(engines(engine_names, pool=pool), engine_names)
     here = environment(infos)

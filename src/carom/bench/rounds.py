@@ -17,6 +17,7 @@ import numpy as np
 
 from carom.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.registry import load_adapter
+from carom.runs.asked import LEAST_ROUNDS
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Method, Progress
 from carom.runs.journal import Journal
@@ -44,9 +45,6 @@ MOST_REPEATS = 50
 
 #: Steps for which an empty world is timed; its cost a step does not change after that.
 EMPTY_STEPS = 1000
-
-#: Fewer rounds than this have no spread worth a name.
-LEAST_ROUNDS = 3
 
 #: What is timed on a scene: a method at a step, seconds.
 At = tuple[Method, float]

@@ -9,18 +9,19 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
+from carom.arguments import shown
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
-from carom.errors import AdapterError
-from carom.limits import require_seconds
+from carom.errors import AdapterError, InputError
 from carom.registry import engine_named, require_named
+from carom.runs.asked import require_one
 from carom.runs.engines import engines
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Journal
 from carom.runs.observed import Observed
 from carom.runs.phases import phase_values, spread_of
-from carom.runs.plan import Options, Plan, plan_of, require_positive, trace_of
+from carom.runs.plan import Options, Plan, plan_of, trace_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
 from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
@@ -65,8 +66,10 @@ def run(
         InputError: `dt` or `time_limit_s` is not a positive number, or a setting not of its kind.
         AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
     """
-    require_positive(dt=dt)
-    require_seconds("time_limit_s", time_limit_s)
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene must be a Scene, got {shown(scene)}; carom.load_scene reads a file")
+    require_one("dt", dt)
+    require_one("time_limit_s", time_limit_s)
     require_named(engine := engine_named(engine))
     with LocalPool(1, time_limit_s) as pool:
         tried = tried_by(engines([engine], pool=pool)[0], settings, [profile], dt, pool) if settings else ()

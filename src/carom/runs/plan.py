@@ -6,15 +6,14 @@ run and what ``--explain`` prints are read off the same plan.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from carom.adapter import Capabilities, ContactTimes
-from carom.arguments import count, shown
+from carom.arguments import shown
 from carom.errors import InputError, UnknownNameError
-from carom.limits import require_seconds
 from carom.registry import EngineInfo
+from carom.runs.asked import require_asked
 from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
@@ -34,7 +33,6 @@ __all__ = [
     "missing_profile_reason",
     "plan_of",
     "profiles_to_plan",
-    "require_positive",
     "sorted_out",
     "trace_of",
 ]
@@ -97,36 +95,14 @@ class Options:
     memory_limit_mb: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("engines", "dts", "profiles"):
-            value = getattr(self, name)
-            if isinstance(value, str) or not isinstance(value, Iterable | None):
-                raise InputError(f"{name} must be a list, also where there is one of them, got {value!r}")
-            object.__setattr__(self, name, None if value is None else tuple(value))
-        for name in ("engines", "profiles"):
-            for k, word in enumerate(getattr(self, name) or ()):
-                if not isinstance(word, str):
-                    raise InputError(f"{name}[{k}] must be a name, got {word!r}")
-        if self.jobs is not None:
-            count("jobs", self.jobs, least=1)
+        require_asked(self)
         if not isinstance(self.settings, Mapping):
             raise InputError(f"settings must be a mapping from names to values, got {self.settings!r}")
         object.__setattr__(self, "settings", dict(self.settings))
-        if isinstance(self.phases, bool) or not isinstance(self.phases, int) or self.phases < 0:
-            raise InputError(f"phases must be a whole number, 0 or more, got {self.phases!r}")
-        require_seconds("time_limit_s", self.time_limit_s)
-        require_seconds("certify_s", self.certify_s)
-        require_positive(**{f"dts[{k}]": dt for k, dt in enumerate(self.dts or ())})
 
     def steps_of(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, from the coarsest on."""
         return tuple(sorted(set(self.dts or default_dts(scene)), reverse=True))
-
-
-def require_positive(**values: float) -> None:
-    """Refuse what is no positive number of seconds, by its name."""
-    for name, value in values.items():
-        if not (isinstance(value, int | float) and 0 < value < math.inf):
-            raise InputError(f"{name} must be a positive number of seconds, got {value!r}")
 
 
 @dataclass(frozen=True)

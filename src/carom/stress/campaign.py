@@ -12,6 +12,7 @@ from typing import Any
 
 from carom.errors import UnknownNameError
 from carom.folders import claimed
+from carom.runs.asked import require_asked
 from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Method, Progress, Status
@@ -57,6 +58,9 @@ class StressOptions:
         time_limit_s: An engine that gives no answer for so long has given way.
         memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
             it.
+
+    Raises:
+        InputError: A number is out of range, or a list is none.
     """
 
     profiles: Sequence[str] = ("default", "tuned")
@@ -64,6 +68,9 @@ class StressOptions:
     jobs: int | None = None
     time_limit_s: float | None = None
     memory_limit_mb: float | None = None
+
+    def __post_init__(self) -> None:
+        require_asked(self)
 
     @property
     def limit_s(self) -> float:

@@ -10,13 +10,12 @@ from dataclasses import dataclass
 
 from carom.adapter import unsupported_reason
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.limits import require_seconds
 from carom.registry import EngineInfo
+from carom.runs.asked import require_asked
 from carom.runs.engines import SettingsAt, engines
 from carom.runs.environment import Environment, environment
 from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
 from carom.runs.journal import Journal
-from carom.runs.plan import require_positive
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, LocalPool, Pool
 from carom.runs.reference import reference_of, reference_trace
 from carom.runs.timing import Measure
@@ -60,11 +59,7 @@ class TuneOptions:
     memory_limit_mb: float | None = None
 
     def __post_init__(self) -> None:
-        if self.dt_s is not None:
-            require_positive(dt_s=self.dt_s)
-        if self.trials < 1:
-            raise InputError(f"trials must be 1 or more, got {self.trials}")
-        require_seconds("time_limit_s", self.time_limit_s)
+        require_asked(self)
 
     def step_of(self, scene: Scene) -> float:
         """Return the step at which a scene is run, seconds."""

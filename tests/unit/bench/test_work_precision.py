@@ -148,7 +148,7 @@ def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
         with pytest.raises(error, match=words):
             work_precision(scenes, wrong, InProcess())
     for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
-        words = f"{name.removesuffix('_s')} must be .*, got {value:g}"
+        words = f"{name} must be .*, got {value:g}"
         with pytest.raises(InputError, match=words):
             replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
 
