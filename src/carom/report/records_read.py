@@ -10,12 +10,13 @@ from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from pydantic import AllowInfNan, ConfigDict, TypeAdapter, ValidationError, create_model
+from pydantic import AllowInfNan, ConfigDict, Field, TypeAdapter, ValidationError, create_model
 
 from carom.comparator import Verdict
 from carom.errors import InputError
+from carom.limits import LARGEST, SMALLEST
 from carom.report.records import OF_SPINS, read_records
-from carom.report.records_schema import CellLine, HeadLine
+from carom.report.records_schema import CellLine, HeadLine, Step
 from carom.text import shortened
 
 __all__ = ["checked_records"]
@@ -64,6 +65,8 @@ def _as_written(hint: Any) -> Any:
     origin, parts = get_origin(hint), get_args(hint)
     if hint is float:
         return _Float
+    if hint == Step:
+        return Annotated[float, Field(ge=SMALLEST, le=LARGEST)]  # those that a run can have
     if hint is Verdict:
         return str  # the head says what each means: a file may have others than this Carom
     if isinstance(hint, type) and issubclass(hint, Enum):

@@ -21,10 +21,10 @@ from carom.runs.phases import PhaseSpread
 from carom.runs.timing import Timing
 from carom.trace import Outcome, Setting
 
-__all__ = ["records_schema"]
+__all__ = ["CellLine", "HeadLine", "Step", "records_schema"]
 
 #: A step is a number always; what pydantic calls a float else may be NaN or infinite, which is null.
-_Step = Annotated[float, Field(gt=0)]
+Step = Annotated[float, Field(gt=0)]
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class CellLine:
     engine: str
     profile: str
     tried: Mapping[str, Setting]
-    dt_s: _Step
+    dt_s: Step
     refinement: int
     status: Status
     reason: str
