@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 
 import numpy as np
@@ -16,7 +16,7 @@ from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches, wrong_branches
 from carom.comparator.horizon import before_rest, reach_of
 from carom.comparator.local import LocalErrors, local_errors
-from carom.comparator.local_truth.score import LocalScore, local_score, told_otherwise
+from carom.comparator.local_truth.score import LocalScore, local_score, shown_by_states, told_otherwise
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
@@ -172,6 +172,10 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     # Where a disc comes to rest the reference ends, and with it free flight.
     rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
     broken, truth = not_finite(observed), observed.local_truth
+    if truth is not None and (missed := measured.alignment.missed):
+        shown = shown_by_states(reference, missed, truth, observed.dt_s)
+        told = tuple(number for number in missed if number not in shown)
+        measured = replace(measured, alignment=replace(measured.alignment, missed=told))
     evidence = Evidence(
         reference=reference,
         observed=observed,

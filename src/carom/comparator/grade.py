@@ -20,12 +20,14 @@ def grade(evidence: Evidence) -> Grade:
     whole, local = _by_trajectory(evidence), evidence.local_truth
     if local is None:
         return whole
+    if evidence.steps_are_exact and _agrees_with_itself(evidence, but_for_sampling=False):
+        return Grade.EXACT if evidence.reach.impacts else Grade.UNGRADED  # where nothing happens nothing is shown
     if evidence.parted:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if whole is Grade.UNGRADED:
         return _where_undecided(evidence, local)
     if whole is Grade.EXACT and evidence.reach.whole and local.agrees_alone and local.grade is not Grade.WRONG:
-        return whole if evidence.reach.impacts else Grade.UNGRADED  # where nothing happens nothing is shown
+        return whole if evidence.reach.impacts else Grade.UNGRADED
     return max(whole, local.grade, key=list(Grade).index)
 
 
@@ -38,7 +40,8 @@ def _where_undecided(evidence: Evidence, local: LocalScore) -> Grade:
     ):
         return Grade.WRONG
     rests = evidence.reference.outcome is Outcome.AT_REST and not evidence.reach.impacts
-    return local.grade if rests and local.grade is not Grade.EXACT else Grade.UNGRADED
+    certain = evidence.convention is None and local.grade is Grade.INACCURATE
+    return local.grade if certain or (rests and local.grade is not Grade.EXACT) else Grade.UNGRADED
 
 
 def _by_trajectory(evidence: Evidence) -> Grade:

@@ -116,6 +116,26 @@ class Evidence:
     pit_s: NDArray[np.float64] | None
 
     @property
+    def steps_are_exact(self) -> bool:
+        """Whether the whole run is PIC's, step by step and in its end, whatever of it could be told apart.
+
+        Of several impacts of a disc in one step, an engine that tells no velocities shows the outcome alone.
+        """
+        local, largest = self.local_truth, self.measured.largest
+        if local is None or local.grade is not Grade.EXACT or self.told_otherwise or self.convention is not None:
+            return False
+        if self.ended_otherwise or self.broken or largest.final_spin > self.rounding:
+            return False
+        if self.reach.whole:
+            return largest.final_velocity <= self.rounding and largest.final_position <= self.place_rounding
+        # Up to a horizon the last impact of each disc says the same: errors hand themselves on.
+        latest: dict[int, float] = {}
+        for error in self.measured.errors:
+            row = self.reference.impacts[error.reference]
+            latest |= dict.fromkeys((int(row["first"]), int(row["second"])), error.velocity)
+        return bool(latest) and all(off <= self.rounding for disc, off in latest.items() if disc >= 0)
+
+    @property
     def parted(self) -> bool:
         """Whether the trajectory has left the reference's though no step passes through anything, or invents anything.
 
@@ -123,6 +143,8 @@ class Evidence:
         """
         local = self.local_truth
         if local is None or local.missed_own or local.invented or self.told_otherwise or self.broken:
+            return False
+        if self.steps_are_exact:
             return False
         return self.convention is None and self.parted_s is not None and not self.ended_otherwise
 
@@ -188,7 +210,8 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     errors = evidence.measured.errors
     # Beyond the instant at which two trajectories part, which impact is which is chance.
     apart = (_parted,) if evidence.parted else (_hits, _order, _timing, _motion, _turning, _end)
-    rules = (_convention, *apart, _own_path, _sinking)
+    # Where every step is PIC's, what is off of an impact is what was not told apart.
+    rules = (_convention, *(() if evidence.steps_are_exact else apart), _own_path, _sinking)
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
     found += [finding for rule in rules for finding in rule(evidence)]
     found += list(_steps(evidence, told=bool(found)))

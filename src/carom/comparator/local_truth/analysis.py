@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter.checks import MANTISSA_BITS
-from carom.comparator.local_truth.bodies import Law
+from carom.comparator.local_truth.bodies import Law, Pair
 from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
-from carom.comparator.local_truth.judge import Comparison, judge
+from carom.comparator.local_truth.judge import Comparison, judge, pairs_missed_by_pit
 from carom.comparator.local_truth.near import Activity, Block, activity_of
 from carom.scene import Scene
 from carom.trace import wall_body
@@ -68,6 +68,7 @@ class StepWatch:
         self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
         self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
         self._most = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
+        self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
         self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
@@ -126,7 +127,7 @@ class StepWatch:
             # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in sorted(finished, key=lambda chain: chain.end):
-                judged = judge(block, chain, activity, ends=ends)
+                judged = judge(block, chain, activity, self._known_of_pit(block, chain), ends=ends)
                 self._keep(block, chain, judged)
                 scale[chain.end :, list(chain.discs)] = judged.speed
                 self._scale[list(chain.discs)] = judged.speed
@@ -134,6 +135,21 @@ class StepWatch:
         del self._time_s[:done], self._place[:done], self._velocity[:done]
         if self._spin is not None:
             del self._spin[:done]
+
+    def _known_of_pit(self, block: Block, chain: Chain) -> dict[Pair, bool]:
+        """Return whether PIT finds the pairs of a chain that goes on, from its first state; note it where one is cut.
+
+        That is asked once, where the chain begins: later the bodies overlap, and PIT has found them already.
+        """
+        known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
+        if not chain.continues:
+            known.clear()
+        for pair in chain.pairs:
+            self._found_by_pit.pop(pair, None)
+        if chain.end - chain.begin == LONGEST:  # it may go on
+            missed = pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
+            self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
+        return known
 
     def _keep(self, block: Block, chain: Chain, judged: Comparison) -> None:
         times = block.states.time_s

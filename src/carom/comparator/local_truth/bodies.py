@@ -124,8 +124,13 @@ class BodyStates:
             return Separation((x - qx) * nx + (y - qy) * ny - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
-        normal = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
-        closing = -((self.velocity[j][0] - vx) * normal[0] + (self.velocity[j][1] - vy) * normal[1])
+        ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
+        if distance == 0.0:  # of centres that coincide no line is given; from there on they part
+            distance, speed = 0.0, math.hypot(ux, uy)
+            normal = (ux / speed, uy / speed) if speed > 0.0 else (1.0, 0.0)
+        else:
+            normal = (dx / distance, dy / distance)
+        closing = -(ux * normal[0] + uy * normal[1])
         return Separation(distance - law.radius[i] - law.radius[j], normal, closing)
 
     def wait(self, pair: Pair) -> float:

@@ -7,7 +7,7 @@ impacts and flown on, where the rest still lies ahead in the run's own state; of
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
@@ -15,7 +15,7 @@ from carom.comparator.local_truth.chains import Chain
 from carom.comparator.local_truth.near import MARGIN_STEPS, RESTING_STEPS, Activity, Block
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["PASSED", "Comparison", "WindowPair", "judge"]
+__all__ = ["PASSED", "Comparison", "WindowPair", "judge", "pairs_missed_by_pit"]
 
 #: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
 #: at; what turns a body by less is an error of velocity.
@@ -140,8 +140,18 @@ def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float,
     return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
 
 
-def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Comparison:
-    """Compare a window with PIC, and with PIT, from its own state; `ends` says that the run ends with the block."""
+def judge(
+    block: Block, chain: Chain, activity: Activity, found_by_pit: Mapping[Pair, bool], *, ends: bool
+) -> Comparison:
+    """Compare a window with PIC, and with PIT, from its own state.
+
+    Args:
+        block: The steps.
+        chain: Which of them, of which bodies.
+        activity: What the pairs do in them.
+        found_by_pit: Of the pairs of a chain that was cut, whether PIT found them from the state at its very beginning.
+        ends: Whether the run ends with the block.
+    """
     window = _Window(block, chain, activity)
     judged = Comparison(
         speed=window.speed, rim=window.rim, place_known_m=window.touching, kinetic_j=window.start.energy()
@@ -169,7 +179,8 @@ def judge(block: Block, chain: Chain, activity: Activity, *, ends: bool) -> Comp
     if not judged.open:
         _time(window, judged, found, agrees=agrees)
         _price(window, judged, found)
-    also = _also_missed_by_pit(window, missed)
+    also = {pair for pair in missed if not found_by_pit.get(pair, True)}
+    also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
     judged.pit_missed = len(also)
     for pair, steps in chain.pairs.items():
         due = [
@@ -194,7 +205,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         judged.energy_j = window.now.energy() - window.start.energy() if law.pull == 0.0 else 0.0
-    elif not held and not window.resting:
+    elif not held:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
     for pair, active in chain.pairs.items():
@@ -355,15 +366,16 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
     )
 
 
-def _also_missed_by_pit(window: _Window, missed: Sequence[Pair]) -> set[Pair]:
-    """Return which of the missed pairs PIT misses, too, from the same state, at the run's own boundaries."""
-    if not missed:
+def pairs_missed_by_pit(block: Block, chain: Chain, pairs: Sequence[Pair]) -> set[Pair]:
+    """Return which of some pairs PIT misses from the state at a window's start, at the run's own boundaries."""
+    if not pairs:
         return set()
-    block, chain = window.block, window.chain
     dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
     steps = round(begin_s / dt_s)
-    # From a boundary the next look is a step away; from within a step, where located pieces begin, it is at its end.
+    # At a boundary it looks at once; within a step, where pieces of located runs begin, at the end of that step.
     at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
-    first_s = dt_s if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
-    met = sampled_run(window.start, window.pairs, window.lasts + 2.0 * dt_s, dt_s, first_s)
-    return set(missed) - {one.pair for one in met}
+    first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
+    seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
+    start = block.state(chain.begin, chain.discs)
+    met = sampled_run(start, block.law.pairs_of(chain.discs), seconds, dt_s, first_s)
+    return set(pairs) - {one.pair for one in met}

@@ -173,11 +173,11 @@ class _Relative:
 
 
 class _Rested(NamedTuple):
-    """How a pair has rested so far: the gap at first, or 0, the last step, and how deep it may have sunk by then."""
+    """How a pair rests: the gap at first, or 0, the last step, and how much deeper it is than by falling."""
 
     top_m: float
     last: int
-    allowed_m: float
+    faster_m: float
 
 
 def activity_of(block: Block) -> Activity:
@@ -312,16 +312,19 @@ def _take(block: Block, relative: _Relative, found: Activity, sunk: dict[Pair, _
         for body in pair:
             if body < n:
                 found.resting[step, body] = True
-        gap_m = float(gap[row + 1, column])
+        gap_m, before_m = float(gap[row + 1, column]), float(gap[row, column])
         known = sunk.get(pair)
         if known is None or known.last != step - 1:
-            # Where it hops, it may be found as deep as it falls in a step at the speed that counts as rest.
-            known = _Rested(min(float(gap[row, column]), 0.0), step - 1, RESTING_STEPS * 2.0 * allowed)
-        sunk[pair] = known = _Rested(known.top_m, step, known.allowed_m + allowed)
+            known = _Rested(min(before_m, 0.0), step - 1, 0.0)
+        # What sinks beyond falling for each step anew adds up; what is held, or comes up, takes off from it.
+        faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
+        sunk[pair] = _Rested(known.top_m, step, faster_m)
         deep = known.top_m - gap_m
         found.sunk_m = max(found.sunk_m, deep)
         found.sunk_radii = max(found.sunk_radii, deep / contact[column])
-        if deep > known.allowed_m * (1.0 + 1e-6) + relative.touching[row, column] and found.sinks is None:
+        # Where it hops, it may be found as deep as it falls in a step at the speed that counts as rest.
+        hop_m = RESTING_STEPS * 2.0 * allowed
+        if faster_m > hop_m + relative.touching[row, column] and found.sinks is None:
             found.sinks = step
 
 

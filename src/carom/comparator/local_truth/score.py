@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Trace, pair_name
 from carom.windows import LocalTruth
 
-__all__ = ["LocalScore", "local_score", "told_otherwise"]
+__all__ = ["LocalScore", "local_score", "shown_by_states", "told_otherwise"]
 
 Array = NDArray[np.float64]
 
@@ -296,6 +297,26 @@ def told_otherwise(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -
         told[free[0]] += 1
     silent = alone & ~windows["open"] & ~truth.meetings["missed"] & (told == 0) & (windows["end_s"] <= until_s)
     return bool(silent.any())
+
+
+def shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
+    """Return which impacts that a run does not tell its states show, among others of the same steps.
+
+    Of several impacts of a disc in one step, an engine may tell the outcome alone.
+    """
+    windows = truth.windows[truth.meetings["window"]]
+    kept = np.flatnonzero(windows["entangled"] & ~truth.meetings["missed"] & ~np.isnan(truth.meetings["due_s"]))
+    shown: dict[_Bodies, list[int]] = {}
+    for row, bodies in zip(kept.tolist(), _bodies(truth.meetings[kept]), strict=True):
+        shown.setdefault(bodies, []).append(row)
+    impacts = reference.impacts[list(missed)]
+    return frozenset(
+        number
+        for number, time_s, bodies in zip(missed, impacts["time_s"].tolist(), _bodies(impacts), strict=True)
+        if any(
+            windows["begin_s"][row] - dt_s <= time_s <= windows["end_s"][row] + dt_s for row in shown.get(bodies, ())
+        )
+    )
 
 
 #: Two bodies, the lower number first.
