@@ -20,7 +20,7 @@ def grade(evidence: Evidence) -> Grade:
     whole, local = _by_trajectory(evidence), evidence.local_truth
     if local is None:
         return whole
-    if evidence.steps_are_exact and _agrees_with_itself(evidence, but_for_sampling=False):
+    if evidence.steps_are_exact:
         return Grade.EXACT if evidence.reach.impacts else Grade.UNGRADED  # where nothing happens nothing is shown
     if evidence.parted:
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED

@@ -124,7 +124,7 @@ class Evidence:
         local, largest = self.local_truth, self.measured.largest
         if local is None or local.grade is not Grade.EXACT or self.told_otherwise or self.convention is not None:
             return False
-        if self.ended_otherwise or self.broken or largest.final_spin > self.rounding:
+        if self.ended_otherwise or self.broken or largest.final_spin > self.rounding or any(_own_path(self)):
             return False
         if self.reach.whole:
             return largest.final_velocity <= self.rounding and largest.final_position <= self.place_rounding
