@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
 __all__ = ["ImpactLog", "Recent", "standstill_impacts"]
@@ -75,17 +75,18 @@ class Recent:
 class ImpactLog:
     """Impacts in order, those without a unique answer, and whether time has come to a standstill."""
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, start: Start) -> None:
+        arrays = start.arrays
         self.records: list[ImpactRecord] = []
         self._impacts = Rows(IMPACT_DTYPE)
         self._ambiguous: list[int] = []
-        self._turns = scene.arrays.turns
+        self._turns = arrays.turns
         self._spins = Rows(SPIN_DTYPE)
-        self._rubs_discs, self._rubs_walls = scene.arrays.rubs_discs, scene.arrays.rubs_walls
-        self._recent = [None if disc.immovable else Recent() for disc in scene.discs]
+        self._rubs_discs, self._rubs_walls = arrays.rubs_discs, arrays.rubs_walls
+        self._recent = [Recent() if movable else None for movable in arrays.movable.tolist()]
         self._instant = -1.0
         self._impacts_now = 0
-        self._standstill = standstill_impacts(len(scene.discs) + len(scene.walls))
+        self._standstill = standstill_impacts(len(arrays) + len(arrays.walls))
 
     def __len__(self) -> int:
         return len(self.records)

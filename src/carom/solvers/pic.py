@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from carom.scene import Disc, Scene
-    from carom.solvers.run import Progress, Run
+    from carom.solvers.run import Progress, Run, Start
     from carom.solvers.units import Units
 
 __all__ = ["pic_run", "solve_pic"]
@@ -38,17 +38,17 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
     Under gravity it records everything. Solving for `all_pairs`, as without the extension, changes no result.
     """
 
-    def make(scene: Scene, units: Units) -> Run:
-        if scene.gravity_m_s2 != (0.0, 0.0):
+    def make(start: Start, units: Units) -> Run:
+        if start.gravity_m_s2 != (0.0, 0.0):
             from carom.solvers.falling.run import BallisticRun
 
-            return BallisticRun(scene)
+            return BallisticRun(start)
         asked = asdict(options.in_units(units))
         if extension_available() and not all_pairs:
-            return EventDrivenRun(scene, **asked)
+            return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 
-        return AllPairsRun(scene, **asked)
+        return AllPairsRun(start, **asked)
 
     run: Run = run_in_ordinary_units(scene, make)
     return run

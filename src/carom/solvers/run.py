@@ -9,12 +9,25 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from carom.disc_arrays import DiscArrays
     from carom.trace import Outcome
 
-__all__ = ["Progress", "Run", "RunImpacts"]
+__all__ = ["Progress", "Run", "RunImpacts", "Start"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
+
+
+class Start(Protocol):
+    """Where a run begins, as solvers see it: a scene, or one in units of the run's own (`carom.solvers.units`)."""
+
+    @property
+    def arrays(self) -> DiscArrays:
+        """Discs and walls."""
+
+    @property
+    def gravity_m_s2(self) -> tuple[float, float]:
+        """Uniform gravity."""
 
 
 class RunImpacts(Protocol):

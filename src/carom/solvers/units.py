@@ -7,10 +7,12 @@ digits. An ordinary scene, the rule, is run as it is.
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.disc_arrays import DiscArrays
 from carom.limits import ORDINARY
 from carom.sizes import Sizes
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress, RunImpacts
+    from carom.solvers.run import Progress, RunImpacts, Start
     from carom.trace import Outcome, Vector
 
     Array = NDArray[np.float64]
@@ -40,22 +42,19 @@ class Units(NamedTuple):
     time: int
     mass: int
 
-    def scene(self, scene: Scene) -> Scene:
-        """Return a scene in these units, unchecked; its frame rate is left as it is."""
+    def start(self, scene: Scene) -> Start:
+        """Return where a run of a scene in these units begins."""
         if self == SI:
             return scene
-        speed = self.length - self.time
-        discs = []
-        for disc in scene.discs:
-            place, velocity = _vector(disc.position_m, -self.length), _vector(disc.velocity_m_s, -speed)
-            radius, mass = _times_power(disc.radius_m, -self.length), _times_power(disc.mass_kg, -self.mass)
-            changed = {"position_m": place, "velocity_m_s": velocity, "radius_m": radius, "mass_kg": mass}
-            changed["spin_rad_s"] = _times_power(disc.spin_rad_s, self.time)
-            discs.append(disc.model_copy(update=changed))
-        walls = tuple(wall.model_copy(update={"point_m": _vector(wall.point_m, -self.length)}) for wall in scene.walls)
-        gravity, duration = _vector(scene.gravity_m_s2, self.time - speed), self.of_seconds(scene.duration_s)
-        of_scene = {"discs": tuple(discs), "walls": walls, "gravity_m_s2": gravity, "duration_s": duration}
-        return scene.model_copy(update=of_scene)
+        start, speed = scene.arrays, self.length - self.time
+        scaled = {field.name: getattr(start, field.name) for field in fields(start)}
+        for name, exponent in (
+            *(("position_m", -self.length), ("radius_m", -self.length), ("mass_kg", -self.mass)),
+            *(("velocity_m_s", -speed), ("spin_rad_s", self.time)),
+        ):
+            scaled[name] = np.ldexp(scaled[name], exponent)
+        scaled["walls"] = tuple((*_vector((x, y), -self.length), nx, ny) for x, y, nx, ny in start.walls)
+        return _ScaledStart(DiscArrays.of_valid(**scaled), _vector(scene.gravity_m_s2, self.time - speed))
 
     def of_seconds(self, time_s: float) -> float:
         """Return a time given in seconds, in these units."""
@@ -109,11 +108,18 @@ def units_of(scene: Scene) -> Units:
     return Units(length, time, _middle(sizes.lightest, sizes.heaviest))
 
 
-def run_in_ordinary_units(scene: Scene, make: Callable[[Scene, Units], Any]) -> Any:
+def run_in_ordinary_units(scene: Scene, make: Callable[[Start, Units], Any]) -> Any:
     """Return a run of a scene, made by `make` in units in which the scene is ordinary, and seen in SI units."""
     units = units_of(scene)
-    run = make(units.scene(scene), units)
+    run = make(units.start(scene), units)
     return run if units == SI else RunInUnits(run, units)
+
+
+class _ScaledStart(NamedTuple):
+    """A start in units of its own, unchecked; the names of the fields are those of SI units."""
+
+    arrays: DiscArrays
+    gravity_m_s2: Vector
 
 
 class RunInUnits:
@@ -124,9 +130,32 @@ class RunInUnits:
         self._run = run
         self._units = units
 
-    def __getattr__(self, name: str) -> Any:
-        """Return what has no unit: notes, counts, impacts a disc, and the passing of frames."""
-        return getattr(self._run, name)
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how the run was done."""
+        notes: tuple[str, ...] = self._run.notes
+        return notes
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far, by name."""
+        counts: dict[str, int] = self._run.counts
+        return counts
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        impacts: NDArray[np.int64] = self._run.impacts_per_disc()
+        return impacts
+
+    @property
+    def frames(self) -> int:
+        """Of a run of PIT: frames passed."""
+        frames: int = self._run.frames
+        return frames
+
+    def advance_frames(self, frames: int) -> None:
+        """Of a run of PIT: pass so many frames, and go to the instant of the one that follows."""
+        self._run.advance_frames(frames)
 
     @property
     def time_s(self) -> float:

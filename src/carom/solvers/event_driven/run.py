@@ -21,9 +21,8 @@ from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
     from carom.solvers.event_driven import kernel
-    from carom.solvers.run import Progress
+    from carom.solvers.run import Progress, Start
 
 __all__ = ["EventDrivenRun", "RunState"]
 
@@ -95,7 +94,7 @@ class EventDrivenRun:
 
     def __init__(
         self,
-        start: Scene | DiscArrays,
+        start: Start | DiscArrays,
         *,
         record: str = "all",
         window_s: tuple[float, float] = ALWAYS,

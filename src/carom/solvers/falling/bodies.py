@@ -18,7 +18,7 @@ from carom.trace import wall_body
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
 __all__ = ["FallingBodies"]
@@ -31,13 +31,13 @@ class FallingBodies(Bodies):
     normal that it left with: `docs/gravity.md` says why a ball on a slope would never come to rest otherwise.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        super().__init__(scene)
-        self.gravity = scene.gravity_m_s2
+    def __init__(self, start: Start) -> None:
+        super().__init__(start)
+        self.gravity = start.gravity_m_s2
         self.pull = [wall_speed(*self.gravity, nx, ny) for _, _, nx, ny in self.walls]
-        self.instant = [START] * len(scene.discs)
+        self.instant = [START] * len(self)
         # Speed along the normal after the last impact, where that was on a wall or an immovable disc.
-        self.leaving = [0.0] * len(scene.discs)
+        self.leaving = [0.0] * len(self)
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present parabola."""

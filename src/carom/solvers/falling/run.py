@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
-    from carom.solvers.run import Progress
+    from carom.solvers.run import Progress, Start
     from carom.trace import ImpactRecord
 
 __all__ = ["BallisticRun"]
@@ -35,9 +34,9 @@ class BallisticRun:
     It ends before its time where a disc comes to rest: see `carom.trace.Outcome.AT_REST` and `notes`.
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self.bodies = FallingBodies(scene)
-        self.log = ImpactLog(scene)
+    def __init__(self, start: Start) -> None:
+        self.bodies = FallingBodies(start)
+        self.log = ImpactLog(start)
         self.time_s = 0.0
         self.impacts = 0
         self.predictions = 0
@@ -45,7 +44,7 @@ class BallisticRun:
         self._now = START
         self._ended: Outcome | None = None
         self._unresolved = 0
-        self._standstill = standstill_impacts(len(scene.discs) + len(scene.walls))
+        self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
         self._version = [0] * len(self.bodies)
         #: Instant, bodies, their versions, and whether they meet then, or may meet then at the earliest.
         self._events: list[tuple[Instant, int, int, int, int, bool]] = []

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
     from carom.solvers.pit.clock import FrameClock
+    from carom.solvers.run import Start
 
 __all__ = ["PlainFrameLoop"]
 
@@ -39,10 +39,10 @@ class PlainFrameLoop:
         log: The impacts so far.
     """
 
-    def __init__(self, scene: Scene, clock: FrameClock) -> None:
-        self.bodies = _bodies(scene)
+    def __init__(self, start: Start, clock: FrameClock) -> None:
+        self.bodies = _bodies(start)
         self.clock = clock
-        self.log = ImpactLog(scene)
+        self.log = ImpactLog(start)
         self.frames = 0
 
     @property
@@ -85,9 +85,9 @@ class PlainFrameLoop:
         return self.bodies.spins()
 
 
-def _bodies(scene: Scene) -> Bodies:
-    if scene.gravity_m_s2 == (0.0, 0.0):
-        return Bodies(scene)
+def _bodies(start: Start) -> Bodies:
+    if start.gravity_m_s2 == (0.0, 0.0):
+        return Bodies(start)
     from carom.solvers.falling.bodies import FallingBodies
 
-    return FallingBodies(scene)
+    return FallingBodies(start)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.pit import frame_loop
     from carom.solvers.pit.frames import PlainFrameLoop
-    from carom.solvers.run import Progress
+    from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits
 
 __all__ = ["PATIENCE", "FrameRun", "pit_run", "solve_pit"]
@@ -132,20 +132,20 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
             leaves none out.
     """
     run: FrameRun | RunInUnits = run_in_ordinary_units(
-        scene, lambda scene, units: _pit_run(scene, clock.in_units(units), skipping)
+        scene, lambda start, units: _pit_run(start, clock.in_units(units), skipping)
     )
     return run
 
 
-def _pit_run(scene: Scene, clock: FrameClock, skipping: bool) -> FrameRun:
-    straight = scene.gravity_m_s2 == (0.0, 0.0)
+def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
+    straight = start.gravity_m_s2 == (0.0, 0.0)
     if straight and extension_available():
         from carom.solvers.pit import frame_loop
 
-        return FrameRun(frame_loop.FrameLoop(scene.arrays, clock, skipping, PATIENCE), clock)
+        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock)
     from carom.solvers.pit.frames import PlainFrameLoop
 
-    return FrameRun(PlainFrameLoop(scene, clock), clock, extension_notes() if straight else ())
+    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight else ())
 
 
 def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:

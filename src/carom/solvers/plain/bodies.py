@@ -27,22 +27,22 @@ from carom.trace import ImpactRecord, wall_body, wall_index
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.solvers.run import Start
 
 __all__ = ["Bodies", "require_supported"]
 
 Vector = tuple[float, float]
 
 
-def require_supported(scene: Scene, solver: str) -> None:
+def require_supported(start: Start, solver: str) -> None:
     """Refuse a scene with gravity.
 
     Raises:
         InputError: The scene has gravity.
     """
-    if scene.gravity_m_s2 != (0.0, 0.0):
+    if start.gravity_m_s2 != (0.0, 0.0):
         raise InputError(
-            f"gravity_m_s2 is {scene.gravity_m_s2}: {solver} does not support gravity yet; "
+            f"gravity_m_s2 is {start.gravity_m_s2}: {solver} does not support gravity yet; "
             "solve_pic and solve_pit do, or set it to [0, 0]"
         )
 
@@ -55,7 +55,7 @@ class Bodies:
     of it must not depend on who else has met it meanwhile.
     """
 
-    def __init__(self, start: Scene | DiscArrays) -> None:
+    def __init__(self, start: Start | DiscArrays) -> None:
         if not isinstance(start, DiscArrays):
             start = start.arrays
         floats: tuple[list[float], ...] = tuple(

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
-    from carom.solvers.run import Progress
+    from carom.solvers.run import Progress, Start
 
 __all__ = ["EPOCH_IMPACTS", "AllPairsRun"]
 
@@ -42,30 +41,30 @@ class AllPairsRun:
 
     def __init__(
         self,
-        scene: Scene,
+        start: Start,
         *,
         record: str = "all",
         window_s: tuple[float, float] = ALWAYS,
         contact_duration_s: float = 0.0,
     ) -> None:
-        require_supported(scene, "PIC")
+        require_supported(start, "PIC")
         self.options = RunOptions(record, window_s, contact_duration_s)
-        self.bodies = Bodies(scene)
-        self.log = ImpactLog(scene)
+        self.bodies = Bodies(start)
+        self.log = ImpactLog(start)
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
         self._now_s = 0.0  # of the last impact, since the epoch
         self._reported_s = 0.0  # of the last impact, since the start
         self._at_instant = 0
-        self._standstill = standstill_impacts(len(scene.discs) + len(scene.walls))
-        self._last_impact_s = [-math.inf] * len(scene.discs)
-        self._impacts_per_disc = [0] * len(scene.discs)
+        self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
+        self._last_impact_s = [-math.inf] * len(self.bodies)
+        self._impacts_per_disc = [0] * len(self.bodies)
         self._counts = {"impacts": 0, "wall_impacts": 0, "predictions": 0, "epochs": 0}
         # Row i holds when disc i meets wall K-1, ..., wall 0, disc 0, ..., disc n-1, each pair once: so the first of
         # the least times is that of the first impact in the order of (time, first, second).
-        self._times = np.full((len(scene.discs), len(scene.walls) + len(scene.discs)), math.inf)
-        for i in range(len(scene.discs)):
-            self._predict(i, range(i + 1, len(scene.discs)))
+        self._times = np.full((len(self.bodies), len(self.bodies.walls) + len(self.bodies)), math.inf)
+        for i in range(len(self.bodies)):
+            self._predict(i, range(i + 1, len(self.bodies)))
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out."""
