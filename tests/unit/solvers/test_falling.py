@@ -15,14 +15,15 @@ GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
 
 
 def touching_the_floor(speed: float) -> Scene:
-    """A disc 1,000 m from the origin that touches the floor and goes into it at a speed; its gap is known to 5 ulp."""
+    """A disc 1,000 m from the origin that touches the floor and goes into it at a speed."""
     disc = Disc(position_m=(1000.0, 0.5), velocity_m_s=(0.0, -speed), radius_m=0.5)
     return Scene(name="floor", duration_s=1e-6, discs=[disc], walls=[_FLOOR], restitution=1.0, **GRAVITY)
 
 
 _FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
-#: The speed that hops as high as 5 units in the last place of 1,000.5 m: half of its square over 1 m/s^2.
-_HOP_M_S = math.sqrt(2 * 5 * math.ulp(1000.5))
+#: The speed that hops as high as its gap is known to, half of its square over 1 m/s^2: to 5 units in the last place, in
+#: parts of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.solvers.impact.resolution` derives it.
+_HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 
 
 @pytest.mark.parametrize(("part", "outcome", "impacts"), [(0.9, Outcome.AT_REST, 0), (1.1, Outcome.COMPLETED, 1)])

@@ -12,6 +12,7 @@ from carom.physics.fall_time import descent_time, return_time
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed
 from carom.solvers.falling.clock import NEVER, START, Instant, after, between
+from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
 from carom.trace import wall_body
 
@@ -97,7 +98,7 @@ class FallingBodies(Bodies):
             return self.instant[i]
         reach = self.radius[i] + self.radius[fixed]
         gap = math.hypot(self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]) - reach
-        gap -= self._resolution_m(i, self.x[fixed], self.y[fixed], reach)
+        gap -= self._resolution_m(i, self.x[fixed], self.y[fixed], self.radius[fixed])
         if not gap > 0.0:
             return self.instant[i]
         speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.gravity)
@@ -130,11 +131,11 @@ class FallingBodies(Bodies):
         qx, qy, nx, ny = self.walls[k]
         again = self.last_partner[i] == wall_body(k)
         approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
-        return approach, float(self.pull[k][0]), self._resolution_m(i, qx, qy, self.radius[i])
+        return approach, float(self.pull[k][0]), self._resolution_m(i, qx, qy, 0.0)
 
-    def _resolution_m(self, i: int, x: float, y: float, reach: float) -> float:
-        """Return 5 units in the last place of the largest coordinate of disc `i` and a point, and the reach."""
-        return 5 * math.ulp(max(abs(self.x[i]), abs(self.y[i]), abs(x), abs(y)) + reach)
+    def _resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
+        """Return how well the gap between disc `i` and a body is known, metres."""
+        return gap_resolution(size_of(self.x[i], self.y[i], self.radius[i]) + size_of(x, y, radius))
 
     def contact_with_fixed(self, i: int, fixed: int) -> tuple[float, float, float]:
         """Speed at which disc `i`, brought there, meets an immovable one; acceleration and resolution of their gap."""
@@ -143,8 +144,7 @@ class FallingBodies(Bodies):
         opening = (dx * self.vx[i] + dy * self.vy[i]) / distance
         across = (dx * self.vy[i] - dy * self.vx[i]) / distance
         pull = (dx * self.gravity[0] + dy * self.gravity[1]) / distance + across * across / distance
-        reach = self.radius[i] + self.radius[fixed]
-        return -opening, pull, self._resolution_m(i, self.x[fixed], self.y[fixed], reach)
+        return -opening, pull, self._resolution_m(i, self.x[fixed], self.y[fixed], self.radius[fixed])
 
     def leave_fixed(self, i: int, fixed: int, record: ImpactRecord) -> None:
         """Set disc `i`, which has just hit an immovable one, on its rim, and keep the speed at which it leaves."""

@@ -155,10 +155,9 @@ class BallisticRun:
             bodies.leave_wall(i, k, 0.0)
             self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
             return
-        # Where a disc comes back to the wall that it has left, its time does not depend on a rounded gap.
-        uncertain = 0.0 if again or not approach > 0.0 else gap_m / approach
         record = bodies.bounce(i, k, approach)
-        self._carried_out(record, uncertain + (0.0 if again else 2 * math.ulp(self._now[0])), (i,))
+        # Where a disc comes back to the wall that it has left, its time does not depend on a rounded gap.
+        self._carried_out(record, 0.0 if again else bodies.resolution_s(record), (i,))
 
     def _rests_on_fixed(self, i: int, fixed: int) -> bool:
         """End the run, and say so, where disc `i` rests on an immovable one."""

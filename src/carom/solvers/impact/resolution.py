@@ -17,7 +17,15 @@ import math
 
 from carom.errors import InputError
 
-__all__ = ["are_told_apart", "clock_resolution", "pair_resolution", "size_of", "too_far_out", "wall_resolution"]
+__all__ = [
+    "are_told_apart",
+    "clock_resolution",
+    "gap_resolution",
+    "pair_resolution",
+    "size_of",
+    "too_far_out",
+    "wall_resolution",
+]
 
 #: A unit in the last place of 1: at least one of any number, in parts of it.
 ULP = 2.0**-52
@@ -45,13 +53,18 @@ def size_of(x: float, y: float, radius: float) -> float:
     return abs(x) + abs(y) + radius
 
 
+def gap_resolution(sizes: float) -> float:
+    """Return how well the gap between two bodies is known, metres, from the sum of `size_of` of both."""
+    return 5.0 * ULP * sizes
+
+
 def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
     """Return to how many seconds the instant of an impact of two discs is known, infinity for to none.
 
     Of both: the sum of `size_of`, of the radii, the relative velocity before, and its part along the normal, of which
     rounding can leave 0 or less in a graze.
     """
-    error = 5.0 * ULP * sizes
+    error = gap_resolution(sizes)
     fast = math.sqrt(ux * ux + uy * uy)
     graze = reach * math.sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else math.inf
     return min(error / speed, graze) if speed > 0.0 else graze
@@ -59,7 +72,7 @@ def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: flo
 
 def wall_resolution(sizes: float, speed: float) -> float:
     """Return to how many seconds the instant of an impact on a wall is known, infinity for to none."""
-    return 5.0 * ULP * sizes / speed if speed > 0.0 else math.inf
+    return gap_resolution(sizes) / speed if speed > 0.0 else math.inf
 
 
 def clock_resolution(time_s: float) -> float:
