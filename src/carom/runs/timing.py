@@ -28,6 +28,12 @@ __all__ = ["TIMING_RUNS", "Measure", "Timing", "time_run"]
 TIMING_RUNS = 3
 
 
+_TOO_SHORT = (
+    "too short to time: the clock shows 0 s for {steps} steps, the median of {runs} runs; a program's clock should "
+    "tell microseconds apart (docs/engine-protocol.md)"
+)
+
+
 @dataclass(frozen=True)
 class Timing:
     """Two clocks, each the median of several runs.
@@ -111,13 +117,9 @@ def time_run(
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
-    advance_s = statistics.median(advanced)
-    if not (advance_s > 0.0 or zero):  # no ratio, and no sum of visits, can be made of it
-        raise UnsupportedError(
-            f"too short to time: the clock shows 0 s for {steps} steps, the median of {len(advanced)} runs; a "
-            "program's clock should tell microseconds apart (docs/engine-protocol.md)"
-        )
-    return Timing(statistics.median(prepared), advance_s, len(advanced), call_s)
+    if not (zero or statistics.median(advanced) > 0.0):  # no ratio, and no sum of visits, can be made of it
+        raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
+    return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s)
 
 
 def _shown(world: TimedWorld, before_s: float) -> float:

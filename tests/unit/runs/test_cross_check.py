@@ -320,10 +320,13 @@ def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
 
 def contents(trace: Trace) -> dict[str, object]:
     """Return what a trace holds, arrays with their types as bytes."""
-    samples = vars(trace.samples).items() if trace.samples else ()
-    values = {**vars(trace), **{f"samples.{name}": value for name, value in samples}, "samples": None}
+    parts = {"samples": trace.samples, "local_truth": trace.local_truth}
+    values: dict[str, object] = {**vars(trace), **dict.fromkeys(parts)}
+    for part, held in parts.items():
+        values |= {f"{part}.{name}": value for name, value in (vars(held).items() if held else ())}
     return {
-        name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else value
+        # By what it is shown as: NaN is the same in both.
+        name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else repr(value)
         for name, value in values.items()
     }
 
