@@ -16,7 +16,7 @@ from carom.report.render import markdown
 from carom.report.wording import number, percent
 from carom.scenes.catalogue import find_scenes
 
-__all__ = ["lines_of", "page", "ranges"]
+__all__ = ["SHOWN_TO", "lines_of", "page", "ranges"]
 
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6
