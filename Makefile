@@ -11,6 +11,8 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
+# For mutants: faults in all; what was tried stands in reports/mutants.jsonl and is not tried again.
+FAULTS ?= 200
 # For campaign: how long; counts add up in reports/attacks.
 MINUTES ?= 60
 JOBS ?= 1
@@ -25,7 +27,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic bench check coverage-compiled clean
+.PHONY: help report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants bench check coverage-compiled clean
 
 help:
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
@@ -40,6 +42,7 @@ help:
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write docs/atlas.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
+	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
@@ -99,6 +102,9 @@ atlas: $(BUILT) $(HAZARDS)
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
+
+mutants: $(BUILT)
+	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/reliability.md
 
 bench: $(BUILT)
 	for part in pic pit certified start; do \

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from Cython.Build import cythonize
 from setuptools import Extension, setup
+from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_ext import build_ext
 
 #: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
@@ -64,7 +65,17 @@ class OptionalBuild(build_ext):
             for folder in [self.build_lib, *(["src", "."] if inplace else [])]:
                 for module in self.extensions:  # one of an earlier build must not serve
                     Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
-            self.extensions = []
+            self.extensions = self.distribution.ext_modules = []
+
+
+class HonestWheel(bdist_wheel):
+    """Tags a wheel for what it is: one whose extension was not built serves any platform."""
+
+    def run(self) -> None:
+        """Build first, then tag."""
+        self.run_command("build")
+        self.root_is_pure = not self.distribution.ext_modules
+        super().run()
 
 
 def _extension(name: str, source: str, sources: list[str]) -> Extension:
@@ -98,6 +109,6 @@ setup(
         emit_linenums=COVERAGE,
         shared_utility_qualified_name=SHARED,
     ),
-    cmdclass={"build_ext": OptionalBuild},
+    cmdclass={"build_ext": OptionalBuild, "bdist_wheel": HonestWheel},
     options={"bdist_wheel": {"py_limited_api": "cp311"}, "build_ext": {"parallel": os.cpu_count()}},
 )

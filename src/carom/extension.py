@@ -16,7 +16,15 @@ import time
 import warnings
 from pathlib import Path
 
-__all__ = ["PLAIN_VARIABLE", "Patience", "PlainFormWarning", "extension_available", "extension_notes", "sources_digest"]
+__all__ = [
+    "PLAIN_VARIABLE",
+    "Patience",
+    "PlainFormWarning",
+    "StaleExtensionWarning",
+    "extension_available",
+    "extension_notes",
+    "sources_digest",
+]
 
 #: Set to anything but nothing, it makes plain Python serve although the extension is there.
 PLAIN_VARIABLE = "CAROM_PLAIN"
@@ -31,13 +39,21 @@ class PlainFormWarning(UserWarning):
 
 @functools.cache
 def extension_available() -> bool:
-    """Return whether the compiled forms serve."""
-    return not _absence()
+    """Return whether the compiled forms serve; warn where they were built of other sources than those beside them."""
+    available = not _absence()
+    if available and _staleness():
+        warnings.warn(_staleness(), StaleExtensionWarning, stacklevel=2)
+    return available
 
 
 def extension_notes() -> tuple[str, ...]:
-    """Return what a result must say of the form that ran: nothing where it was compiled, else why not, and a remedy."""
-    return () if extension_available() else (_absence(),)
+    """Return what a result must say of the form that ran, with a remedy; nothing where all is compiled."""
+    said = _staleness() if extension_available() else _absence()
+    return (said,) if said else ()
+
+
+class StaleExtensionWarning(UserWarning):
+    """The compiled extension does not do what the sources beside it say."""
 
 
 class Patience:
@@ -61,10 +77,15 @@ def sources_digest() -> str:
 
     package = Path(__file__).parent
     digest = hashlib.sha256()
-    for path in sorted([*package.rglob("*.p[yx][xd]"), *package.rglob("*.h")]):
+    for path in _sources(package):
         source = path.read_bytes().replace(b"\r\n", b"\n")  # as git may check it out on Windows
         digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
     return digest.hexdigest()
+
+
+def _sources(package: Path) -> list[Path]:
+    """Return all that the extension is made of."""
+    return sorted([*package.rglob("*.p[yx][xd]"), *package.rglob("*.h")])
 
 
 def _absence() -> str:
@@ -80,6 +101,26 @@ def _absence() -> str:
             "install a C compiler, then Carom anew, with pip's --force-reinstall --no-deps --no-cache-dir"
         )
     return ""
+
+
+@functools.cache
+def _staleness() -> str:
+    """Return that the extension is not of the sources beside it, and the remedy; nothing where it is.
+
+    Only where it is used from a source tree, as an editable install is: what was installed is not edited. Whether it is
+    older than a source says whether it is worth looking into the sources.
+    """
+    package = Path(__file__).parent
+    if {"site-packages", "dist-packages"} & set(package.parts):
+        return ""
+    built = importlib.import_module("carom.built")
+    made = os.stat(str(built.__file__)).st_mtime
+    if all(path.stat().st_mtime <= made for path in _sources(package)) or sources_digest() == built.DIGEST:
+        return ""
+    return (
+        f"the compiled extension is not of the sources in {package}, one of which has changed since: build it again "
+        "with python setup.py build_ext --inplace --force"
+    )
 
 
 @functools.cache

@@ -26,7 +26,9 @@ ROOMS = {
     "event-driven": Room(
         (f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/resolution.p*", f"{_S}/two_discs.pyx"), _PIC
     ),
-    "plain": Room((f"{_S}/*.py", f"{_S}/plain/*.py"), (*_PIC, "tests/unit/test_disc_arrays.py")),
+    "plain": Room(
+        (f"{_S}/*.py", f"{_S}/plain/*.py"), (*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py")
+    ),
     "falling": Room((f"{_S}/falling/*.py",), (f"{_V}/test_gravity.py", f"{_U}/test_falling.py", f"{_U}/test_run.py")),
     "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py")),
     "certified": Room(

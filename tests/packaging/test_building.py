@@ -41,6 +41,8 @@ def test_without_a_compiler_plain_python_gives_the_same_bits(tree: Path, tmp_pat
     (wheel,) = tmp_path.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         assert not [name for name in archive.namelist() if name.endswith((".so", ".pyd"))]
+    # Tagged for this platform, it would be taken from a cache where there is a compiler.
+    assert wheel.stem.split("-")[2:] == ["py3", "none", "any"]
     report = report_of(install(wheel, tmp_path / "site"), tmp_path)
     assert not report["compiled"]
     assert "install a C compiler" in report["notes"][0]

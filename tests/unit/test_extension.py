@@ -1,6 +1,10 @@
 from __future__ import annotations
 
 import importlib
+import os
+import shutil
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -40,6 +44,39 @@ def test_compiled_runs_have_nothing_to_note() -> None:
     patience = extension.Patience()
     patience._ends = 0.0  # noqa: SLF001 - long ago
     patience.look()
+
+
+@needs_extension
+@pytest.mark.parametrize(
+    ("edited", "touched", "stale"), [(False, False, False), (False, True, False), (True, True, True)]
+)
+def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
+    edited: bool, touched: bool, stale: bool, tmp_path: Path
+) -> None:
+    """A change of a .pxd that nobody has built is said at the first run and in its notes; a new date alone is none."""
+    package = tmp_path / "carom"
+    skipped = shutil.ignore_patterns("__pycache__", "*.js", "*.html")
+    shutil.copytree(PACKAGE, package, ignore=skipped, copy_function=shutil.copy2)
+    source = package / "solvers/impact/law.pxd"
+    if edited:
+        source.write_text(source.read_text() + "# A comment more.\n")
+    if touched:
+        later = Path(package / "built.abi3.so").stat().st_mtime + 10.0
+        os.utime(source, (later, later))
+    code = """
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    from carom import extension
+    notes = extension.extension_notes()
+print(extension.__file__, [w.category.__name__ for w in caught], notes)
+"""
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert str(package) in done.stdout
+    said = "build it again with python setup.py build_ext --inplace --force" in done.stdout
+    assert (said, "StaleExtensionWarning" in done.stdout) == (stale, stale)
+    assert said or "[] ()" in done.stdout
 
 
 def test_the_first_long_wait_in_plain_python_is_warned_of_once(monkeypatch: pytest.MonkeyPatch) -> None:

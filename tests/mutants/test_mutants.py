@@ -1,0 +1,97 @@
+"""Faults are planted where they are said to be, and a process has the one whose number it is told."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from tests.mutants.planting import VARIABLE, Fault, faults_in, make_copy
+from tests.mutants.rooms import ROOMS
+
+ROOT = Path(__file__).parents[2]
+
+SOURCE = '''
+"""A module."""
+
+from __future__ import annotations
+
+LIMIT = 3
+
+
+def middle(a: float, b: float) -> float:
+    """Return what lies between a < b."""
+    if a < b and not b < 0:
+        return a + (b - a) / 2
+    return min(a, b)
+'''.lstrip()
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A project of one module that lies in the room of the physics, and is built by nothing."""
+    root = tmp_path_factory.mktemp("project")
+    (root / "src/carom/physics").mkdir(parents=True)
+    (root / "src/carom/__init__.py").write_text("")
+    (root / "src/carom/physics/__init__.py").write_text("")
+    (root / "src/carom/physics/middle.py").write_text(SOURCE)
+    for name in ("adapters", "tests", "benchmarks", "docs"):
+        (root / name).mkdir()
+    for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
+        (root / name).write_text("")
+    return root
+
+
+def test_faults_are_found_in_statements_and_constants_and_not_in_docstrings(project: Path) -> None:
+    """A comparison, an operator, a word and a number each have their other; a signature and a sentence have none."""
+    found = {(fault.before, fault.after) for fault in faults_in(project)}
+    condition, sum_ = "if a < b and not b < 0:", "return a + (b - a) / 2"
+    assert found == {
+        ("LIMIT = 3", "LIMIT = 2 * (3)"),
+        (condition, "if a <= b and not b < 0:"),
+        (condition, "if a < b or not b < 0:"),
+        (condition, "if a < b and b < 0:"),
+        (condition, "if a < b and not b <= 0:"),
+        (condition, "if a < b and not b < 1:"),
+        (sum_, "return a - (b - a) / 2"),
+        (sum_, "return a + (b + a) / 2"),
+        (sum_, "return a + (b - a) * 2"),
+        (sum_, "return a + (b - a) / (2 * 2)"),
+        ("return min(a, b)", "return max(a, b)"),
+    }
+
+
+def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: Path, tmp_path: Path) -> None:
+    """Without a number the copy computes what the source does; with that of a fault, what it does with that fault."""
+    faults = [fault for fault in faults_in(project) if not fault.constant]
+    copy = tmp_path / "copy"
+    make_copy(project, copy, list(enumerate(faults, start=1)))
+
+    def middle(number: int, a: float, b: float) -> float:
+        code = f"from carom.physics.middle import middle; print(middle({a}, {b}))"
+        environment = {**os.environ, "PYTHONPATH": str(copy / "src"), VARIABLE: str(number)}
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        return float(done.stdout)
+
+    numbers = {fault.after: number for number, fault in enumerate(faults, start=1)}
+    assert (middle(0, 1.0, 4.0), middle(0, 4.0, 1.0)) == (2.5, 1.0)
+    assert middle(numbers["return a - (b - a) / 2"], 1.0, 4.0) == -0.5
+    assert middle(numbers["return a + (b - a) * 2"], 1.0, 4.0) == 7.0
+    assert middle(numbers["return max(a, b)"], 4.0, 1.0) == 4.0
+    assert middle(numbers["return max(a, b)"], 1.0, 4.0) == 2.5
+
+
+def test_every_room_has_places_for_faults_and_tests_that_must_notice() -> None:
+    """A room whose sources or tests were moved elsewhere would be tried by nothing."""
+    rooms = {fault.room for fault in faults_in(ROOT)}
+    assert rooms == set(ROOMS)
+    missing = [test for room in ROOMS.values() for test in room.tests if not (ROOT / test).exists()]
+    assert missing == []
+
+
+def test_a_fault_is_known_by_its_line_wherever_that_stands() -> None:
+    """What was tried counts as long as the line is there, and not when it has changed."""
+    one = Fault("physics", "a.py", 3, "x = 1", "x = 2")
+    assert one.key == one._replace(line=7).key != one._replace(before="x = 3").key
