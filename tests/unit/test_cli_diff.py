@@ -156,3 +156,19 @@ def test_the_job_in_the_docs_is_ten_lines_that_call_carom_as_it_is() -> None:
         shown = CliRunner().invoke(app, [command, "--help"]).output
         for option in re.findall(r"(?<= )--[a-z-]+", options):
             assert option in shown, option
+
+
+@pytest.mark.parametrize("option", ["--page", "--markdown"])
+def test_what_is_no_comparison_is_not_replaced(sample: Path, tmp_path: Path, option: str) -> None:
+    """A file of somebody's, and the very results, are refused and left as they are; an own one is replaced."""
+    results, own = sample / "results.jsonl" if sample.is_dir() else sample, tmp_path / "own"
+    other = tmp_path / "scene.toml"
+    other.write_text("name = 'mine'")
+    for path in (other, results):
+        before = path.read_bytes()
+        done = carom_diff(sample, sample, option, path)
+        assert done.exit_code == 2
+        assert option in done.output
+        assert path.read_bytes() == before
+    for _ in range(2):
+        assert carom_diff(sample, sample, option, own).exit_code == 0, option

@@ -7,11 +7,15 @@ from typing import Annotated
 
 import typer
 
+from carom.arguments import shown
 from carom.cli import shared
 from carom.cli.run import FailOn
 from carom.errors import InputError
 
 __all__ = ["diff"]
+
+#: What every comparison has among its first bytes, as a page after what keeps scripts out of it.
+TITLE, MOST_HEAD = "Carom diff", 4096
 
 
 @shared.guarded
@@ -58,6 +62,9 @@ def diff(
     from carom.report.render import html
     from carom.report.render import markdown as markdown_of
 
+    for option, path in (("--page", page), ("--markdown", markdown)):
+        if path is not None:
+            _require_own(option, path)
     found = held_against(old, new, None if engine is None else _pair(engine))
     document = diff_document(found, str(old), str(new))
     if page is not None:
@@ -70,6 +77,14 @@ def diff(
         shared.print_document(document)
     if fail_on is not FailOn.NEVER and any(change.violates(Grade[fail_on.name]) for change in found.changes):
         raise typer.Exit(shared.EXIT_VIOLATION)
+
+
+def _require_own(option: str, path: Path) -> None:
+    """Refuse a file that holds something else than an earlier comparison: a scene, say, or the very results."""
+    if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
+        raise InputError(
+            f"{option}: {shown(str(path))} is no earlier comparison, and is not replaced: name another file"
+        )
 
 
 def _pair(text: str) -> tuple[str, str]:
