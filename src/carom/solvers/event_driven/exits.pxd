@@ -5,7 +5,7 @@ from carom.physics.double_double cimport lesser
 from carom.physics.pair_time cimport approach
 from carom.physics.wall_time cimport wall_time
 from carom.solvers.event_driven.layout cimport *
-from carom.solvers.event_driven.obstacles cimport time_in_area
+from carom.solvers.event_driven.obstacles cimport stays_in_area
 
 cdef inline double meet_walls(const State *s, const Disc *a, const int *near, double wait, Index *wall) noexcept nogil:
     """Find the first of some walls that a disc meets within a wait; return when, or that wait, and note which.
@@ -57,7 +57,7 @@ cdef inline void predict_exit(State *s, Index i) noexcept nogil:
     edge = lesser(along, across)
     wait = meet_walls(s, &a, g.lists + g.list_of[(row + 1) * g.stride + column + 1], edge, &wall)
     cdef bint at_rim = (column == 0) | (column == g.columns - 1) | (row == 0) | (row == g.rows - 1)
-    if at_rim and s.wall_count > 0 and not wait < time_in_area(g, &a):
+    if at_rim and s.wall_count > 0 and not stays_in_area(g, &a, wait):
         wait = meet_walls(s, &a, g.lists + FULL_LIST, edge, &wall)
     p.exit_time = a.time + wait
     p.wall = <short>wall

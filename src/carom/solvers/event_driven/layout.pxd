@@ -102,6 +102,10 @@ cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     int *lists  # ascending, NO_WALL at the end of each: see obstacles.pxd
     Index listed  # numbers in `lists`
     Index list_room
+    double left  # the area in which the lists hold
+    double right
+    double low
+    double high
     double x0  # lower left corner of the first cell within the ring
     double y0
     double width  # of a cell

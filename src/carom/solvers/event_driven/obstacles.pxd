@@ -12,7 +12,6 @@ has no end outwards, its list has: for a disc that leaves the area of the lists 
 from libc.stdlib cimport free, malloc, realloc
 from libc.string cimport memcpy
 
-from carom.physics.double_double cimport lesser
 from carom.physics.pair_time cimport approach
 from carom.solvers.event_driven.layout cimport *
 
@@ -51,17 +50,12 @@ cdef inline Side side_of(const Grid *g, const Wall *wall, const Cells *c) noexce
     return CLEAR if distance.value - distance.error >= reach else NEAR
 
 
-cdef inline double time_in_area(const Grid *g, const Disc *a) noexcept nogil:
-    """Return for how long, from its own time, a disc stays where the lists of its cells hold; below 0 where it does not."""
-    left = edge(g.x0, g.width, g.columns, 1)
-    right = edge(g.x0, g.width, g.columns, g.columns + 1)
-    low = edge(g.y0, g.width, g.rows, 1)
-    high = edge(g.y0, g.width, g.rows, g.rows + 1)
-    if not (left <= a.x <= right and low <= a.y <= high):
-        return -1.0
-    across = ((right if a.vx > 0.0 else left) - a.x) / a.vx if a.vx != 0.0 else INF
-    along = ((high if a.vy > 0.0 else low) - a.y) / a.vy if a.vy != 0.0 else INF
-    return lesser(across, along)
+cdef inline bint stays_in_area(const Grid *g, const Disc *a, double wait) noexcept nogil:
+    """Return whether a disc is where the lists of its cells hold, and will be there after a wait; so it is between."""
+    x = a.x + a.vx * wait  # not a number where the wait has no end: not in the area
+    y = a.y + a.vy * wait
+    cdef bint now = (g.left <= a.x) & (a.x <= g.right) & (g.low <= a.y) & (a.y <= g.high)
+    return now & (g.left <= x) & (x <= g.right) & (g.low <= y) & (y <= g.high)
 
 
 cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nogil:
@@ -120,6 +114,10 @@ cdef inline bint list_walls(Grid *g, const Wall *walls, Cells c, int *known, Ind
 cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcept nogil:
     """Give every cell the list of what a disc in it may meet; return whether there is memory."""
     cdef Index k
+    g.left = edge(g.x0, g.width, g.columns, 1)
+    g.right = edge(g.x0, g.width, g.columns, g.columns + 1)
+    g.low = edge(g.y0, g.width, g.rows, 1)
+    g.high = edge(g.y0, g.width, g.rows, g.rows + 1)
     numbers = <int *>malloc((2 * COLUMN_BITS + 2) * (count + 1) * sizeof(int))
     if numbers == NULL:
         return False
