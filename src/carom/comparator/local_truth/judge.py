@@ -263,7 +263,9 @@ def _is_missed(window: _Window, pair: Pair) -> bool:
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * before.closing
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
-    deep = j >= law.n and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
+    # What a soft contact still turns is no further through a wall than its push lets it.
+    pushed = bool(block.turned[last, i])
+    deep = j >= law.n and not pushed and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
     through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
     return unchanged and (past or deep or through)
 

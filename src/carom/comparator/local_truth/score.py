@@ -164,7 +164,9 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
-    within = (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= scored["place_known_m"] + lasts_m)
+    within = (
+        (velocity <= rounding) & (spin <= rounding) & (scored["place_m"] <= 10.0 * scored["place_known_m"] + lasts_m)
+    )
     in_time = bool(np.all(np.abs(late) <= known))
     quiet = slipped <= rounding and not truth.slip_counts[1] and truth.sunk_radii <= rounding and not truth.polygon
     return LocalScore(

@@ -1,0 +1,540 @@
+"""What must be said of each doctored run, and why: faults from nothing to gross, each with its grades by hand.
+
+Where a hand's reckoning leaves one grade, the table names one. Where it leaves a few (what an error of a millionth
+costs beside the price of sampling depends on every impact of a crowd), it names the best and the worst that may be.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from tests.planted.doctored import DT, GAS, GRAVITY, Run, changed, faithful, free_from, with_law
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Scene
+from carom.comparator import Grade, Verdict
+from carom.trace import IMPACT_DTYPE
+from carom.windows import States
+
+Array = NDArray[np.float64]
+
+EXACT, CLOSE, SAMPLED, INACCURATE = Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE
+WRONG = Grade.WRONG
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One size of a fault: the best and the worst grade that may be given, and a verdict that must be said."""
+
+    size: float
+    best: Grade
+    worst: Grade
+    says: Verdict | None = None
+
+
+def at(size: float, best: Grade, worst: Grade | None = None, says: Verdict | None = None) -> Rung:
+    """Return a rung; with one grade, that one and no other."""
+    return Rung(size, best, worst or best, says)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a crowd, which begins at a time.
+
+    Attributes:
+        name: What it is called.
+        plant: Takes a right run, the time, and the size; size 0 is no fault.
+        rungs: From the least to the gross, with what must be said where the fault begins beyond the horizon.
+        why: How that follows.
+    """
+
+    name: str
+    plant: Callable[[Run, float, float], Run]
+    rungs: tuple[Rung, ...]
+    why: str
+
+
+#: The disc that has the faults of one disc.
+ONE = 3
+
+
+def _law(name: str, run: Run, time_s: float, size: float) -> Run:
+    return with_law(run, time_s, **{name: getattr(run.scene, name) - size}) if size else run
+
+
+def _ours(rows: Array, extra: Array) -> Array:
+    shown = rows.copy()
+    shown[:, ONE] += extra
+    return shown
+
+
+def _drifting(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, place=lambda p, t: _ours(p, t[:, 0] * np.array([size, 0.0])))
+
+
+def _moved(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, place=lambda p, t: _ours(p, np.array([size, 0.0]) * np.ones_like(t[:, 0])))
+
+
+def _shown_short(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, speed=lambda v, _: v * (1.0 - size))
+
+
+def _one_slow(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, speed=lambda v, _: _ours(v, -size * v[:, ONE]))
+
+
+def _slowing(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, speed=lambda v, t: v * np.exp(-size * t))
+
+
+CROWD = (
+    Fault(
+        "passes through",
+        lambda run, time_s, size: free_from(run, time_s) if size else run,
+        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        "every pair that meets goes on unturned, in a box that it leaves",
+    ),
+    Fault(
+        "restitution of discs",
+        lambda run, time_s, size: _law("restitution", run, time_s, size),
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, SAMPLED),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-4, CLOSE, INACCURATE),
+            at(1e-2, SAMPLED, INACCURATE),
+            at(0.475, INACCURATE),
+        ),
+        "half of size times the closing speed is missing after an impact: 5e-11 of it is more than ten roundings; a "
+        "hundredth of what a step late costs (a tenth of the speed or more) is not reached up to 1e-4 but by what is "
+        "head-on, nor at .475 by anything that is not: a quarter of the closing speed is a step's worth of turn",
+    ),
+    Fault(
+        "restitution of walls",
+        lambda run, time_s, size: _law("wall_restitution", run, time_s, size),
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-4, INACCURATE),
+            at(1e-2, INACCURATE),
+            at(0.5, INACCURATE),
+        ),
+        "a wall's normal is the same wherever the disc is found, so that sampling costs no velocity there: what is "
+        "wrong with it is the solver's",
+    ),
+    Fault(
+        "one disc drifts, m/s",
+        _drifting,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-4, INACCURATE),
+            at(1e-2, INACCURATE, WRONG),
+            at(1, INACCURATE, WRONG),
+        ),
+        "a place that no velocity leads to, step after step; a disc that has drifted by a radius is turned where "
+        "nothing is near, and passes through where it is shown",
+    ),
+    Fault(
+        "one disc moved once, m",
+        _moved,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-4, INACCURATE),
+            at(0.054, INACCURATE, WRONG),
+            at(1, INACCURATE, WRONG),
+        ),
+        "it is elsewhere in one step, beyond what a velocity explains, and its impacts happen where nothing touches it",
+    ),
+    Fault(
+        "velocities shown short",
+        _shown_short,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-9, CLOSE, INACCURATE),
+            at(1e-6, INACCURATE),
+            at(1e-3, INACCURATE),
+            at(0.1, INACCURATE, WRONG),
+        ),
+        "discs move by more than their velocities say in every step, and all change at once with nothing near; above "
+        "1 % of its speed such a change is a turn that nothing explains",
+    ),
+    Fault(
+        "one disc shown slow",
+        _one_slow,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, INACCURATE),
+            at(1e-3, INACCURATE),
+            at(0.5, INACCURATE, WRONG),
+        ),
+        "as above, of one disc",
+    ),
+    Fault(
+        "damping a second",
+        _slowing,
+        (
+            at(0, EXACT),
+            at(1e-10, EXACT, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-2, INACCURATE, WRONG),
+            at(1, INACCURATE, WRONG),
+        ),
+        "velocities fall between impacts and places do not follow; 1e-10 a second is 1.7e-12 a step, and a flight of "
+        "half a second is 5e-11: above the rounding only once it is added up; with 1e-2 they end 6 % short, so that "
+        "what grazes is turned where they show no meeting",
+    ),
+)
+
+#: Friction and spins for the same crowd.
+ROUGH_GAS = GAS.model_copy(
+    update={
+        "name": "rough-gas-of-12",
+        "friction": 0.2,
+        "wall_friction": 0.2,
+        "discs": tuple(
+            disc.model_copy(update={"spin_rad_s": 3.0 * (-1.0) ** k * (1 + k / 12)}) for k, disc in enumerate(GAS.discs)
+        ),
+    }
+)
+
+
+def _friction(run: Run, time_s: float, size: float) -> Run:
+    friction = run.scene.friction * (1.0 - size)
+    return with_law(run, time_s, friction=friction, wall_friction=friction) if size else run
+
+
+def _grip(run: Run, time_s: float, size: float) -> Run:
+    friction = run.scene.friction * (1.0 + size)
+    return with_law(run, time_s, friction=friction, wall_friction=friction) if size else run
+
+
+def _spinning(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, spin=lambda w, t: w + size * t)
+
+
+def _spins_short(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, spin=lambda w, _: w * (1.0 - size))
+
+
+def _spins_reversed(run: Run, time_s: float, size: float) -> Run:
+    return changed(run, time_s, spin=lambda w, _: -w) if size else run
+
+
+ROUGH = (
+    Fault(
+        "friction too weak",
+        _friction,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-2, SAMPLED, INACCURATE),
+            at(1, INACCURATE),
+        ),
+        "sliding impacts are off by that share of friction's push: all of it is as much as the tangential velocity",
+    ),
+    Fault(
+        "friction too strong",
+        _grip,
+        (at(0, EXACT), at(1e-2, SAMPLED, INACCURATE), at(50, INACCURATE, says=None)),
+        "discs hold where they should slide: the branch is wrong, at walls too, where sampling costs nothing",
+    ),
+    Fault(
+        "spins drift, rad/s a second",
+        _spinning,
+        (
+            at(0, EXACT),
+            at(1e-10, EXACT, INACCURATE),
+            at(1e-6, CLOSE, INACCURATE),
+            at(1e-2, INACCURATE),
+            at(10, INACCURATE, WRONG),
+        ),
+        "spins change with nothing near",
+    ),
+    Fault(
+        "spins shown short",
+        _spins_short,
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, INACCURATE),
+            at(1e-6, INACCURATE),
+            at(1e-3, INACCURATE),
+            at(0.5, INACCURATE, WRONG),
+        ),
+        "spins change at once with nothing near, and again at each impact against the law",
+    ),
+    Fault(
+        "spins of the other sign",
+        _spins_reversed,
+        (at(0, EXACT), at(1, INACCURATE, WRONG)),
+        "spins change at once with nothing near, and the law is that of the mirror",
+    ),
+)
+
+
+# One ball or two on a floor. What the ball does at each instant is written down here: it is dropped from 1.5 m, lands
+# at e = 0 and stays.
+
+DROP_M, RADIUS_M, LATER_S, END_S = 1.5, 0.5, 1.2, 2.0
+LANDS_S = math.sqrt(2.0 * DROP_M / GRAVITY)
+FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
+FALLING = {"gravity_m_s2": (0.0, -GRAVITY), "wall_restitution": 0.0, "duration_s": END_S}
+
+THUD = staged("thud", disc_at(0.0, RADIUS_M + DROP_M, r=RADIUS_M), FLOOR, **FALLING)
+RESTING = staged("resting", disc_at(0.0, RADIUS_M, r=RADIUS_M), FLOOR, **FALLING)
+#: One lies from the start, so that the reference ends at once; another is dropped 5 m beside it.
+BESIDE = staged(
+    "beside", disc_at(0.0, RADIUS_M, r=RADIUS_M), disc_at(5.0, RADIUS_M + DROP_M, r=RADIUS_M), FLOOR, **FALLING
+)
+
+#: Height of the centre above its place at rest, and velocity upwards, at a time.
+Path = Callable[[float], tuple[float, float]]
+
+
+def fallen(since_s: float, speed: float = 0.0) -> tuple[float, float]:
+    """Return how high a free disc is, and how fast, so long after it left at a speed."""
+    return speed * since_s - 0.5 * GRAVITY * since_s**2, speed - GRAVITY * since_s
+
+
+def dropped(time_s: float) -> tuple[float, float]:
+    """Return the path of the ball that is dropped and stays."""
+    height, speed = fallen(time_s)
+    return (DROP_M + height, speed) if time_s < LANDS_S else (0.0, 0.0)
+
+
+def dropped_until(then: Path) -> Path:
+    """Return the path of the ball that stays until `LATER_S`, and then does something else."""
+    return lambda time_s: dropped(time_s) if time_s < LATER_S else then(time_s - LATER_S)
+
+
+def shown(scene: Scene, *paths: Path, lands: int | None = None) -> Run:
+    """Return the run of discs that move up and down on these paths; disc `lands` reports its impact with the floor."""
+    times = np.arange(scene.step_count(DT) + 1, dtype=np.float64) * DT
+    moves = np.array([[path(float(time)) for path in paths] for time in times])
+    position = np.zeros((len(times), len(paths), 2))
+    velocity = np.zeros_like(position)
+    position[:, :, 0] = [disc.position_m[0] for disc in scene.discs]
+    position[:, :, 1], velocity[:, :, 1] = RADIUS_M + moves[:, :, 0], moves[:, :, 1]
+    still, falls = (0.0, 0.0), (0.0, -GRAVITY * LANDS_S)
+    rows = [] if lands is None else [(LANDS_S, lands, -1, (0.0, -1.0), falls, still, still, still)]
+    return Run(scene, States(times, position, velocity), np.array(rows, IMPACT_DTYPE))
+
+
+def _still(_: float) -> tuple[float, float]:
+    return 0.0, 0.0
+
+
+def _left(speed: float) -> Path:
+    return lambda since_s: fallen(since_s, speed)
+
+
+def _sinking(speed: float) -> Path:
+    return lambda since_s: (-speed * since_s, 0.0)
+
+
+@dataclass(frozen=True)
+class Alone:
+    """A fault that grows, of one or two discs, with no crowd around: `plant` takes the size."""
+
+    name: str
+    plant: Callable[[float], Run]
+    rungs: tuple[Rung, ...]
+    why: str
+
+
+#: What rests sinks by no more than this a second where it is held by its velocity alone: |g| h^2 / 2 a step.
+SAG_M_S = 0.5 * GRAVITY * DT
+
+FALLS = (
+    Alone(
+        "falls through the floor",
+        lambda size: shown(THUD, dropped if not size else fallen_from_the_drop, lands=None if size else 0),
+        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        "it meets the floor at 0.553 s and goes on unturned",
+    ),
+    Alone(
+        "bounces, and falls through it",
+        lambda size: shown(THUD, dropped_until(_left(0.0)) if size else dropped, lands=0),
+        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        "what rests is held: 0.65 s after it has come to rest it falls through what held it",
+    ),
+    Alone(
+        "flung from rest, m/s",
+        lambda size: shown(THUD, dropped_until(_left(size)) if size else dropped, lands=0),
+        (at(0, EXACT), at(2, WRONG), at(50, WRONG, says=Verdict.TURNED_ALONE)),
+        "what rests leaves with no other body near, faster than a step of gravity explains",
+    ),
+    Alone(
+        "sinks at rest, m/s",
+        lambda size: shown(THUD, dropped_until(_sinking(size)) if size else dropped, lands=0),
+        (
+            at(0, EXACT),
+            at(1e-10, CLOSE, SAMPLED),
+            at(1e-3, CLOSE, SAMPLED),
+            at(0.9 * SAG_M_S, SAMPLED),
+            at(1.5 * SAG_M_S, INACCURATE, says=Verdict.SINKS),
+            at(0.2, INACCURATE, says=Verdict.SINKS),
+            at(5, INACCURATE, WRONG),
+        ),
+        "held by its velocity alone it sinks by |g| h^2 / 2 a step, which looking once a step explains; faster is a "
+        "solver's, and no other limit is set",
+    ),
+    Alone(
+        "bounces half as high as it should not, m/s",
+        lambda size: shown(THUD, _hopping(size) if size else dropped, lands=0),
+        (at(0, EXACT), at(1, INACCURATE, WRONG), at(3, INACCURATE, WRONG)),
+        "restitution 0 asks for no bounce: 1 m/s and 3 m/s of 5.4 m/s are restitutions of .18 and .55",
+    ),
+)
+
+
+def fallen_from_the_drop(time_s: float) -> tuple[float, float]:
+    """Return the path of a ball that no floor stops."""
+    height, speed = fallen(time_s)
+    return DROP_M + height, speed
+
+
+def _hopping(speed: float) -> Path:
+    """Return the path of a ball that leaves the floor at a speed at which it should stay, lands again and stays."""
+    back_s = LANDS_S + 2.0 * speed / GRAVITY
+
+    def path(time_s: float) -> tuple[float, float]:
+        if time_s < LANDS_S:
+            return dropped(time_s)
+        return fallen(time_s - LANDS_S, speed) if time_s < back_s else (0.0, 0.0)
+
+    return path
+
+
+#: With no impact of the reference there is nothing to be exact about.
+FROM_REST = (
+    Alone(
+        "falls from rest",
+        lambda size: shown(RESTING, _left(0.0) if size else _still),
+        (at(0, Grade.UNGRADED), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        "it lies on the floor at the start and falls 20 m through it",
+    ),
+    Alone(
+        "flung from rest at the start, m/s",
+        lambda size: shown(RESTING, _left(size) if size else _still),
+        (at(0, Grade.UNGRADED), at(5, WRONG), at(5e5, WRONG, says=Verdict.TURNED_ALONE)),
+        "it leaves the floor with nothing near",
+    ),
+    Alone(
+        "a second disc falls through",
+        lambda size: shown(BESIDE, _still, fallen_from_the_drop if size else dropped, lands=None if size else 1),
+        (at(0, Grade.UNGRADED), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        "one disc at rest ends the reference, and not the other's fall",
+    ),
+    Alone(
+        "a second disc never rests, m/s",
+        lambda size: shown(BESIDE, _still, _hopping(size) if size else dropped, lands=1),
+        (at(0, Grade.UNGRADED), at(3, INACCURATE, WRONG)),
+        "one disc at rest ends the reference, and not the other's fall: restitution .55 for 0",
+    ),
+)
+
+
+# Two equal discs, the one still, head-on at 4 m/s: mathematics lets them exchange their velocities when they meet.
+
+SPEED, MEETS_S = 4.0, 30.25 * DT
+BESIDE_M = 1.0 + SPEED * MEETS_S  # contact distance 1 m
+PAIR = staged("pair", disc_at(0.0, 0.0, SPEED, 0.0), disc_at(BESIDE_M, 0.0), duration_s=2.0)
+
+
+def passing(steps: float, aside_m: float = 0.0, phase: float = 0.0) -> Run:
+    """Return two discs that pass through each other, in overlap for so many steps; 0 for faithful ones.
+
+    Off centre by `aside_m`, less than 1 m, they never have one centre. They touch so large a part of a step after a
+    state: at 0 one of an even number of steps shows them at their nearest, where they neither close nor part.
+    """
+    if not steps:
+        return faithful(PAIR)
+    inside_m = math.sqrt(1.0 - aside_m**2)  # contact distance 1 m: half of the way on which they overlap
+    speed = 2.0 * inside_m / (steps * DT)
+    touch_s = (15 + phase) * DT
+    discs = disc_at(0.0, 0.0, speed, 0.0), disc_at(inside_m + touch_s * speed, aside_m)
+    scene = staged("pass", *discs, duration_s=1.0 + steps * DT)
+    return dataclasses.replace(free_from(faithful(scene), 0.0), scene=scene)
+
+
+def pressed(steps: float, energy: float = 1.0) -> Run:
+    """Return two discs that push each other for so many steps from the touch on, evenly, to `energy` of what is right.
+
+    The relative velocity goes in equal parts from what it was to what it should be, and places follow from velocities.
+    """
+    right = faithful(PAIR)
+    if not steps:
+        return right
+    times, lasts_s = right.states.time_s, steps * DT
+    pushed = np.clip((times - MEETS_S) / lasts_s, 0.0, 1.0)
+    position, velocity = right.states.position_m.copy(), right.states.velocity_m_s.copy()
+    speed = SPEED * math.sqrt(2.0 * energy - 1.0) if energy >= 0.5 else 0.0
+    relative = SPEED - (SPEED + speed) * pushed  # from closing at 4 m/s to parting
+    centre = SPEED / 2.0
+    closed = SPEED * np.minimum(times, MEETS_S) + np.where(
+        times > MEETS_S,
+        lasts_s * (SPEED * pushed - (SPEED + speed) * pushed**2 / 2.0)
+        - speed * np.maximum(times - MEETS_S - lasts_s, 0.0),
+        0.0,
+    )
+    for disc, sign, start in ((0, 1.0, 0.0), (1, -1.0, BESIDE_M)):
+        velocity[:, disc, 0] = centre + sign * relative / 2.0
+        position[:, disc, 0] = start + centre * times + sign * closed / 2.0
+    # In a step that begins before they touch nothing is told but by its end, so a push of n steps is seen in n + 1.
+    return dataclasses.replace(right, states=States(times, position, velocity), lasts=math.ceil(steps) + 1)
+
+
+#: How many steps bodies are in each other: fewer than a window is cut after, just as many, and more.
+STEPS = (1, 2, 7, 8, 9, 15, 16, 17, 33, 120)
+
+#: Windows are cut after eight steps: faults of fewer steps, of just eight, and of many more.
+LONG = (
+    Alone(
+        "passes through slowly, steps",
+        passing,
+        (at(0, EXACT), *(at(n, WRONG, says=Verdict.PASSED_THROUGH) for n in STEPS)),
+        "they overlap for that many steps and part on the far side, no velocity changed; of an even number of steps "
+        "there is a state in which they have one centre",
+    ),
+    Alone(
+        "passes through slowly off centre, steps",
+        lambda steps: passing(steps, 0.3),
+        (at(0, EXACT), *(at(n, WRONG, says=Verdict.PASSED_THROUGH) for n in STEPS)),
+        "as above, at .3 of the contact distance off centre",
+    ),
+    Alone(
+        "pushes for steps",
+        pressed,
+        (
+            at(0, EXACT),
+            at(1, SAMPLED),
+            at(4, INACCURATE, says=Verdict.LATE),
+            *(at(n, INACCURATE, says=Verdict.LATE) for n in (7, 8, 9, 16, 17, 24, 40)),
+        ),
+        "an even push of n steps acts n / 2 steps late; one step late is what sampling may cost",
+    ),
+    Alone(
+        "pushes for 20 steps to more energy",
+        lambda size: pressed(20, 1.0 + size),
+        (
+            at(0, INACCURATE),
+            at(0.1, INACCURATE, WRONG, Verdict.ENERGY_GAINED),
+            at(1, INACCURATE, WRONG, Verdict.ENERGY_GAINED),
+        ),
+        "late by ten steps, and with energy that nobody gave; faster than they came, they part before the push ends",
+    ),
+)

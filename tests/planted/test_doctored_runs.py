@@ -1,0 +1,218 @@
+"""No doctored run is graded better than it is, or worse: to the end, in crowds, at rest, told and untold."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from functools import cache, lru_cache
+
+import numpy as np
+import pytest
+from tests.planted.doctored import (
+    GAS,
+    GAS_AFTER_S,
+    GAS_BEFORE_S,
+    GAS_HORIZON_S,
+    Run,
+    faithful,
+    free_from,
+    judged,
+    rounded,
+    sampled,
+)
+from tests.planted.doctored_cases import (
+    CROWD,
+    FALLS,
+    FROM_REST,
+    LONG,
+    ROUGH,
+    ROUGH_GAS,
+    STEPS,
+    Alone,
+    Fault,
+    Rung,
+    passing,
+)
+
+from carom import Scene
+from carom.comparator import Grade, Score, Verdict
+from carom.scenes.catalogue import all_scenes
+
+#: From best to worst.
+WORSENING = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.PARTED]
+WORSENING += [Grade.PARTED_INACCURATE, Grade.WRONG]
+
+#: In 32-bit floats, whose last place is 5e-7 m at 8 m, faults below this, in the units of each, may go unseen.
+SEEN_32 = 1e-3
+
+#: That bodies pass through each other is said by whichever is found: the impact missed, or their states.
+PASSES = {Verdict.PASSED_THROUGH, Verdict.MISSED, Verdict.MULTIPLE_MISSED}
+
+SCENES = {scene.name: scene for scene in (GAS, ROUGH_GAS)}
+BEGINS = {"before": GAS_BEFORE_S, "after": GAS_AFTER_S}
+FAULTS = {(scene.name, fault.name): fault for scene, faults in ((GAS, CROWD), (ROUGH_GAS, ROUGH)) for fault in faults}
+ALONE = {fault.name: fault for fault in (*FALLS, *FROM_REST, *LONG)}
+
+
+@lru_cache(maxsize=8)
+def right(scene: Scene) -> Run:
+    """Return PIC's run; each fault is planted in it."""
+    return faithful(scene)
+
+
+@cache
+def of_crowd(where: tuple[str, str], size: float, *, begins: str, told: bool, bits: int) -> Score:
+    """Return what is said of a fault of this size in a crowd, where the reference is believed to `GAS_HORIZON_S`."""
+    run = FAULTS[where].plant(right(SCENES[where[0]]), BEGINS[begins], size)
+    run = dataclasses.replace(run, told=told)
+    return judged(run if bits == 64 else rounded(run), horizon_s=GAS_HORIZON_S)
+
+
+@cache
+def of_alone(name: str, size: float, *, told: bool) -> Score:
+    """Return what is said of a fault of this size of a disc or two."""
+    return judged(dataclasses.replace(ALONE[name].plant(size), told=told))
+
+
+#: What a run that is wrong is told at least one of; and what an exact one may be told.
+OF_WRONG = PASSES | {
+    Verdict.SPURIOUS,
+    Verdict.WRONG_ORDER,
+    Verdict.CUT_SHORT,
+    Verdict.WENT_ON,
+    Verdict.NOT_FINITE,
+    Verdict.TURNED_ALONE,
+}
+OF_EXACT = {Verdict.CONFORMS, Verdict.RESTED}
+
+
+def require(score: Score, best: Grade, worst: Grade, says: Verdict | None, why: str) -> None:
+    """Require a grade between two, and a verdict."""
+    said = "; ".join(f"{finding.verdict.name} ({finding.reason})" for finding in score.findings)
+    found = f"{score.grade.name}: {said}. By hand: {why}"
+    if Grade.UNGRADED in (best, score.grade):
+        assert score.grade is best, found
+    else:
+        rank = WORSENING.index(score.grade)
+        assert rank >= WORSENING.index(best), f"better than it is: {found}"
+        assert rank <= WORSENING.index(worst), f"worse than it is: {found}"
+    require_that_words_fit(score, found)
+    meant = PASSES if says in PASSES else {says}
+    assert says is None or meant & set(score.verdicts), found
+
+
+def require_that_words_fit(score: Score, found: str) -> None:
+    """Require that what is said of a run is what its grade rests on."""
+    said = set(score.verdicts)
+    assert (Verdict.CONFORMS in said) == (score.grade is Grade.EXACT), found
+    assert score.grade is not Grade.EXACT or said <= OF_EXACT, found
+    assert score.grade is not Grade.WRONG or said & OF_WRONG, found
+    assert (Verdict.PARTED in said) == (score.grade in {Grade.PARTED, Grade.PARTED_INACCURATE}), found
+    assert Verdict.WORSE_STEPS not in said or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), found
+
+
+def worst_of(rung: Rung, begins: str) -> Grade:
+    """Return the worst that may be said: begun before the horizon, a fault may lead to another path."""
+    may = Grade.PARTED_INACCURATE if begins == "before" and rung.size else rung.worst
+    return max(rung.worst, may, key=WORSENING.index)
+
+
+LONGER = pytest.mark.long
+KINDS = [
+    pytest.param("after", False, 64),
+    *(
+        pytest.param(begins, told, bits, marks=LONGER)
+        for begins, told, bits in itertools.product(("before", "after"), (True, False), (64, 32))
+        if (begins, told, bits) != ("after", False, 64)
+    ),
+]
+
+
+@pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
+@pytest.mark.parametrize(
+    ("where", "rung"),
+    [pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}") for where, f in FAULTS.items() for rung in f.rungs],
+)
+def test_a_fault_in_a_crowd_is_graded_as_it_is(
+    where: tuple[str, str], rung: Rung, begins: str, told: bool, bits: int
+) -> None:
+    """Before the horizon or after it, in either width, told or untold: no better and no worse than the table says."""
+    score = of_crowd(where, rung.size, begins=begins, told=told, bits=bits)
+    best = Grade.EXACT if bits == 32 and rung.size < SEEN_32 else rung.best
+    require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
+
+
+@pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
+@pytest.mark.parametrize("where", FAULTS, ids=lambda where: where[1])
+def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
+    where: tuple[str, str], begins: str, told: bool, bits: int
+) -> None:
+    """Each size is graded no better than a lesser one."""
+    scores = [of_crowd(where, rung.size, begins=begins, told=told, bits=bits) for rung in FAULTS[where].rungs]
+    grades = [WORSENING.index(score.grade) for score in scores]
+    assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
+
+
+@pytest.mark.parametrize("told", [False, True])
+@pytest.mark.parametrize(
+    ("name", "rung"),
+    [pytest.param(name, rung, id=f"{name}-{rung.size:g}") for name, f in ALONE.items() for rung in f.rungs],
+)
+def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told: bool) -> None:
+    """At rest and before it, from the start, in long contacts: no better and no worse than the table says."""
+    says = rung.says if not told or rung.says is not Verdict.LATE else None  # told, it names the right instant
+    require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
+
+
+@pytest.mark.parametrize("told", [False, True])
+@pytest.mark.parametrize("name", ALONE)
+def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> None:
+    """Each size is graded no better than a lesser one, and what is not graded is less than any fault."""
+    order = [Grade.UNGRADED, *WORSENING]
+    grades = [order.index(of_alone(name, rung.size, told=told).grade) for rung in ALONE[name].rungs]
+    assert grades == sorted(grades), [order[grade].name for grade in grades]
+
+
+@pytest.mark.parametrize("begins", BEGINS)
+def test_what_is_reported_gains_nothing(begins: str) -> None:
+    """A method that reports every impact, velocities and all, while its discs pass through each other, is wrong."""
+    passes = free_from(right(GAS), BEGINS[begins])
+    claims = dataclasses.replace(passes, impacts=right(GAS).impacts, told=True)
+    score = judged(claims, horizon_s=GAS_HORIZON_S)
+    require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "its states decide")
+
+
+@pytest.mark.parametrize("told", [False, True])
+def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
+    """PIT's states in a crowd are another path, each step of which is right to sampling: never exact, never close."""
+    score = judged(dataclasses.replace(sampled(GAS), told=told), horizon_s=GAS_HORIZON_S)
+    require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.25])
+@pytest.mark.parametrize("aside_m", [0.0, 0.3])
+@pytest.mark.parametrize("steps", STEPS[1:])
+def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
+    """Two discs that are in each other for two steps or more, beyond the horizon, are wrong: PIT sees them close."""
+    score = judged(passing(steps, aside_m, phase), horizon_s=0.1)
+    require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "no velocity changes, on either side")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("fault", CROWD, ids=lambda fault: fault.name)
+def test_twenty_five_discs_hide_no_fault(fault: Fault) -> None:
+    """In the gas of 25 each gross fault, begun long after the horizon, is graded as in the gas of 12."""
+    scene = all_scenes()["engines/gas-of-25"].scene
+    for rung in (fault.rungs[0], fault.rungs[-1]):
+        run = fault.plant(right(scene), 0.6 * scene.duration_s, rung.size)
+        require(judged(run, horizon_s=0.1 * scene.duration_s), rung.best, rung.worst, rung.says, fault.why)
+
+
+def test_every_rung_is_larger_than_the_one_before() -> None:
+    """A ladder climbs, from nothing to a fault that can't be taken for less than the last rung says."""
+    faults: list[Fault | Alone] = [*FAULTS.values(), *ALONE.values()]
+    for fault in faults:
+        sizes = [rung.size for rung in fault.rungs]
+        assert sizes[0] == 0.0
+        assert np.all(np.diff(sizes) > 0)
+        assert fault.rungs[-1].best in {Grade.INACCURATE, Grade.WRONG}
