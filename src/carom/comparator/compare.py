@@ -8,22 +8,23 @@ from operator import attrgetter
 
 import numpy as np
 
+from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, consistency_of
 from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.finite import not_finite
-from carom.comparator.grade import equals_pit, grade
+from carom.comparator.grade import equals_pit, grade, grade_of_trajectory
 from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches, wrong_branches
-from carom.comparator.horizon import before_rest, reach_of
+from carom.comparator.horizon import before_rest, before_tie, reach_of
 from carom.comparator.local import LocalErrors, local_errors
 from carom.comparator.local_truth.score import LocalScore, local_score, shown_by_states, told_otherwise
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
-from carom.comparator.scales import Scales, scales_of
+from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.sound import require_sound
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.verdict import Evidence, Finding, Verdict, findings
+from carom.comparator.verdict import Evidence, Finding, Verdict, findings, lucky_phase
 from carom.display import Shown
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
@@ -48,9 +49,10 @@ class Score(Shown):
         pit_missed: Indices of reference impacts that PIT misses; None where it was not given.
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
-            the price of sampling; 0: none of it; above 1: it does worse than looking once a step. NaN where PIT was not
-            given, there is no impact, or the scene has no unique answer; infinite where sampling costs nothing, a
-            number of the run is not finite, or it ended early with impacts still to come.
+            the price of sampling; 0: none of it; above 1: it does worse than looking once a step. Where sampling costs
+            velocities and spins nothing and they are right, it costs time: the largest error of a time, in steps. NaN
+            where PIT was not given, there is no impact, or the scene has no unique answer; infinite where sampling
+            costs nothing, a number of the run is not finite, or it ended early with impacts still to come.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
@@ -161,8 +163,52 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
-    scales = scales_of(reference.scene, reference)
-    reach = before_rest(reference, reach_of(reference, horizon), observed.dt_s)
+    scales, given = scales_of(reference.scene, reference), reach_of(reference, horizon)
+    reach, tie = before_rest(reference, given, observed.dt_s), before_tie(reference)
+    up_to_tie = None
+    if tie is not None and tie.until_s < reach.until_s:
+        # What is certain before a tie is so whatever follows it.
+        unique = replace(reference, ambiguous=())
+        up_to_tie = grade_of_trajectory(_evidence(unique, observed, sampling, scales, tie, None))
+    evidence = _evidence(reference, observed, sampling, scales, reach, up_to_tie)
+    found = findings(evidence)
+    graded, like_pit = grade(evidence), equals_pit(evidence)
+    if like_pit and graded in {Grade.EXACT, Grade.CLOSE}:
+        found = lucky_phase(evidence, found)
+    measured, sampled, against_pit = evidence.measured, evidence.sampling, evidence.against_pit
+    return Score(
+        expected=reach.impacts,
+        errors=measured.errors,
+        missed=measured.alignment.missed,
+        spurious=measured.alignment.spurious,
+        undecided=measured.alignment.undecided,
+        total=measured.largest,
+        sampling=None if sampled is None else sampled.largest,
+        against_pit=None if against_pit is None else against_pit.largest,
+        pit_missed=None if sampled is None else sampled.alignment.missed,
+        price_paid=_price_paid(evidence),
+        findings=found,
+        grade=graded,
+        float_bits=observed.float_bits,
+        scales=scales,
+        equals_pit=like_pit,
+        edits=evidence.order.edits,
+        beyond_horizon=len(reference.impacts) - reach.impacts,
+        horizon_s=None if reach.whole else reach.until_s,
+        local=evidence.local,
+        convention=evidence.convention,
+        consistency=evidence.consistency,
+        branches=evidence.branches,
+        local_truth=evidence.local_truth,
+        parted_s=evidence.parted_s if evidence.parted else None,
+        pit_parted_s=evidence.pit_parted_s,
+    )
+
+
+def _evidence(
+    reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales, reach: Reach, up_to_tie: Grade | None
+) -> Evidence:
+    """Return all that a verdict is derived from, within a reach."""
     measured = measure(reference, observed, scales, reach)
     sampled = against_pit = price = None
     if sampling is not None:
@@ -176,7 +222,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         shown = shown_by_states(reference, missed, truth, observed.dt_s)
         told = tuple(number for number in missed if number not in shown)
         measured = replace(measured, alignment=replace(measured.alignment, missed=told))
-    evidence = Evidence(
+    return Evidence(
         reference=reference,
         observed=observed,
         scales=scales,
@@ -194,33 +240,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),
         told_otherwise=truth is not None and told_otherwise(observed, truth, reach.until_s),
         pit_s=None if sampling is None else sampling.impacts["time_s"],
-    )
-    return Score(
-        expected=reach.impacts,
-        errors=measured.errors,
-        missed=measured.alignment.missed,
-        spurious=measured.alignment.spurious,
-        undecided=measured.alignment.undecided,
-        total=measured.largest,
-        sampling=None if sampled is None else sampled.largest,
-        against_pit=None if against_pit is None else against_pit.largest,
-        pit_missed=None if sampled is None else sampled.alignment.missed,
-        price_paid=_price_paid(evidence),
-        findings=findings(evidence),
-        grade=grade(evidence),
-        float_bits=observed.float_bits,
-        scales=scales,
-        equals_pit=equals_pit(evidence),
-        edits=evidence.order.edits,
-        beyond_horizon=len(reference.impacts) - reach.impacts,
-        horizon_s=None if reach.whole else reach.until_s,
-        local=evidence.local,
-        convention=evidence.convention,
-        consistency=evidence.consistency,
-        branches=evidence.branches,
-        local_truth=evidence.local_truth,
-        parted_s=evidence.parted_s if evidence.parted else None,
-        pit_parted_s=evidence.pit_parted_s,
+        up_to_tie=up_to_tie,
     )
 
 
@@ -239,4 +259,10 @@ def _price_paid(evidence: Evidence) -> float:
         most, worst = float(np.max(errors)), float(costs[-1])
         # 0 over 0 is 0, and an error where sampling costs none is infinitely worse.
         ratios.append(0.0 if most <= evidence.rounding else most / worst if worst > THRESHOLDS.rounding else math.inf)
+    step_s = evidence.observed.dt_s or evidence.price.dt_s
+    costs_nothing = max(float(evidence.price.velocity[-1]), float(evidence.price.spin[-1])) <= THRESHOLDS.rounding
+    if costs_nothing and max(ratios) == 0.0 and step_s:
+        # Velocities suffer nothing from looking late: what is paid is time, and PIT pays up to a step of it.
+        late_s = largest((error.time_s for error in evidence.measured.errors), default=0.0)
+        return abs(late_s) / step_s if not abs(late_s) <= evidence.rounding_s else 0.0
     return max(ratios)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.scales import Scales, largest
+from carom.comparator.scales import Scales, largest, own_scales_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
@@ -57,6 +57,8 @@ class Consistency:
         angular_excess: The largest of these beyond what bodies close in on each other in a step explains.
         arm: At the impact of `angular`, what turned the disc over what friction would have turned it by at full radius;
             NaN where nothing rubbed there.
+        strayed: Largest distance of `position`, over what rounding of the disc's own places is in proportion to.
+        strayed_excess: The same of `excess`.
         unchecked: How many free flights could not be followed, for several contacts of a disc in one step.
     """
 
@@ -72,6 +74,8 @@ class Consistency:
     angular: float
     angular_excess: float
     arm: float
+    strayed: float
+    strayed_excess: float
     unchecked: int
 
 
@@ -81,6 +85,7 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
     What happens later than `until_s` does not count: where a disc comes to rest, free flight has ended.
     """
     flights = np.concatenate(list(_flights(trace, until_s)))
+    reach = own_scales_of(trace).reach_m[flights["disc"]]
     across, normal_rad = _normals(trace, scales)
     angular, excess, arm = _angular(trace) if trace.spins is not None else (0.0, 0.0, math.nan)
     return Consistency(
@@ -96,6 +101,8 @@ def consistency_of(trace: Trace, scales: Scales, until_s: float = math.inf) -> C
         angular=angular / scales.rim_m_s,
         angular_excess=excess / scales.rim_m_s,
         arm=arm,
+        strayed=_worst(flights["moved"] / reach, flights).size,
+        strayed_excess=_worst((flights["moved"] - flights["allowed"]) / reach, flights).size,
         unchecked=int(np.isnan(flights["turned"]).sum()),
     )
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Errors, Measured
@@ -12,7 +14,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Evidence, contradictions
 from carom.trace import Outcome
 
-__all__ = ["equals_pit", "grade"]
+__all__ = ["equals_pit", "grade", "grade_of_trajectory"]
 
 
 def grade(evidence: Evidence) -> Grade:
@@ -29,6 +31,11 @@ def grade(evidence: Evidence) -> Grade:
     if whole is Grade.EXACT and evidence.reach.whole and local.agrees_alone and local.grade is not Grade.WRONG:
         return whole if evidence.reach.impacts else Grade.UNGRADED
     return max(whole, local.grade, key=list(Grade).index)
+
+
+def grade_of_trajectory(evidence: Evidence) -> Grade:
+    """Grade as far as the reference is reliable: by its trajectory alone, unless the run's own has left it."""
+    return Grade.PARTED if evidence.parted else _by_trajectory(evidence)
 
 
 def _where_undecided(evidence: Evidence, local: LocalScore) -> Grade:
@@ -55,7 +62,8 @@ def _by_trajectory(evidence: Evidence) -> Grade:
     if not _agrees_with_itself(evidence):
         return Grade.INACCURATE
     if evidence.convention is not None:
-        return Grade.UNGRADED
+        certain = evidence.up_to_tie in {Grade.WRONG, Grade.INACCURATE}
+        return evidence.up_to_tie if evidence.up_to_tie is not None and certain else Grade.UNGRADED
     undecided = bool(evidence.measured.alignment.undecided)
     to_rounding = _agrees(evidence, evidence.measured, evidence.rounding_s)
     if to_rounding and not undecided and _agrees_with_itself(evidence, but_for_sampling=False):
@@ -94,8 +102,8 @@ def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) ->
     own = evidence.consistency
     if own is None:
         return False
-    off, angular = (own.excess, own.angular_excess) if but_for_sampling else (own.position, own.angular)
-    agrees = off.size <= evidence.place_rounding and angular <= evidence.rounding
+    off, angular = (own.strayed_excess, own.angular_excess) if but_for_sampling else (own.strayed, own.angular)
+    agrees = off <= evidence.place_rounding and angular <= evidence.rounding
     return agrees and not list(contradictions(evidence))
 
 
@@ -106,19 +114,19 @@ def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
     """
     errors, largest = measured.errors, measured.largest
     return (
-        all(abs(error.time_s) <= rounding_s and error.velocity <= evidence.rounding for error in errors)
-        and not any(error.spin > evidence.rounding for error in errors)
+        all(abs(error.time_s) <= rounding_s and evidence.is_rounding(error, measured) for error in errors)
         and abs(largest.energy) <= min(evidence.rounding, THRESHOLDS.energy)
-        and not largest.final_velocity > evidence.rounding
-        and not largest.final_spin > evidence.rounding
-        and not largest.final_position > evidence.place_rounding
+        and not (measured.ends > evidence.end_rounding(measured, exactly=True)).any()
     )
 
 
 def _impacts_are_close(evidence: Evidence, price: Price) -> bool:
     """Whether each impact is off by a small part of a step, and of the price of sampling up to it, at most."""
     step_s = evidence.observed.dt_s or price.dt_s
-    velocity, spin = (THRESHOLDS.close * paid + evidence.rounding for paid in (price.velocity, price.spin))
+    own, scales = evidence.measured.own, evidence.scales
+    believed = evidence.reach.impacts
+    velocity = THRESHOLDS.close * price.velocity + evidence.rounding * own.speed_m_s[:believed] / scales.speed_m_s
+    spin = THRESHOLDS.close * price.spin + evidence.rounding * own.rim_m_s[:believed] / scales.rim_m_s
     return all(
         abs(error.time_s) <= THRESHOLDS.close * step_s
         and error.velocity <= velocity[error.reference]
@@ -133,7 +141,7 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
     Errors hand themselves on from impact to impact, so what PIT has paid for up to one is what sampling may have cost
     there. An impact that PIT misses leaves both discs on their old paths: the velocities are off by all of its change.
     """
-    rounding, rounding_s = evidence.rounding, evidence.rounding * evidence.scales.time_s
+    known, scales, rounding_s = evidence.measured.own, evidence.scales, evidence.rounding * evidence.scales.time_s
     changed = changes(evidence.reference, evidence.scales)
     own = {error.reference: error for error in evidence.measured.errors}
     pit = {error.reference: error for error in sampling.errors}
@@ -150,9 +158,10 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
             continue
         # Where PIT misses the impact, there is no lateness to hold its own against.
         latest_s, earliest_s = (math.inf, math.inf) if paid is None else (late_s, early_s)
+        rounding = evidence.rounding * known.speed_m_s[index] / scales.speed_m_s
         if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
             return False
-        if found.spin > spin + rounding:
+        if found.spin > spin + evidence.rounding * known.rim_m_s[index] / scales.rim_m_s:
             return False
         if found.time_s < -rounding_s:
             # Looking once a step finds no impact before it is there, as the run's own state before it tells. One that
@@ -174,13 +183,11 @@ def _ends_as_well(evidence: Evidence, paid: Price | Errors, part: float = 1.0) -
     if not abs(found.energy) <= max(part * abs(paid.energy) + evidence.rounding, THRESHOLDS.energy):
         return False
     falls = any(evidence.reference.scene.gravity_m_s2)
-    if own is not None and not (falls or own.unchecked) and own.position.size <= evidence.place_rounding:
+    if own is not None and not (falls or own.unchecked) and own.strayed <= evidence.place_rounding:
         return True
     position, velocity, spin = (
         0.0 if math.isnan(x) else part * x for x in (paid.final_position, paid.final_velocity, paid.final_spin)
     )
-    return not (
-        found.final_velocity > velocity + evidence.rounding
-        or found.final_spin > spin + evidence.rounding
-        or found.final_position > position + evidence.place_rounding
-    )
+    scales = evidence.scales
+    costs = np.array([position * scales.length_m, velocity * scales.speed_m_s, spin * scales.rim_m_s])[:, None]
+    return not bool(np.any(evidence.measured.ends > costs + evidence.end_rounding(evidence.measured, exactly=False)))

@@ -18,7 +18,7 @@ from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace, Vector, rim_speeds, velocities
 
-__all__ = ["Horizon", "before_rest", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
+__all__ = ["Horizon", "before_rest", "before_tie", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
@@ -186,6 +186,19 @@ def before_rest(reference: Trace, reach: Reach, dt_s: float) -> Reach:
     count = int(weak[0]) if len(weak) else len(impacts)
     until_s = float(np.nextafter(impacts["time_s"][count], -math.inf)) if len(weak) else reference.end_time_s
     return reach if reach.until_s <= until_s else Reach(min(count, reach.impacts), until_s)
+
+
+def before_tie(reference: Trace) -> Reach | None:
+    """Return what of a reference lies before the first instant that has no unique answer; None where there is nothing.
+
+    Nothing that lies within what is believed of a time is before it.
+    """
+    if not reference.ambiguous:
+        return None
+    times = reference.impacts["time_s"]
+    tie_s = float(times[min(reference.ambiguous)]) - BELIEVED * reference.scene.duration_s
+    count = int(np.searchsorted(times, tie_s, side="left"))
+    return Reach(count, tie_s) if count else None
 
 
 def estimate_horizon(reference: Trace) -> float | None:

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import Alignment, Reach, align
 from carom.comparator.finite import finite_impacts
-from carom.comparator.scales import Scales, largest
+from carom.comparator.scales import OwnScales, Scales, largest, own_scales_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Need
 from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
 
-__all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "worse"]
+__all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "untold", "worse"]
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,8 @@ AT_REST = 1e-12
 @dataclass(frozen=True)
 class ImpactError:
     """Errors of one matched impact, observed less reference.
+
+    A velocity that nobody can tell from that after another impact of the body in the same step (`untold`) has none.
 
     Attributes:
         reference: Index in the reference's impacts.
@@ -110,11 +112,18 @@ class Measured:
     """All that is measured of a trace against a reference: which impact is which, its error, the largest of each kind.
 
     An error of a number that is itself NaN or infinite is infinite.
+
+    Attributes:
+        own: What rounding of each impact of the reference, and of each disc's end, is in proportion to.
+        ends: Errors of each disc's final place (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
+            where they are not measured.
     """
 
     alignment: Alignment
     errors: tuple[ImpactError, ...]
     largest: Errors
+    own: OwnScales
+    ends: Array
 
 
 def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> Measured:
@@ -124,11 +133,11 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
     apart_s = abs(observed.end_time_s - reference.end_time_s)
     together = reach.whole and not apart_s > THRESHOLDS.rounding * scales.time_s
     momentum = position = velocity = spin = math.nan
+    ends = np.full((3, len(reference.scene.discs)), math.nan)
     if together:
-        momentum = _momentum_error(reference, observed, scales)
-        position = _largest_row(observed.final_position_m - reference.final_position_m) / scales.length_m
-        velocity = _largest_row(observed.final_velocity_m_s - reference.final_velocity_m_s) / scales.speed_m_s
-        spin = _final_spin_error(reference, observed, scales)
+        momentum, ends = _momentum_error(reference, observed, scales), _end_errors(reference, observed)
+        position, velocity = float(np.max(ends[0])) / scales.length_m, float(np.max(ends[1])) / scales.speed_m_s
+        spin = float(np.max(ends[2])) / scales.rim_m_s
     # Where the reference's end is no answer, it is an answer still that elastic, smooth impacts alone conserve energy.
     conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY, Need.FRICTION}
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
@@ -144,6 +153,8 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
             final_velocity=velocity,
             final_spin=spin,
         ),
+        own=own_scales_of(reference),
+        ends=ends,
     )
 
 
@@ -171,8 +182,15 @@ def _number(error: float) -> float:
     return math.inf if math.isnan(error) else error
 
 
-def _largest_row(difference: Array) -> float:
-    return _number(float(np.max(np.hypot(*difference.T))))
+def _end_errors(reference: Trace, observed: Trace) -> Array:
+    """Errors of each disc's final place, velocity and rim, shape ``(3, n)``; rims are NaN where nothing turns."""
+    place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
+    velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
+    rim = np.full(len(place), math.nan)
+    if reference.final_spin_rad_s is not None and observed.final_spin_rad_s is not None:
+        rim = reference.scene.arrays.radius_m * np.abs(observed.final_spin_rad_s - reference.final_spin_rad_s)
+        rim = np.where(np.isnan(rim), math.inf, rim)
+    return np.stack([*(np.where(np.isnan(error), math.inf, error) for error in (place, velocity)), rim])
 
 
 def _energy_error(reference: Trace, observed: Trace, scales: Scales) -> float:
@@ -194,28 +212,22 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
     return _number(float(np.hypot(*difference)) / (float(mass.sum()) * scales.speed_m_s))
 
 
-def _final_spin_error(reference: Trace, observed: Trace, scales: Scales) -> float:
-    if reference.final_spin_rad_s is None or observed.final_spin_rad_s is None:
-        return math.nan
-    off = reference.scene.arrays.radius_m * (observed.final_spin_rad_s - reference.final_spin_rad_s)
-    return _number(float(np.max(np.abs(off))) / scales.rim_m_s)
-
-
 def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
     r, o = np.array(alignment.matched, dtype=np.intp).reshape(-1, 2).T
-    expected, found = reference.impacts[r], observed.impacts[o]
+    expected, found, told = reference.impacts[r], observed.impacts[o], ~untold(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")
-    difference = after - true_after
+    difference = np.where(told[:, :, None], after - true_after, 0.0)
     across = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
     restitution = restitutions(velocities(found, "before"), after, found["normal"])
+    restitution[~told.all(axis=0)] = math.nan
     parts = (_largest_part(difference, normal), _largest_part(difference, across), worse(difference))
     columns = (
         found["time_s"] - expected["time_s"],
         effective - expected["time_s"],
         *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
-        _spin_errors(reference, observed, r, o) / scales.rim_m_s,
-        np.max(_angles(after, true_after, AT_REST * scales.speed_m_s), axis=0),
+        _spin_errors(reference, observed, r, o, told) / scales.rim_m_s,
+        np.max(np.where(told, _angles(after, true_after, AT_REST * scales.speed_m_s), 0.0), axis=0),
         _angles(found["normal"], normal, 0.0),
         restitution,
         restitution - restitutions(velocities(expected, "before"), true_after, normal),
@@ -226,11 +238,33 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         yield ImpactError(reference_index, observed_index, *errors[k])
 
 
-def _spin_errors(reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp]) -> Array:
+def untold(trace: Trace) -> NDArray[np.bool_]:
+    """Return which velocities after an impact nobody can tell: shape ``(2, m)``, the first bodies first.
+
+    Where a disc has several contacts in one step, and the method does not say what each of them did, the state at the
+    end of the step is that after the last of them: of the others there is none.
+    """
+    found = np.zeros((2, len(trace.impacts)), dtype=np.bool_)
+    if trace.effective_time_s is None or trace.state_before is None:
+        return found
+    shared = np.isnan(trace.effective_time_s) & np.isnan(trace.state_before["position_first"]).all(axis=1)
+    begun, later = trace.state_before["time_s"], set[tuple[int, float]]()
+    for k in np.flatnonzero(shared)[::-1].tolist():
+        for side, name in enumerate(("first", "second")):
+            step = (int(trace.impacts[name][k]), float(begun[k]))
+            found[side, k] = step in later and step[0] >= 0
+            later.add(step)
+    return found
+
+
+def _spin_errors(
+    reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], told: NDArray[np.bool_]
+) -> Array:
     """Largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN where nothing turns."""
     if reference.spins is None or observed.spins is None:
         return np.full(len(r), math.nan)
-    off: Array = np.max(np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r]), axis=0)
+    apart = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
+    off: Array = np.max(np.where(told, apart, 0.0), axis=0)
     return np.where(np.isnan(off), math.inf, off)
 
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from carom.comparator.align import Reach
 from carom.comparator.finite import not_finite
 from carom.comparator.measure import Measured, measure, worse
-from carom.comparator.scales import Scales, scales_of
+from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.shift import even_phases, shifted_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
@@ -61,6 +61,9 @@ class Price:
         final_position: Largest distance of a disc from its final place, over the scene's length; 0 where not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
         final_spin: Largest error of a final spin times its radius, over the scene's speed of rims; 0 as well.
+        late_s: Largest error of a time, seconds; infinite where an impact is missed or invented.
+        phases: At how many phases PIT was run.
+        as_close: At how many of these each of its impacts was right to what is called close.
     """
 
     dt_s: float
@@ -70,13 +73,28 @@ class Price:
     final_position: float
     final_velocity: float
     final_spin: float
+    late_s: float
+    phases: int = 1
+    as_close: int = 0
 
     @classmethod
     def of(cls, dt_s: float, paid: Paid, measured: Measured) -> Price:
         """Return the price of one phase, from what was measured of PIT at it."""
         found = measured.largest
         errors = (found.final_position, found.final_velocity, found.final_spin)
-        return cls(dt_s, *paid, abs(found.energy), *(0.0 if math.isnan(error) else error for error in errors))
+        position, velocity, spin = (0.0 if math.isnan(error) else error for error in errors)
+        whole = not (measured.alignment.missed or measured.alignment.spurious or measured.alignment.undecided)
+        late_s = largest((abs(error.time_s) for error in measured.errors), default=0.0) if whole else math.inf
+        return cls(dt_s, *paid, abs(found.energy), position, velocity, spin, late_s)
+
+    def is_close(self, velocity: Array, spin: Array) -> bool:
+        """Whether what one phase pays is a small part of a step, and of the prices up to each impact, at most."""
+        close, rounding = THRESHOLDS.close, THRESHOLDS.rounding
+        return (
+            self.late_s <= close * self.dt_s
+            and bool(np.all(self.velocity <= close * velocity + rounding))
+            and bool(np.all(self.spin <= close * spin + rounding))
+        )
 
 
 def price_of_sampling(reference: Trace, sampling: Trace, measured: Measured, scales: Scales, reach: Reach) -> Price:
@@ -84,14 +102,19 @@ def price_of_sampling(reference: Trace, sampling: Trace, measured: Measured, sca
     found = [Price.of(sampling.dt_s, paid_of(reference, measured, scales, reach.impacts), measured)]
     if sampling.dt_s and reach.impacts:
         found += _at_other_phases(reference.scene, sampling.dt_s, reach.impacts, not reach.whole)
+    velocity = np.maximum.accumulate(np.max([price.velocity for price in found], axis=0))
+    spin = np.maximum.accumulate(np.max([price.spin for price in found], axis=0))
     return Price(
         dt_s=sampling.dt_s,
-        velocity=np.maximum.accumulate(np.max([price.velocity for price in found], axis=0)),
-        spin=np.maximum.accumulate(np.max([price.spin for price in found], axis=0)),
+        velocity=velocity,
+        spin=spin,
         energy=max(price.energy for price in found),
         final_position=max(price.final_position for price in found),
         final_velocity=max(price.final_velocity for price in found),
         final_spin=max(price.final_spin for price in found),
+        late_s=largest(price.late_s for price in found),
+        phases=len(found),
+        as_close=sum(price.is_close(velocity, spin) for price in found),
     )
 
 

@@ -7,11 +7,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.scene import Scene
 from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
 
-__all__ = ["Scales", "largest", "scales_of"]
+__all__ = ["OwnScales", "Scales", "largest", "own_scales_of", "scales_of"]
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,59 @@ def scales_of(scene: Scene, reference: Trace) -> Scales:
         time_s=scene.duration_s,
         energy_j=kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None),
         reach_m=farthest + speed * scene.duration_s,
+    )
+
+
+@dataclass(frozen=True)
+class OwnScales:
+    """What rounding of each impact, and of each disc's end, is in proportion to: only what has led there.
+
+    The greatest speed of a body, before or after, of whatever it has met, of what that has met before, and so on:
+    errors are handed on at impacts, so a disc that is slow because two speeds cancel is known to the rounding of
+    these. A body that it has nothing to do with adds nothing.
+
+    Attributes:
+        speed_m_s: Of each impact of a trace, shape ``(m,)``.
+        rim_m_s: The same of speeds and of rims, shape ``(m,)``.
+        final_speed_m_s: Of each disc at the end, shape ``(n,)``.
+        final_rim_m_s: The same of speeds and of rims, shape ``(n,)``.
+        reach_m: Farthest that a coordinate of each disc's rim can come to lie from the origin, shape ``(n,)``.
+    """
+
+    speed_m_s: Array
+    rim_m_s: Array
+    final_speed_m_s: Array
+    final_rim_m_s: Array
+    reach_m: Array
+
+
+def own_scales_of(trace: Trace) -> OwnScales:
+    """Return what rounding of each impact of a trace, and of each of its discs, is in proportion to."""
+    start, impacts = trace.scene.arrays, trace.impacts
+    turned = np.stack([velocities(impacts, "before"), velocities(impacts, "after")])
+    rims = np.stack([rim_speeds(trace, "before"), rim_speeds(trace, "after")])
+    speed = np.hypot(*start.velocity_m_s.T).tolist()
+    rim = np.maximum(speed, np.abs(start.surface_speed_m_s)).tolist()
+    fastest = np.max(np.hypot(turned[..., 0], turned[..., 1]), axis=(0, 1)).tolist()
+    rims_fastest = np.max(np.abs(rims), axis=(0, 1)).tolist()
+    of_impacts = np.zeros((2, len(impacts)))
+    movable = start.movable.tolist()
+    for k, pair in enumerate(zip(impacts["first"].tolist(), impacts["second"].tolist(), strict=True)):
+        # What never moves hands nothing on.
+        bodies = [body for body in pair if body >= 0 and movable[body]]
+        most = max([fastest[k], *(speed[body] for body in bodies)])
+        most_rim = max([most, rims_fastest[k], *(rim[body] for body in bodies)])
+        of_impacts[:, k] = most, most_rim
+        for body in bodies:
+            speed[body], rim[body] = most, most_rim
+    at_end = np.maximum(speed, np.hypot(*trace.final_velocity_m_s.T))
+    places = np.abs(np.concatenate([start.position_m, trace.final_position_m], axis=1))
+    return OwnScales(
+        speed_m_s=of_impacts[0],
+        rim_m_s=of_impacts[1],
+        final_speed_m_s=at_end,
+        final_rim_m_s=np.maximum(rim, at_end),
+        reach_m=np.max(places, axis=1) + start.radius_m + at_end * trace.scene.duration_s,
     )
 
 

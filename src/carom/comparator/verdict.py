@@ -17,14 +17,14 @@ from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches
 from carom.comparator.local import LocalErrors
 from carom.comparator.local_truth.score import LocalScore
-from carom.comparator.measure import Measured
+from carom.comparator.measure import ImpactError, Measured, untold
 from carom.comparator.order import MOST_EDITS, Order
 from carom.comparator.sampling import Price
 from carom.comparator.scales import Scales, largest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Outcome, Trace, pair_name
 
-__all__ = ["Evidence", "Finding", "Verdict", "contradictions", "findings"]
+__all__ = ["Evidence", "Finding", "Verdict", "contradictions", "findings", "lucky_phase"]
 
 
 class Verdict(Enum):
@@ -43,6 +43,8 @@ class Verdict(Enum):
     SPURIOUS = "impacts are found that the reference does not have"
     ENERGY_GAINED = "discs end with more kinetic energy than the reference's"
     ENERGY_LOST = "discs end with less kinetic energy than the reference's"
+    NOT_TOLD_APART = "velocities between several impacts of a disc in one step are not told apart"
+    LUCKY_PHASE = "looking once a step is as good at this phase of the step, and not at others"
     CUT_SHORT = "the run ended before the scene did"
     WENT_ON = "the run goes on where the reference ends"
     CONVENTION = "the scene has no unique answer"
@@ -95,6 +97,8 @@ class Evidence:
         local_truth: Each step against PIC from the observed trace's own state; None where states were not looked at.
         told_otherwise: Whether it reports other impacts than its states show.
         pit_s: Times of the impacts of PIT; None where it was not run.
+        up_to_tie: The grade up to the first instant that has no unique answer; None where there is none, or nothing
+            before it.
     """
 
     reference: Trace
@@ -114,6 +118,7 @@ class Evidence:
     local_truth: LocalScore | None
     told_otherwise: bool
     pit_s: NDArray[np.float64] | None
+    up_to_tie: Grade | None
 
     @property
     def steps_are_exact(self) -> bool:
@@ -127,7 +132,7 @@ class Evidence:
         if self.ended_otherwise or self.broken or largest.final_spin > self.rounding or any(_own_path(self)):
             return False
         if self.reach.whole:
-            return largest.final_velocity <= self.rounding and largest.final_position <= self.place_rounding
+            return bool(np.all(self.measured.ends[:2] <= self.end_rounding(self.measured, exactly=True)[:2]))
         # Up to a horizon the last impact of each disc says the same: errors hand themselves on.
         latest: dict[int, float] = {}
         for error in self.measured.errors:
@@ -190,10 +195,31 @@ class Evidence:
 
     @property
     def place_rounding(self) -> float:
-        """What rounding makes of a position in all steps of the run, over the scene's length."""
+        """What rounding makes of a position in all steps of the run, over its own reach."""
         steps = self.scales.time_s / self.observed.dt_s if self.observed.dt_s else 0.0
-        rounding = THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
-        return rounding * self.scales.reach_m / self.scales.length_m
+        return THRESHOLDS.place_rounding_of(self.observed.float_bits, steps)
+
+    def is_rounding(self, error: ImpactError, measured: Measured) -> bool:
+        """Whether the errors of an impact's velocities and spins are rounding, of what led to it."""
+        own, at, scales = measured.own, error.reference, self.scales
+        return (
+            error.velocity * scales.speed_m_s <= self.rounding * own.speed_m_s[at]
+            and not error.spin * scales.rim_m_s > self.rounding * own.rim_m_s[at]
+        )
+
+    def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
+        """What rounding of what led to them makes of final places, velocities and rims, as `Measured.ends` has them.
+
+        Narrow floats round a place further and further; *exact* ends at a hundredth of a step's travel, as of a time.
+        """
+        own = measured.own
+        place = self.place_rounding * own.reach_m
+        if exactly:
+            step_m = own.final_speed_m_s * self.observed.dt_s
+            # What never moves is not rounded step by step.
+            most = np.where(own.final_speed_m_s > 0.0, THRESHOLDS.close * step_m, self.rounding * own.reach_m)
+            place = np.minimum(place, most) if self.observed.dt_s else place
+        return np.stack([place, self.rounding * own.final_speed_m_s, self.rounding * own.final_rim_m_s])
 
 
 def _first_unshared(
@@ -215,6 +241,8 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
     found += [finding for rule in rules for finding in rule(evidence)]
     found += list(_steps(evidence, told=bool(found)))
+    if found:
+        found += _not_told(evidence)
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared:
@@ -227,15 +255,33 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         found.append(Finding(Verdict.NO_IMPACT, f"{evidence.scales.time_s:.6g} s of free flight{steps}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
+        unknown = "".join(f"; not told apart: {finding.reason}" for finding in _not_told(evidence))
         until = "" if evidence.reach.whole else f" up to the horizon, {evidence.reach.until_s:.6g} s"
         looked = not evidence.reach.whole and evidence.local_truth is not None
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
-        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{rest}"
+        reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.outcome is Outcome.AT_REST:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
         found.append(Finding(Verdict.RESTED, f"at {evidence.reference.end_time_s:.6g} s; from there {beyond}"))
     return tuple(found)
+
+
+def lucky_phase(evidence: Evidence, found: tuple[Finding, ...]) -> tuple[Finding, ...]:
+    """Return the findings of a run that is PIT's, and as good as it is at some phases of the step only, with that said.
+
+    Of one that conforms it stands in the reason: nothing is wrong with it.
+    """
+    price = evidence.price
+    if price is None or price.as_close == price.phases:
+        return found
+    share = f"PIT's impacts are as right at {price.as_close} of {price.phases} phases of the step"
+    if not any(finding.verdict is Verdict.CONFORMS for finding in found):
+        return (*found, Finding(Verdict.LUCKY_PHASE, share))
+    return tuple(
+        Finding(finding.verdict, f"{finding.reason}; {share}") if finding.verdict is Verdict.CONFORMS else finding
+        for finding in found
+    )
 
 
 def _parted(evidence: Evidence) -> Iterator[Finding]:
@@ -340,6 +386,11 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
             reason += f"; matches {which}, to {match.distance:.2g} of the speed"
         else:
             reason += f"; matches none of {count} admissible outcomes: {match.distance:.3g} of the speed from {which}"
+    if evidence.up_to_tie is not None:
+        word = (
+            "undecided" if evidence.up_to_tie is Grade.UNGRADED else evidence.up_to_tie.name.lower().replace("_", ", ")
+        )
+        reason += f"; up to there the run is {word}"
     yield Finding(Verdict.CONVENTION, reason)
 
 
@@ -391,9 +442,16 @@ def _timing(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _motion(evidence: Evidence) -> Iterator[Finding]:
-    worst = max(evidence.measured.errors, key=lambda error: error.velocity, default=None)
-    if worst is not None and worst.velocity > evidence.rounding:
+    own, scales = evidence.measured.own.speed_m_s, evidence.scales
+    off = [
+        e for e in evidence.measured.errors if not e.velocity * scales.speed_m_s <= evidence.rounding * own[e.reference]
+    ]
+    worst = max(off, key=lambda error: error.velocity, default=None)
+    if worst is not None:
         reason = f"by up to {worst.velocity:.3g} of the scene's speed"
+        if own[worst.reference] < 0.5 * scales.speed_m_s:
+            part = worst.velocity * scales.speed_m_s / own[worst.reference]
+            reason += f", {part:.3g} of the greatest that led to it"
         if worst.normal_rad > evidence.rounding:
             reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
@@ -405,10 +463,22 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
 
 
+def _not_told(evidence: Evidence) -> Iterator[Finding]:
+    """What of a run nobody can judge."""
+    impacts = evidence.observed.impacts
+    if unknown := np.flatnonzero(untold(evidence.observed).any(axis=0)).tolist():
+        reason = (
+            f"{len(unknown)} of {len(impacts)} impacts, {_first(unknown, impacts)}: the last one in the step is judged"
+        )
+        yield Finding(Verdict.NOT_TOLD_APART, reason)
+
+
 def _turning(evidence: Evidence) -> Iterator[Finding]:
     """What is off about spins; NaN where nothing turns."""
-    worst, impacts = evidence.measured.largest.spin, evidence.observed.impacts
-    if worst > evidence.rounding:
+    own, scales, impacts = evidence.measured.own.rim_m_s, evidence.scales, evidence.observed.impacts
+    off = [e.spin for e in evidence.measured.errors if e.spin * scales.rim_m_s > evidence.rounding * own[e.reference]]
+    if off:
+        worst = max(off)
         yield Finding(Verdict.WRONG_SPIN, f"by up to {worst:.3g} of the scene's speed of rims")
     for verdict, wrong in ((Verdict.SLID, evidence.branches.slid), (Verdict.STUCK, evidence.branches.stuck)):
         if wrong:
@@ -420,11 +490,13 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
     if evidence.convention is not None or evidence.measured.alignment.undecided:
         return
     place, velocity = evidence.measured.largest.final_position, evidence.measured.largest.final_velocity
-    if place > evidence.place_rounding:
+    beyond = evidence.measured.ends > evidence.end_rounding(evidence.measured, exactly=True)
+    off_place, off_velocity, off_spin = (bool(np.any(row)) for row in beyond)
+    if off_place:
         yield Finding(Verdict.MISPLACED, f"by up to {place:.3g} of the largest radius")
-    if velocity > evidence.rounding:
+    if off_velocity:
         yield Finding(Verdict.WRONG_END, f"by up to {velocity:.3g} of the scene's speed")
-    if evidence.measured.largest.final_spin > evidence.rounding:
+    if off_spin:
         spin = evidence.measured.largest.final_spin
         yield Finding(Verdict.WRONG_LAST_SPIN, f"by up to {spin:.3g} of the scene's speed of rims")
 
@@ -432,9 +504,9 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
 def _own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
     own = evidence.consistency
-    if own is not None and own.position.size > evidence.place_rounding:
+    if own is not None and own.strayed > evidence.place_rounding:
         reason = f"by up to {own.position.size:.3g} of the largest radius, {_since(own.position)}"
-        if own.excess.size > evidence.place_rounding:
+        if own.strayed_excess > evidence.place_rounding:
             reason += f"; {own.excess.size:.3g} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
     if own is not None and own.angular > evidence.rounding:

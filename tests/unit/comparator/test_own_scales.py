@@ -1,0 +1,200 @@
+"""What leads to an impact, and nothing else, says what rounding of it is; narrow floats round to a limit."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.planted.carom_planted import state_at
+from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
+from tests.stage import disc_at, staged
+
+from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom.adapter import Contact, Observation
+from carom.comparator import Grade, Verdict
+from carom.comparator.scales import own_scales_of
+from carom.runs.collect import ImpactCollector
+
+BESIDE = {
+    "a flyer": disc_at(0, 50, 0, 1e9),
+    "a far disc": disc_at(0, 1e13),
+    "a fast spinner": disc_at(0, 50, spin_rad_s=1e9),
+}
+
+
+def pair_beside(name: str) -> Scene:
+    """A disc at 1 m/s that strikes another, and a third that has nothing to do with them."""
+    friction = {"friction": 0.3} if name == "a fast spinner" else {}
+    return staged("beside", disc_at(0, 0, 1, 0), disc_at(3, 0.3), BESIDE[name], duration_s=5, **friction)
+
+
+def velocity_off(reference: Trace, size: float) -> Trace:
+    impacts = reference.impacts.copy()
+    impacts["velocity_first_after"] += [0, size]
+    impacts["velocity_second_after"] -= [0, size]
+    return replayed(reference, impacts)
+
+
+def place_off(reference: Trace, size: float) -> Trace:
+    trace = faithful(reference)
+    return dataclasses.replace(trace, final_position_m=trace.final_position_m + np.array([[size, 0], [0, 0], [0, 0]]))
+
+
+def spin_off(reference: Trace, size: float) -> Trace:
+    trace = faithful(reference)
+    assert reference.spins is not None
+    assert reference.final_spin_rad_s is not None
+    spins = reference.spins.copy()
+    spins["first_after"] += size
+    return dataclasses.replace(trace, spins=spins, final_spin_rad_s=reference.final_spin_rad_s + np.array([size, 0, 0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "plant", "verdict"),
+    [
+        ("a flyer", velocity_off, Verdict.WRONG_VELOCITY),
+        ("a far disc", place_off, Verdict.MISPLACED),
+        ("a fast spinner", spin_off, Verdict.WRONG_SPIN),
+    ],
+)
+def test_a_body_that_has_nothing_to_do_with_it_hides_no_error(
+    name: str, plant: Callable[[Trace, float], Trace], verdict: Verdict
+) -> None:
+    """An error of two discs is as large beside a disc that they never meet: named, and not exact."""
+    reference = solve_pic(pair_beside(name))
+    sampling = solve_pit(reference.scene)
+    assert compare(reference, plant(reference, 0.0), sampling=sampling).grade is Grade.EXACT
+    for size in (1e-9, 1e-6, 5e-4):
+        score = compare(reference, plant(reference, size), sampling=sampling)
+        assert score.grade is not Grade.EXACT
+        assert verdict in score.verdicts
+    assert compare(reference, plant(reference, 6 * LENGTH), sampling=sampling).grade is Grade.INACCURATE
+
+
+def test_a_scale_is_the_greatest_speed_that_led_to_an_impact() -> None:
+    """Handed on from impact to impact, also where a disc has stopped; not by what never moves, nor to others.
+
+    By hand: a disc at 4 m/s stops where it strikes another and hands its speed on; one at 2 m/s meets it there.
+    """
+    discs = [disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(-6, 0, 2, 0), disc_at(0, 9, 1, 0), disc_at(3, 9, m=math.inf)]
+    reference = solve_pic(staged("handed on", *discs, duration_s=4))
+    own = own_scales_of(reference)
+    met = {
+        frozenset((int(i["first"]), int(i["second"]))): s for i, s in zip(reference.impacts, own.speed_m_s, strict=True)
+    }
+    assert met == {frozenset((0, 1)): 4.0, frozenset((0, 2)): 4.0, frozenset((3, 4)): 1.0}
+    assert own.final_speed_m_s.tolist() == [4.0, 4.0, 4.0, 1.0, 0.0]
+
+
+@pytest.mark.parametrize("rate_hz", [60, 240, 1000])
+def test_exact_in_narrow_floats_ends_at_a_hundredth_of_a_steps_travel(rate_hz: int) -> None:
+    """However many steps round a place: what is further off than a hundredth of a step's travel is close at best.
+
+    The travel is that of the greatest speed that led to the disc, 1 m/s here.
+    """
+    reference = solve_pic(staged("long", disc_at(0, 0, 1, 0), disc_at(40, 0.2), duration_s=60))
+    run = dataclasses.replace(faithful(reference), float_bits=32, dt_s=1 / rate_hz, state_before=None)
+    sampling = solve_pit(reference.scene, frame_rate_hz=rate_hz)
+    for part, exact in ((0.0, True), (0.0099, True), (0.0101, False), (1.0, False)):
+        off = dataclasses.replace(run, final_position_m=run.final_position_m + np.array([[part / rate_hz, 0], [0, 0]]))
+        score = compare(reference, off, sampling=sampling)
+        assert (score.grade is Grade.EXACT) == exact
+        assert (Verdict.MISPLACED in score.verdicts) != exact
+
+
+TIE = staged(
+    "tie",
+    disc_at(0, 0, 1, 0),
+    disc_at(3, 0.3),
+    disc_at(0, 20, 1, 0),
+    disc_at(8 + math.sqrt(0.75), 20.5),
+    disc_at(8 + math.sqrt(0.75), 19.5),
+    duration_s=12,
+)
+
+
+def test_what_is_certain_before_a_tie_decides() -> None:
+    """An impact missed, or off, six seconds before a shared instant makes a run wrong, or inaccurate; it says so."""
+    reference, sampling = solve_pic(TIE), solve_pit(TIE)
+    assert min(reference.ambiguous) > 0
+    slow = reference.impacts.copy()
+    slow["velocity_second_after"][0] *= 0.5
+    slow["velocity_first_after"][0] = slow["velocity_first_before"][0] - slow["velocity_second_after"][0]
+    for trace, grade, word in (
+        (faithful(reference), Grade.UNGRADED, "exact"),
+        (replayed(reference, reference.impacts[1:].copy()), Grade.WRONG, "wrong"),
+        (replayed(reference, slow), Grade.INACCURATE, "inaccurate"),
+    ):
+        score = compare(reference, trace, sampling=sampling)
+        assert score.grade is grade
+        (finding,) = [finding for finding in score.findings if finding.verdict is Verdict.CONVENTION]
+        assert finding.reason.endswith(f"up to there the run is {word}")
+
+
+def test_nothing_is_certain_where_the_tie_comes_first() -> None:
+    """Where the first impact is shared, what came before it is nothing, and nothing is said of it."""
+    reference = solve_pic(staged("first", *TIE.discs[2:], duration_s=12))
+    score = compare(reference, faithful(reference), sampling=solve_pit(reference.scene))
+    assert score.grade is Grade.UNGRADED
+    assert "up to there" not in score.findings[0].reason
+
+
+def test_the_row_of_the_planted_faults_has_one_scale() -> None:
+    """Where the fastest disc hands its speed on through all impacts, their own scale is the scene's."""
+    reference = solve_pic(ROW)
+    assert own_scales_of(reference).speed_m_s.tolist() == [SPEED] * len(reference.impacts)
+
+
+def test_velocities_that_nobody_tells_apart_are_not_accused() -> None:
+    """PIC's states alone, at a step in which a disc meets two others, are exact: only its last velocity is known.
+
+    By hand: a disc strikes the first of two at 1.01 s, and that the next at 1.015 s, both in the step from 1 s on.
+    """
+    scene = staged("chain", disc_at(0, 0, 1, 0), disc_at(2.01, 0), disc_at(3.015, 0), disc_at(9, 9), duration_s=3)
+    reference, dt_s = solve_pic(scene), 1 / 30
+    states = [state_at(reference, k * dt_s) for k in range(round(3 / dt_s) + 1)]
+    collector = ImpactCollector(scene, Observation(*states[0]))
+    for k, (place, velocity) in enumerate(states[1:], start=1):
+        times = reference.impacts["time_s"]
+        struck = reference.impacts[(times > (k - 1) * dt_s) & (times <= k * dt_s)]
+        contacts = tuple(
+            Contact(int(i["first"]), int(i["second"]), float(i["time_s"]), tuple(i["normal"].tolist())) for i in struck
+        )
+        collector.add(k * dt_s, Observation(place, velocity, contacts))
+    impacts, effective = collector.finish()
+    run = dataclasses.replace(
+        reference, impacts=impacts, dt_s=dt_s, effective_time_s=effective, state_before=collector.states
+    )
+    assert len(impacts) == 2
+    score = compare(reference, run, sampling=solve_pit(scene, frame_rate_hz=30))
+    assert score.grade is Grade.EXACT
+    assert score.total.velocity == 0.0
+    assert "1 of 2 impacts" in score.findings[0].reason
+    # The last velocity in the step is asked: a disc that comes out too slow is.
+    slow = impacts.copy()
+    slow["velocity_second_after"][-1] *= 0.9
+    slow_run = dataclasses.replace(run, impacts=slow)
+    assert Verdict.WRONG_VELOCITY in compare(reference, slow_run, sampling=solve_pit(scene, frame_rate_hz=30)).verdicts
+
+
+@pytest.mark.parametrize(("late", "price"), [(0.25, 0.25), (0.75, 0.75), (0.0, 0.0)])
+def test_where_velocities_cost_nothing_time_is_what_is_paid(late: float, price: float) -> None:
+    """Head-on, PIT is late and its velocities are right: it pays the part of a step that it is late, and no 0."""
+    scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(2 - late / 60, 0), duration_s=3)
+    reference = solve_pic(scene)
+    pit = solve_pit(scene, frame_rate_hz=60)
+    score = compare(reference, pit, sampling=pit)
+    assert score.total.velocity <= 1e-12
+    assert score.price_paid == pytest.approx(price, abs=1e-9)
+
+
+def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
+    """PIT that looks at the very instant of an oblique impact is exact there, and says at how many phases it is."""
+    scene = staged("oblique", disc_at(0, 0, 2, 0), disc_at(1.8, 0.6), duration_s=2)  # .8 apart along x at .5 s
+    reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=64)
+    score = compare(reference, pit, sampling=pit)
+    assert score.grade is Grade.EXACT
+    assert score.findings[0].reason.endswith("PIT's impacts are as right at 1 of 16 phases of the step")
