@@ -50,9 +50,10 @@ class Score(Shown):
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
             the price of sampling; 0: none of it; above 1: it does worse than looking once a step. Where sampling costs
-            velocities and spins nothing and they are right, it costs time: the largest error of a time, in steps. NaN
-            where PIT was not given, there is no impact, or the scene has no unique answer; infinite where sampling
-            costs nothing, a number of the run is not finite, or it ended early with impacts still to come.
+            velocities and spins nothing and they are right, it costs time: the largest error of a time over
+            PIT's at worst, or over a step where that is longer. NaN where PIT was not given, there is no impact, or
+            the scene has no unique answer; infinite where sampling costs nothing, a number of the run is not finite,
+            or it ended early with impacts still to come.
         findings: Verdicts, each with its reason; at least one.
         grade: The grade.
         float_bits: Width of the floats that the method declares, to whose rounding *exact* is meant.
@@ -262,7 +263,8 @@ def _price_paid(evidence: Evidence) -> float:
     step_s = evidence.observed.dt_s or evidence.price.dt_s
     costs_nothing = max(float(evidence.price.velocity[-1]), float(evidence.price.spin[-1])) <= THRESHOLDS.rounding
     if costs_nothing and max(ratios) == 0.0 and step_s:
-        # Velocities suffer nothing from looking late: what is paid is time, and PIT pays up to a step of it.
+        # Velocities suffer nothing from looking late: time is what is paid. PIT pays a step of it an impact, and what
+        # earlier ones hand on adds up to what it pays at worst.
         late_s = largest((error.time_s for error in evidence.measured.errors), default=0.0)
-        return abs(late_s) / step_s if not abs(late_s) <= evidence.rounding_s else 0.0
+        return 0.0 if abs(late_s) <= evidence.rounding_s else abs(late_s) / max(step_s, evidence.price.late_s)
     return max(ratios)

@@ -81,7 +81,11 @@ def test_the_rounding_of_narrow_floats_is_no_drift() -> None:
     )
     assert own(narrow, reference).position.size > 1e-5  # six thousand roundings show
     assert not {Verdict.DRIFTS, Verdict.TURNS} & set(compare(reference, narrow).verdicts)
-    assert compare(reference, narrow, sampling=reference).grade is Grade.EXACT  # to the rounding of 32 bits
+    # It is rounding, and further off than a hundredth of a step's travel: close, and exact no more.
+    assert narrow.final_position_m[0] == pytest.approx(
+        reference.final_position_m[0], abs=0.5 * math.hypot(0.1, 0.3) * DT
+    )
+    assert compare(reference, narrow, sampling=reference).grade is Grade.CLOSE
     wide = dataclasses.replace(narrow, float_bits=64)
     assert {Verdict.DRIFTS, Verdict.TURNS} <= set(compare(reference, wide).verdicts)
     drifted = dataclasses.replace(narrow, final_position_m=narrow.final_position_m + 0.1)

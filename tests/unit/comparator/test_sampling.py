@@ -106,10 +106,14 @@ def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:
 
 
 def test_an_error_where_sampling_costs_nothing_is_infinitely_worse() -> None:
-    """Head-on, PIT is right at every phase: rounding pays nothing, and any velocity error is the run's own."""
+    """Head-on, PIT's velocities are right at every phase: a run pays time, and any velocity error is its own.
+
+    Of two impacts, each up to 15/16 of a step late at the sixteen phases, PIT is late by a step and no less than that.
+    """
     reference = solve_pic(ROW)
     right, wrong = scored(delayed(reference, 0.3)), scored(faster(reference, 1e-6))
-    assert (right.price_paid, right.grade) == (0.0, Grade.SAMPLED)
+    assert 0.3 / 2 <= right.price_paid <= 0.3 * (1 + 1e-9)
+    assert right.grade is Grade.SAMPLED
     assert (wrong.price_paid, wrong.grade) == (math.inf, Grade.INACCURATE)
 
 
