@@ -64,18 +64,18 @@ class _Groups:
 def chains_of(law: Law, due: Mapping[int, Iterable[Pair]]) -> list[Chain]:
     """Return the windows of the pairs that are active in each step, in order of their beginnings."""
     nodes = [(step, pair) for step in sorted(due) for pair in due[step]]
-    todo, found = _chained(law, nodes), list[Chain]()
-    while todo:
-        chain = todo.pop()
+    found = list[Chain]()
+    for chain in _chained(law, nodes):
         if chain.end - chain.begin <= LONGEST:
             found.append(chain)
             continue
-        cut, first = chain.begin + LONGEST, chain.continues
-        both = [(step, pair) for pair, steps in chain.pairs.items() for step in steps]
-        before = _chained(law, [node for node in both if node[0] < cut])
-        after = _chained(law, [node for node in both if node[0] >= cut])
-        todo += [replace(one, continues=first and one.begin == chain.begin) for one in before]
-        todo += [replace(one, continues=one.begin == cut) for one in after]
+        pieces: dict[int, list[_Node]] = defaultdict(list)
+        for pair, steps in chain.pairs.items():
+            for step in steps:
+                pieces[(step - chain.begin) // LONGEST].append((step, pair))
+        for number, some in pieces.items():
+            cut = chain.begin + number * LONGEST
+            found += [replace(one, continues=number > 0 and one.begin == cut) for one in _chained(law, some)]
     return sorted(found, key=lambda chain: (chain.begin, chain.discs))
 
 

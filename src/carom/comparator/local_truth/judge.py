@@ -21,9 +21,6 @@ __all__ = ["PASSED", "Comparison", "WindowPair", "judge", "pairs_missed_by_pit"]
 #: at; what turns a body by less is an error of velocity.
 PASSED = 0.01
 
-#: In windows of several bodies no price is asked for but that of energy, for which a few phases are enough.
-_PHASES_OF_MANY = 4
-
 #: PIC ends a window's run where a disc comes to rest: where it closes by what it falls in this part of a step.
 _RESTING = 1e-3
 
@@ -117,8 +114,8 @@ class _Window:
         """Return how a state differs from PIC's after as many impacts as it has come to."""
         best: _Difference | None = None
         for count in range(len(truth), -1, -1):
-            if count < len(truth) and not all(self.lies_ahead(state, met) for met in truth[count:]):
-                continue
+            if count < len(truth) and not self.lies_ahead(state, truth[count]):
+                break  # and so it does not with fewer
             there = (truth[count - 1].after if count else self.start).copy()
             there.fly(seconds - (truth[count - 1].time_s if count else 0.0), resting if count == len(truth) else None)
             velocity, spin, place = self.difference(state, there)
@@ -178,7 +175,9 @@ def judge(
         judged.open = True
     if not judged.open:
         _time(window, judged, found, agrees=agrees)
-        _price(window, judged, found)
+        judged.price_velocity = judged.price_spin = 0.0
+        if not (agrees or judged.entangled or judged.missed):  # else nobody is asked what sampling pays
+            _price(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
     judged.pit_missed = len(also)
@@ -347,8 +346,7 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
     """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
-    phases = THRESHOLDS.phases if len(window.chain.discs) <= 2 else _PHASES_OF_MANY
-    looks = [dt_s * phase / phases for phase in range(1, phases + 1)]
+    looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
     if 0.0 < judged.late_steps <= judged.late_allowed:
         looks.append(truth[0].time_s + judged.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s

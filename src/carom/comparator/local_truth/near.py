@@ -340,7 +340,7 @@ def _take_consequences(block: Block, found: Activity, near: list[Pair], steps: r
         everyone = block.state(step, sorted({body for pair in near for body in pair if body < law.n}))
         reachable = [pair for pair in near if everyone.contact(pair).gap <= 2.0 * fastest * seconds]
         for cluster in _clusters(law, reachable):
-            if len(cluster) < 2 or not any(active.get(pair, np.nan) >= 0.0 for pair in cluster):
+            if active.keys() >= set(cluster) or not any(active.get(pair, np.nan) >= 0.0 for pair in cluster):
                 continue
             discs = sorted({body for pair in cluster for body in pair if body < law.n})
             met, _ = exact_run(block.state(step, discs), cluster, seconds, 0.0)
