@@ -12,6 +12,7 @@ from carom.comparator.local_truth.bodies import Law, Pair
 from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
 from carom.comparator.local_truth.judge import Comparison, judge, pairs_missed_by_pit
 from carom.comparator.local_truth.near import Activity, Block, activity_of
+from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Scene
 from carom.trace import wall_body
 from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
@@ -62,7 +63,9 @@ class StepWatch:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
         self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
         place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
-        self._units = (max(place_unit, ROUNDING_OF_VELOCITIES), place_unit)
+        unit = max(place_unit, ROUNDING_OF_VELOCITIES)
+        # No more than counts as rounding in the score, which asks for no price where velocities agree.
+        self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
         arrays = scene.arrays
         self._time_s: list[float] = [0.0]
         self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]

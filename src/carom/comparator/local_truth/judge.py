@@ -162,7 +162,7 @@ def judge(
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
     judged.energy_j = _gained(window, found, entangled=judged.entangled)
-    rounding = 10.0 * block.unit
+    rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
         and found.spin <= rounding * window.rim

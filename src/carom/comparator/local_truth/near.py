@@ -51,6 +51,7 @@ class Block:
         pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
         unit: What a velocity may be off by from rounding in a step, over its own size.
         place_unit: The same of a place.
+        agreement: What two velocities may differ by that agree, over their size.
         own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
         place_rounding: What rounding makes of each disc's place in each step, metres, shape ``(k, n)``.
         turned: In which steps which discs' velocities or spins changed by more than rounding, shape ``(k, n)``.
@@ -67,6 +68,7 @@ class Block:
     pull: Array
     unit: float
     place_unit: float
+    agreement: float
     own_speed: Array
     place_rounding: Array
     turned: Flags
@@ -75,8 +77,10 @@ class Block:
     moved_by: Array
 
     @classmethod
-    def of(cls, scene: Scene, law: Law, states: States, dt_s: float, unit: float, place_unit: float) -> Block:
-        """Return a block of steps; `unit` and `place_unit` as above."""
+    def of(
+        cls, scene: Scene, law: Law, states: States, dt_s: float, unit: float, place_unit: float, agreement: float
+    ) -> Block:
+        """Return a block of steps; `unit`, `place_unit` and `agreement` as above."""
         h = np.diff(states.time_s)[:, None]
         p, v = states.position_m, states.velocity_m_s
         radius = scene.arrays.radius_m
@@ -102,6 +106,7 @@ class Block:
             pull=pull,
             unit=unit,
             place_unit=place_unit,
+            agreement=agreement,
             own_speed=own_speed,
             place_rounding=place_unit * reach + own_speed * clock_s,
             turned=turned,
