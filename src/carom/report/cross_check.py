@@ -20,6 +20,7 @@ from carom.report.records import junit, record, records
 from carom.report.reference import known_section, reference_section
 from carom.report.render import html, markdown
 from carom.report.replay import packed, replay_data
+from carom.report.steps import steps_section
 from carom.report.trend import trend_sections
 from carom.runs.job import Status
 from carom.runs.plan import default_dts
@@ -50,6 +51,7 @@ def cross_check_document(results: Results) -> Document:
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),
             price_section(found),
+            *(() if len(grid.rows) == 1 else (steps_section(results, grid),)),  # of one scene it is in the overview
             reference_section(results),
             tables.spread_section(results, grid),
             *trend_sections(results, grid),

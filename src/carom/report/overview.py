@@ -28,6 +28,7 @@ from carom.report.document import (
 from carom.report.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
 from carom.report.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
 from carom.report.replay import impact_rows, replay_link
+from carom.report.steps import steps_section
 from carom.report.tables import legend, mark_cell
 from carom.runs.results import Results
 
@@ -74,6 +75,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     )
     yield Section(f"{every} method against PIC, at {grid.step_phrase}", blocks, short="Every method")
     if alone:
+        yield steps_section(results, grid)
         # The verdicts of one method, or of two, are for reading; those of many stand in full elsewhere.
         said = [(cell.column.name, reason) for cell in alone.cells if cell.plays for reason in cell.reasons]
         few = said if len(methods) <= MOST_VERDICTS else ()

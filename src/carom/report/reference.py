@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.report import wording
-from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Cell, Column, Lines, Section, Table, Text
+from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
 from carom.runs.results import Results
 from carom.scenes import KnownAnswer
+from carom.trace import Outcome
 
 __all__ = ["known_section", "reference_section"]
 
@@ -21,6 +23,10 @@ REFERENCE_NOTE = (
     "rounding alone has led it elsewhere: impacts there are scored locally only, each from the engine's own state "
     "before it. A certified run, in which every digit is proven, says how far it may be believed; without one a "
     "horizon is an estimate, from what a start moved by one unit in the last place leads to."
+)
+REST_NOTE = (
+    "Where a disc comes to rest the reference ends, and with it what is compared with its trajectory. From there each "
+    "step is compared with PIC from the run's own state: what rests must stay, and the other discs go on."
 )
 KNOWN_NOTE = (
     "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
@@ -42,8 +48,20 @@ def reference_section(results: Results) -> Section:
             lines.append(f"{name}: {'; '.join(said)}.")
     media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
     told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else wording.count(len(lines), "scene"))
-    blocks = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
+    blocks: tuple[Block, ...] = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
+    if rests := tuple(_rests(results)):
+        alone = len(results.references) == 1
+        folded = "" if len(rests) <= MOST_TOLD else wording.count(len(rests), "scene")
+        blocks += (Text(REST_NOTE, ON_PAPER), Lines(rests, EVERYWHERE if alone else IN_FULL, folded=folded))
     return Section("How far the reference is believed", blocks, level=3)
+
+
+def _rests(results: Results) -> Iterator[str]:
+    """Say of each scene that comes to rest where its reference ended."""
+    for name, reference in results.references.items():
+        if reference.outcome is Outcome.AT_REST:
+            ended, asked = wording.seconds(reference.end_time_s), wording.seconds(reference.scene.duration_s)
+            yield f"{name}: the reference ends at {ended} of {asked}, where a disc comes to rest."
 
 
 class _Known(NamedTuple):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from carom.comparator import compare
+from carom.comparator import Score, compare
 from carom.registry import load_adapter
 from carom.runs.job import PIT_METHOD, Answer, Job, JobTask, Method, UnsupportedError
 from carom.runs.journal import Journal
@@ -20,7 +20,7 @@ from carom.scene import Scene
 from carom.trace import Trace
 from carom.tune.merit import Judged
 
-__all__ = ["JudgeTask", "JudgedJob", "Jury", "tune_journal"]
+__all__ = ["JudgeTask", "JudgedJob", "Jury", "judged_by", "tune_journal"]
 
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
@@ -31,6 +31,18 @@ _reference = lru_cache(maxsize=_KEPT)(reference_trace)
 @lru_cache(maxsize=_KEPT)
 def _sampling(scene: Scene, dt_s: float) -> Trace:
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
+
+
+def judged_by(score: Score) -> Judged:
+    """Return what a search reads of a score.
+
+    Of a trajectory that parted from the reference's, which impacts it has is chance, and so is what it pays for them:
+    there the error over PIT's, and what is missed and invented, is that of the steps from the run's own states.
+    """
+    local = score.local_truth
+    if score.parted_s is not None and local is not None:
+        return Judged(score.grade, local.ratio[1], local.missed, local.invented, float_bits=score.float_bits)
+    return Judged(score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits)
 
 
 @dataclass(frozen=True)
@@ -59,9 +71,7 @@ class JudgeTask(JobTask):
             raise UnsupportedError(reference)
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
-        judged = Judged(
-            score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits
-        )
+        judged = judged_by(score)
         if not self.timed:
             return judged
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
