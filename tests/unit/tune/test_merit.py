@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.comparator import Grade
+from carom.comparator import Grade, compare
+from carom.registry import load_adapter
+from carom.runs.observe import observe_run
+from carom.scenes import find_scenes
+from carom.solvers.pic import solve_pic
+from carom.tune.judge import judged_by
 from carom.tune.merit import Judged, Merit, error_part, merit_of
 
 SCENES = 5
@@ -75,3 +81,18 @@ def test_an_error_is_a_part_of_a_scale_of_ratios(judged: Judged, part: float) ->
 def test_what_was_not_run_counts_as_wrong() -> None:
     """A setting with which an engine crashes has not found that scene's impacts: it is no way to fewer scenes wrong."""
     assert merit_of([Judged(None, reason="crashed")]) == merit_of([Judged(Grade.WRONG)])
+
+
+def test_a_run_that_parted_is_judged_by_its_steps() -> None:
+    """Which impacts a parted trajectory has is chance: what it misses and pays is read from its own states."""
+    scene = find_scenes(["paper/late"])[0].scene
+    pit = observe_run(load_adapter("pit"), scene, "tuned", 1 / 24)
+    score = compare(solve_pic(scene), pit, sampling=pit)
+    assert score.local_truth is not None
+    steps = replace(score.local_truth, missed=2, invented=3, ratio=(0.5, 0.75))
+    whole = replace(score, price_paid=7.0, missed=(0,), local_truth=steps)
+    parted = judged_by(replace(whole, grade=Grade.PARTED, parted_s=0.25))
+    assert (parted.price, parted.missed, parted.spurious) == (0.75, 2, 3)
+    assert (judged_by(whole).price, judged_by(whole).missed, judged_by(whole).spurious) == (7.0, 1, 0)
+    assert not parted.wrong
+    assert parted.behind
