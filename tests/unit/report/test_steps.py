@@ -74,7 +74,7 @@ def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Re
         "ratio": (0.2, 1.0),
         "energy": 0.0,
     }
-    worse = {
+    worse: dict[str, dict[str, Any]] = {
         "as-pit": {"missed": 9, "missed_by_pit": 9, "missed_within": 0},
         "energy": {"energy": 0.1},
         "error": {"ratio": (0.1, 1.5)},
