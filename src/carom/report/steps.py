@@ -23,12 +23,12 @@ STEPS_NOTE = (
     "misses, too, from the same state. Invented: a body turned with nothing near. Lateness is in steps. The error is "
     "that of velocity or spin over what PIT pays at worst from the same state, at the phases of the step and at the "
     "run's own lateness: up to 1 looking once a step explains it. Energy is what is gained or lost that PIT's steps "
-    "do not gain or lose, over the scene's. Lateness and error are of impacts that stand alone; entangled is the "
-    "fraction of the windows compared that have several impacts, where nobody owes one answer. The best stands first: "
-    "by misses that looking once a step does not explain (within the horizon all), inventions, early impacts, the "
-    "worst error, and energy; a run that ended before the scene did stands last. Listed are runs of which the "
-    "trajectory alone tells too little: beyond a horizon, after rest, where it parted from the reference's, and where "
-    "steps show what it does not."
+    "do not gain or lose, or several impacts together gain, or lose where nothing may be lost; over the scene's. "
+    "Lateness and error are of impacts that stand alone; entangled is the fraction of the windows compared that have "
+    "several impacts, where nobody owes one answer. The best stands first: by misses that looking once a step does "
+    "not explain (within the horizon all), inventions, early impacts, the worst error, and energy; a run that ended "
+    "before the scene did stands last. Listed are runs of which the trajectory alone tells too little: beyond a "
+    "horizon, after rest, where it parted from the reference's, and where steps show what it does not."
 )
 STEPS_SHORT = (
     "impacts: - missed (PIT misses these, too, from the same state), + invented\n"
