@@ -158,7 +158,8 @@ def _spread(values: Sequence[float], say: Callable[[float], str] = number) -> st
 def grades(method: Method) -> str:
     """Return how many scenes got which grade at their own frame rate."""
     tally = Counter(row["grade"] if row["status"] == "ran" else row["status"] for row in method.coarse)
-    known = [f"{tally.pop(grade)} {grade}" for grade in GRADES if tally[grade]]
+    named = {grade: grade.replace(" ", "_") for grade in GRADES}
+    known = [f"{tally.pop(name)} {grade}" for grade, name in named.items() if tally[name]]
     return ", ".join(known + [f"{n} {word.replace('_', ' ')}" for word, n in tally.items() if n])
 
 

@@ -35,7 +35,8 @@ def table(path: Path = SAMPLE) -> str:
         count = Counter(row["grade"] for row in own)
         paid = [float(row["price_paid"]) for row in own if row["price_paid"] is not None]
         median = number(statistics.median(paid)) if paid else ""
-        lines.append(f"| {names[engine]} | " + " | ".join(str(count[grade]) for grade in GRADES) + f" | {median} |")
+        counted = [str(count[grade.replace(" ", "_")]) for grade in GRADES]
+        lines.append(f"| {names[engine]} | " + " | ".join(counted) + f" | {median} |")
     return "\n".join(lines) + "\n"
 
 

@@ -32,9 +32,9 @@ __all__ = [
     "Advised",
     "Cause",
     "ClosedForm",
-    "Cut",
     "Demand",
     "HardImpact",
+    "ReferenceCut",
     "SearchEnding",
     "StepRange",
     "StepTrial",
@@ -47,7 +47,7 @@ __all__ = [
 AIMED = 3
 
 
-class Cut(Enum):
+class ReferenceCut(Enum):
     """Why a scene is asked about up to some time only; the value is the phrase shown."""
 
     TIE = "a disc meets two others at once, which has no unique answer"
@@ -108,7 +108,7 @@ class Advice:
     unable: tuple[Unable, ...]
     phases: int
     budget_steps: int
-    cut: Cut | None = None
+    cut: ReferenceCut | None = None
 
 
 def advise(
@@ -183,7 +183,7 @@ def advise(
     )
 
 
-def _reliable(scene: Scene) -> tuple[Trace, Cut | None]:
+def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     """Return the reference of a scene as far as it is reliable, and why it ends before the scene does."""
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
@@ -192,9 +192,9 @@ def _reliable(scene: Scene) -> tuple[Trace, Cut | None]:
         raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
     times, cut = reference.impacts["time_s"].tolist(), None
     if reference.ambiguous:
-        cut, reliable = Cut.TIE, bisect_left(times, times[reference.ambiguous[0]])
+        cut, reliable = ReferenceCut.TIE, bisect_left(times, times[reference.ambiguous[0]])
     elif (horizon_s := estimate_horizon(reference)) is not None:
-        cut, reliable = Cut.CHAOS, bisect_right(times, horizon_s)
+        cut, reliable = ReferenceCut.CHAOS, bisect_right(times, horizon_s)
     if cut is None or reliable == len(times):
         return reference, None
     if reliable == 0:

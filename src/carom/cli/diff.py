@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from carom.arguments import shown
 from carom.cli import shared
 from carom.cli.run import FailOn
 from carom.errors import InputError
@@ -81,6 +80,8 @@ def diff(
 
 def _require_own(option: str, path: Path) -> None:
     """Refuse a file that holds something else than an earlier comparison: a scene, say, or the very results."""
+    from carom.arguments import shown
+
     if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
         raise InputError(
             f"{option}: {shown(str(path))} is no earlier comparison, and is not replaced: name another file"

@@ -10,7 +10,7 @@ from tests.unit.report.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench import adviser
-from carom.bench.adviser import Cause, Cut, Demand, SearchEnding, advise, hardest_impacts
+from carom.bench.adviser import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.bench.step_search import CONFIRM
 from carom.bench.step_trial import StartTask
@@ -184,7 +184,7 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
     with InProcess() as pool:
         advice = advise(scene, Demand(DEGREE), pool, ["pit"], phases=1)
-    assert advice.cut is Cut.CHAOS
+    assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
     assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
@@ -199,7 +199,7 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
     advice = advise(tie, Demand(DEGREE), InProcess(), ["pit"], phases=1)
-    assert advice.cut is Cut.TIE
+    assert advice.cut is ReferenceCut.TIE
     assert advice.impacts == 1
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
     with pytest.raises(InputError, match="from its first impact on: a disc meets two others at once"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 from carom import Disc, Scene
@@ -41,7 +42,10 @@ def test_a_failure_is_explained_by_its_own_last_words(install: Callable[[str, di
     with Lane(60.0) as lane:
         answers = list(lane.ask_each([Observe(Job(scene, Method("says", "tuned"), dt_s)) for dt_s in steps]))
     assert {answer.status for answer in answers} == {Status.FAILED}
-    boom = "RuntimeError: boom"
+    line = 1 + SOURCE.split("\n").index('        raise RuntimeError("boom")')
+    (said,) = {re.sub(r"\(\S+\.py", "(", answer.reason.partition(";")[0]) for answer in answers}
+    assert said == f"RuntimeError: boom (, line {line})"
+    boom = answers[0].reason.partition(";")[0]
     assert [answer.reason for answer in answers] == [
         f"{boom}; it last printed: a contact too many",
         f"{boom}; it last printed: overflow",
