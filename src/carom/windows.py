@@ -119,6 +119,7 @@ class LocalTruth:
         meetings: Structured array of `MEETING_DTYPE`, the pairs of the windows.
         slips: Structured array of `SLIP_DTYPE`: the largest change of velocity, of spin and of place of each disc
             outside of windows and of rest; a disc has one row a kind at most, and none where it flew free.
+        ahead: How many turns outside of windows answer a meeting that lies ahead, by a margin of length.
         slip_counts: In how many steps of discs velocity or spin changed, and in how many the place did.
         resting_steps: In how many steps of discs a pair rested.
         sunk_m: The deepest that a resting pair sank, metres; 0 where none did.
@@ -132,6 +133,7 @@ class LocalTruth:
     windows: NDArray[np.void]
     meetings: NDArray[np.void]
     slips: NDArray[np.void]
+    ahead: int
     slip_counts: tuple[int, int]
     resting_steps: int
     sunk_m: float

@@ -357,6 +357,8 @@ def _faults(local: LocalScore) -> Iterator[str]:
         yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
     if local.early:
         yield f"{local.early} {judged} come early, by up to {local.early_steps:.3g} steps"
+    if local.ahead:
+        yield f"{local.ahead} turns answer a meeting more than two steps ahead of it, by a margin of length"
     if local.too_late:
         yield f"{local.too_late} {judged} come later than a step, by up to {local.late_steps[1]:.3g} steps"
     if local.drifts:

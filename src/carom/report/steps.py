@@ -66,7 +66,7 @@ def steps_section(results: Results, grid: Grid) -> Section:
         Column("impacts", _counted, "- (PIT's) +", number=True, only=EVERYWHERE - ON_PAPER),
         Column("missed", _missed, "(PIT's)", number=True, only=ON_PAPER),
         Column("invented", _of(lambda local: str(local.invented)), number=True, only=ON_PAPER),
-        Column("early", lambda run: str(run.local.early), number=True),
+        Column("early", lambda run: str(run.local.early + run.local.ahead), number=True),
         Column("late, median", _of(lambda local: wording.number(local.late_steps[0])), number=True, only=ON_PAPER),
         Column("late, worst", _of(lambda local: wording.number(local.late_steps[1], 3)), number=True, only=ON_PAPER),
         Column("error, median", _of(lambda local: wording.number(local.ratio[0])), number=True, only=ON_PAPER),
@@ -108,7 +108,14 @@ def _rank(run: _Steps) -> tuple[bool, int, int, int, float, float]:
     local = run.local
     ratio = math.inf if math.isnan(local.ratio[1]) else float(f"{local.ratio[1]:.3e}")
     energy = local.energy if local.energy > local.energy_rounding else 0.0
-    return (Verdict.CUT_SHORT in run.score.verdicts, local.missed_own, local.invented, local.early, ratio, energy)
+    return (
+        Verdict.CUT_SHORT in run.score.verdicts,
+        local.missed_own,
+        local.invented,
+        local.early + local.ahead,
+        ratio,
+        energy,
+    )
 
 
 def _of(say: Callable[[LocalScore], str]) -> Callable[[_Steps], str]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.local_truth.bodies import Law, Pair
 from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
-from carom.comparator.local_truth.judge import Comparison, judge, pairs_missed_by_pit
+from carom.comparator.local_truth.judge import PASSED, Comparison, judge, pairs_missed_by_pit
 from carom.comparator.local_truth.near import Activity, Block, activity_of
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Scene
@@ -76,6 +76,7 @@ class StepWatch:
         self._meetings: list[tuple[float | int | bool, ...]] = []
         self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
         self._scale = np.zeros(len(scene.discs))
+        self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
         self._sunk_m = self._sunk_radii = 0.0
         self._sinks_s = math.nan
@@ -104,6 +105,7 @@ class StepWatch:
             windows=np.array(self._windows, WINDOW_DTYPE),
             meetings=np.array(self._meetings, MEETING_DTYPE),
             slips=np.array([self._slips[key] for key in sorted(self._slips)], SLIP_DTYPE),
+            ahead=self._ahead,
             slip_counts=(self._turned, self._moved),
             resting_steps=self._resting,
             sunk_m=self._sunk_m,
@@ -190,6 +192,10 @@ class StepWatch:
             self._sinks_s = float(block.states.time_s[activity.sinks])
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
+        for step, disc in np.argwhere(turned & (np.maximum(relative, spinning) > PASSED)).tolist():
+            if block.answers_ahead(step, disc):
+                turned[step, disc] = False
+                self._ahead += 1
         beyond = np.where(moved, block.moved_by - allowed, 0.0)
         for kind, sizes in (
             ("velocity", np.where(turned, relative, 0.0)),

@@ -31,6 +31,11 @@ RESTING_STEPS = 2.5
 #: It rests at a distance of up to this part of the contact distance: margins of engines are below a hundredth.
 RESTING_GAP = 0.02
 
+#: An engine may answer a meeting by a margin of length, however many fine steps ahead (Box2D `default`: 1 cm before a
+#: wall, a tenth of the smallest discs of the catalogue). A turn is such an answer where the disc closes on something no
+#: further away than this part of the contact distance, and parts from it after; else it turned with nothing near.
+_AHEAD_GAP = 0.25
+
 #: The two instants of a step are right to half a unit in the last place each, and so is their difference.
 _CLOCK = 2.0**-51
 
@@ -127,6 +132,19 @@ class Block:
             {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},
             {i: 0.0 if spins is None else float(spins[step, i]) for i in discs},
         )
+
+    def answers_ahead(self, step: int, disc: int) -> bool:
+        """Whether a disc that turns in a step closes on something near before, and parts from it after."""
+        everyone = [disc, *(other for other in range(self.law.n) if other != disc)]
+        before, after = self.state(step, everyone), self.state(step + 1, everyone)
+        for pair in self.law.pairs_of(everyone):
+            if pair[0] != disc:
+                break  # pairs of the first disc come first
+            contact = before.contact(pair)
+            near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.law.reach(pair)
+            if near and after.contact(pair).closing <= 0.0:
+                return True
+        return False
 
 
 @dataclass

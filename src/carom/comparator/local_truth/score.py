@@ -39,6 +39,7 @@ class LocalScore:
         invented: Steps in which bodies turned with nothing near, by more than a hundredth of their speed.
         first_invented: The first, empty where there is none.
         early: Windows in which the paths turned before PIC's.
+        ahead: Turns outside of windows that answer a meeting by a margin of length, more than two steps ahead.
         entangled: Windows of several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN where there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 where none is early.
@@ -75,6 +76,7 @@ class LocalScore:
     invented: int
     first_invented: str
     early: int
+    ahead: int
     entangled: int
     late_steps: tuple[float, float]
     early_steps: float
@@ -118,7 +120,14 @@ class LocalScore:
         if self.missed_own or self.invented:
             return Grade.WRONG
         off_alone = self.drifts or self.slipped > self.rounding or self.sinks
-        if off_alone or self.early or self.too_late or self.worse_than_pit or self.energy > self.energy_rounding:
+        if (
+            off_alone
+            or self.early
+            or self.ahead
+            or self.too_late
+            or self.worse_than_pit
+            or self.energy > self.energy_rounding
+        ):
             return Grade.INACCURATE
         sampled = self.polygon or self.sunk_radii > self.rounding or self.missed
         if self.agrees and not sampled:
@@ -182,6 +191,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         invented=invented,
         first_invented=first_invented,
         early=int(early.sum()),
+        ahead=truth.ahead,
         entangled=int(scored["entangled"].sum()),
         late_steps=_median_and_worst(late),
         early_steps=float(np.max(-late[early], initial=0.0)),
