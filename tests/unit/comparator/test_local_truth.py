@@ -1,0 +1,114 @@
+"""Every step of a run compared with PIC from the run's own state: what must hold of the catalogue, and of blocks."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from carom import Scene
+from carom.comparator import Grade, local_truth
+from carom.comparator.local_truth import analysis
+from carom.comparator.local_truth.score import local_score
+from carom.comparator.scales import scales_of
+from carom.registry import load_adapter
+from carom.runs.observe import observe_run
+from carom.scenes.catalogue import all_scenes
+from carom.solvers.pic import pic_run, solve_pic
+from carom.windows import LocalTruth, States
+
+SHORT = [name for name in all_scenes() if name.startswith(("paper/", "classics/"))]
+OTHERS = [name for name in all_scenes() if name not in SHORT]
+
+
+def steps_of(scene: Scene, name: str) -> LocalTruth:
+    found = observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth
+    assert found is not None
+    return found
+
+
+def states_of(scene: Scene, dt_s: float) -> States:
+    """PIC's states at every step boundary, by its solver."""
+    run, count = pic_run(scene), scene.step_count(dt_s)
+    times = np.arange(count + 1, dtype=np.float64) * dt_s
+    place, velocity = [scene.arrays.position_m], [scene.arrays.velocity_m_s]
+    for time_s in times[1:]:
+        run.advance_to(float(time_s))
+        place.append(run.positions().copy())
+        velocity.append(run.velocities().copy())
+    return States(times, np.array(place), np.array(velocity), None)
+
+
+def require_exact(name: str) -> None:
+    scene = all_scenes()[name].scene
+    reference = solve_pic(scene, max_impacts=2000)
+    score = local_score(steps_of(scene, "pic"), scales_of(scene, reference), 64)
+    assert (score.missed, score.invented, score.early, score.ahead, score.drifts) == (0, 0, 0, 0, 0)
+    # At a tie PIC from a state that is an ulp away may take the other admissible order.
+    assert score.grade is Grade.EXACT or (reference.ambiguous and score.grade is Grade.SAMPLED)
+
+
+def require_sampled(name: str) -> None:
+    scene = all_scenes()[name].scene
+    score = local_score(steps_of(scene, "pit"), scales_of(scene, solve_pic(scene, max_impacts=2000)), 64)
+    assert (score.invented, score.early, score.drifts) == (0, 0, 0)
+    assert score.missed == score.missed_by_pit
+    assert not score.ratio[1] > 1.0 + 1e-9  # NaN where nothing stands alone
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_each_step_of_pic_is_exact(name: str) -> None:
+    """PIC's own steps agree with PIC from each of its states, to rounding, to the end of the run."""
+    require_exact(name)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", OTHERS)
+def test_each_step_of_pic_is_exact_in_every_scene(name: str) -> None:
+    """The same of all other scenes: in crowds, under gravity, with spin, beyond the horizon and after rest."""
+    require_exact(name)
+
+
+@pytest.mark.parametrize("name", SHORT)
+def test_a_run_that_only_samples_pays_the_price_and_no_more(name: str) -> None:
+    """PIT's steps are off by what PIT pays from the same state and lateness, to 1e-9, and miss what PIT misses."""
+    require_sampled(name)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_run_that_only_samples_pays_the_price_in_every_scene(name: str) -> None:
+    """The same of all other scenes."""
+    require_sampled(name)
+
+
+def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is looked at in many blocks has the windows, meetings and slips of one that is looked at in one."""
+    scene = all_scenes()["classics/gas"].scene
+    states = states_of(scene, 1 / 60)
+    whole = local_truth(scene, states, dt_s=1 / 60)
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    pieces = local_truth(scene, states, dt_s=1 / 60)
+    assert len(whole.windows) > 20
+    for name in ("windows", "meetings", "slips"):
+        one, other = getattr(pieces, name), getattr(whole, name)
+        assert [
+            field for field in one.dtype.names if not np.array_equal(one[field], other[field], equal_nan=True)
+        ] == []
+    assert (pieces.steps, pieces.until_s) == (whole.steps, whole.until_s)
+
+
+def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
+    """A ball that falls through the floor, and on for a hundred steps, has missed one impact."""
+    scene, dt_s = all_scenes()["gravity/bouncing-ball"].scene, 1 / 60
+    times = np.arange(scene.step_count(dt_s) + 1, dtype=np.float64) * dt_s
+    start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
+    place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
+    velocity = start.velocity_m_s + gravity * times[:, None, None]
+    score = local_score(
+        local_truth(scene, States(times, place, velocity), dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64
+    )
+    assert score.missed == 1
+    assert score.grade is Grade.WRONG
+    assert not math.isnan(score.first_missed_s)
