@@ -194,7 +194,7 @@ class Trace(ByValue, Tabular):
         profile: Name of the profile, empty where a solver was called directly.
         tried: Settings that were tried in place of the profile's own, as they were asked for.
         settings: The settings really used, read back from the engine where it can be read.
-        float_bits: Width of the floats that the method declares to compute in.
+        float_bits: Width of the floats that the method declares to compute in, 32 or 64.
         counts: Work counts: steps, pair tests, predictions and so on.
         impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
             themselves are not kept; None where the method does not count.

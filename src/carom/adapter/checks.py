@@ -16,8 +16,9 @@ __all__ = ["COMBINE_RULES", "require_sound", "require_supported", "unsupported_r
 #: The engines count steps in a C int.
 MAX_STEPS = 2**31 - 1
 
-#: Bits of a float after the leading one, by its width (IEEE 754).
-MANTISSA_BITS = {16: 10, 32: 23, 64: 52}
+#: Bits of a float after the leading one (IEEE 754), by the widths that can be declared. Of 16 bits nothing exact can be
+#: said: a hundred units in the last place, which count as rounding, would be a tenth of the value.
+MANTISSA_BITS = {32: 23, 64: 52}
 
 #: How an engine makes one coefficient of those of two bodies, which are 0 to the greatest it takes: the least and the
 #: greatest coefficient that a wall can have beside that of two discs. "pair" makes none: any two can be asked for.

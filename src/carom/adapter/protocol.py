@@ -100,7 +100,7 @@ class Capabilities:
         max_radius_m: Greatest radius of a disc that is simulated.
         min_mass_kg: Least mass of a disc that is simulated.
         max_mass_kg: Greatest mass of a movable disc that is simulated.
-        float_bits: Width of the engine's floating-point numbers.
+        float_bits: Width of the engine's floating-point numbers, 32 or 64; narrower ones are held to 32.
         dimensions: 2, or 3 where discs are bodies in space, held or not held in a plane.
         deterministic: Whether two runs in one process are identical to the bit.
     """

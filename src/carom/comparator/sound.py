@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.trace import Trace, body_name, wall_body
@@ -17,11 +18,16 @@ def require_sound(trace: Trace) -> None:
     """Refuse a trace that can't be of its scene; what its numbers are worth is no question here.
 
     Raises:
-        InputError: An impact is of a body that the scene has not, a wall moves or turns, discs turn and no spins are
-            told, or the run goes on beyond the scene.
+        InputError: The trace declares floats of another width than 32 or 64 bits, an impact is of a body that the scene
+            has not, a wall moves or turns, discs turn and no spins are told, or the run goes on beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
+    if trace.float_bits not in MANTISSA_BITS:
+        raise InputError(
+            f"float_bits of {of} is {trace.float_bits}, and must be one of {sorted(MANTISSA_BITS)}: what counts as "
+            "rounding is known of these; declare 32 for narrower floats"
+        )
     for side, lowest in (("first", 0), ("second", wall_body(len(scene.walls) - 1) if scene.walls else 0)):
         body = impacts[side]
         for k in np.flatnonzero((body < lowest) | (body >= len(scene.discs)))[:1].tolist():

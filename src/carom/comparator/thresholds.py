@@ -37,8 +37,8 @@ class Thresholds:
     energy: float = 1e-6
 
     def rounding_of(self, float_bits: int) -> float:
-        """Return what counts as rounding in floats of a width."""
-        return self.rounding if float_bits >= 64 else self.rounding_32
+        """Return what counts as rounding in floats of 32 or 64 bits, in reports and in the suite alike."""
+        return {32: self.rounding_32, 64: self.rounding}[float_bits]
 
     def time_rounding_of(self, float_bits: int, duration_s: float, dt_s: float) -> float:
         """Return the same of a time, seconds; in a run of many steps, `dt_s` above 0, no more than is called close."""

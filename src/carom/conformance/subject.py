@@ -11,8 +11,8 @@ from typing import TypeVar
 import numpy as np
 
 from carom.adapter import Adapter, Capabilities, Observation, unsupported_reason
-from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator import Score, compare
+from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance.margin import thickened_trace
 from carom.conformance.probe import Make, Raised, Watch, Watched
 from carom.conformance.suite_scenes import known_trace
@@ -26,10 +26,6 @@ from carom.scenes import all_scenes
 from carom.trace import Setting, Trace
 
 __all__ = ["Subject", "catalogue_setup", "greatest_speed", "masses", "momentum"]
-
-#: Relative rounding that a run of some hundred steps may add up: 1e-12 of 64-bit numbers, as the comparator has it, and
-#: as many units in the last place of narrower ones.
-ROUNDING_64 = 1e-12
 
 T = TypeVar("T")
 
@@ -63,8 +59,8 @@ class Subject(Closing):
 
     @property
     def rounding(self) -> float:
-        """Relative rounding that a run may add up at the declared width of numbers."""
-        return ROUNDING_64 * 2.0 ** (MANTISSA_BITS[64] - MANTISSA_BITS[self.adapter.capabilities.float_bits])
+        """Relative rounding that a run may add up at the declared width of numbers: the comparator's."""
+        return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
 
     def capabilities(self, profile: str = "tuned") -> Capabilities:
         """Return what is declared for a profile: its own word, or else the adapter's."""

@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
-from carom.adapter.checks import MANTISSA_BITS
 from carom.adapter.protocol import Capabilities
+from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.scenes import KnownAnswer
@@ -221,10 +221,11 @@ def rubbing(
 ) -> Scene:
     """Discs that slip past each other as they meet along x; where walls are supported, a third slips along one.
 
-    They touch just before the end of a step, by as much as can be told at the declared width of numbers: so friction
-    has its full arm, and the line of centres is x, also where an engine takes both from the overlap that it sees.
+    They touch just before the end of a step, by as much as can be told at the declared width of numbers, and less than
+    counts as rounding: so friction has its full arm, and the line of centres is x, also where an engine takes both from
+    the overlap that it sees.
     """
-    overlap = 2.0 ** (8 - MANTISSA_BITS[can.float_bits])
+    overlap = 0.25 * THRESHOLDS.rounding_of(can.float_bits)
     turns = can.spin and math.isfinite(inertia_factor)
     factor = inertia_factor if can.spin else math.inf
 

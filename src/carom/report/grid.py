@@ -42,7 +42,6 @@ class Mark(Enum):
 
     EXACT = ("exact", "✓", Grade.EXACT, "green")
     EXACT_32 = ("exact, 32 bits", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
-    EXACT_16 = ("exact, 16 bits", "✓", "to the rounding of the 16-bit floats that the method declares", "green")
     CLOSE = ("close", "≃", Grade.CLOSE, "green")
     SAMPLED = ("sampled", "≈", Grade.SAMPLED, "cyan")
     INACCURATE = ("inaccurate", "▲", Grade.INACCURATE, "yellow")
@@ -82,7 +81,7 @@ class Mark(Enum):
 
 
 _OF_GRADE = {grade: Mark[grade.name] for grade in Grade}
-_OF_WIDTH = {32: Mark.EXACT_32, 16: Mark.EXACT_16}
+_OF_WIDTH = {32: Mark.EXACT_32}
 _OF_STATUS = {status: Mark[status.name] for status in Status if status is not Status.RAN}
 
 #: The grade behind each mark that has one.

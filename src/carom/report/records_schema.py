@@ -86,7 +86,7 @@ class CellLine:
     against_pit: Errors | None
     own_velocity: float | None
     price_paid: float | Literal["inf"] | None
-    float_bits: int | None
+    float_bits: Literal[32, 64] | None
     equals_pit: bool | None
     edits: int | None
     local: Mapping[str, float] | None

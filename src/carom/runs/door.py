@@ -166,7 +166,11 @@ def _able(found: object, where: str) -> Capabilities:
             kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
             raise slip(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
     if able.float_bits not in MANTISSA_BITS:
-        raise slip(f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}", DECLARED)
+        narrow = able.float_bits < min(MANTISSA_BITS)
+        advice = "; declare 32 for narrower floats: to the rounding of these they are held" if narrow else ""
+        raise slip(
+            f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}{advice}", DECLARED
+        )
     for name in ("restitution_combine", "friction_combine"):
         if getattr(able, name) not in COMBINE_RULES:
             rules = ", ".join(COMBINE_RULES)

@@ -54,11 +54,21 @@ def with_velocity_of_the_wall(trace: Trace) -> Trace:
         (with_velocity_of_the_wall, "velocity_second_before of impact 0 .* is 0, -0.1, and its second body is wall 0"),
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
         (lambda trace: replace(trace, spins=None), "tells no spins"),
+        (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, and must be one of \[32, 64\]"),
     ],
-    ids=["no such wall", "no such disc", "a wall first", "spin of a wall", "velocity of a wall", "end", "no spins"],
+    ids=[
+        "no such wall",
+        "no such disc",
+        "a wall first",
+        "spin of a wall",
+        "velocity of a wall",
+        "end",
+        "no spins",
+        "half floats",
+    ],
 )
 def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:
-    """Bodies that there are not, a wall that moves or turns, which nothing would read, and an end after the scene's."""
+    """Bodies that there are not, a wall that moves or turns, an end after the scene's, and floats of 16 bits."""
     for pair in ((REFERENCE, change(REFERENCE)), (change(REFERENCE), REFERENCE)):
         with pytest.raises(InputError, match=words):
             compare(*pair)

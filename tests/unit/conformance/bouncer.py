@@ -36,6 +36,7 @@ class BouncerWorld:
             bouncer.unit,
         )
         self._wall_e = scene.restitution if bouncer.one_coefficient else scene.wall_restitution
+        self._shove = bouncer.shove
         self._x = np.array([disc.position_m for disc in scene.discs]) * (1 + bouncer.nudge) * self._unit
         self._v = np.array([disc.velocity_m_s for disc in scene.discs]) * self._unit
         self._steps, self._contacts = 0, list[Contact]()
@@ -60,7 +61,7 @@ class BouncerWorld:
     def _meet(self, i: int, j: int, gap: float, normal: Any, inverse: float, restitution: float) -> None:
         closing = (self._v[i] - (self._v[j] if j >= 0 else 0.0)) @ normal / self._unit
         if gap < self._margin and closing > 0 and inverse > 0:
-            impulse = (1 + restitution) * closing / inverse
+            impulse = (1 + restitution) * closing / inverse * (1 + self._shove)
             for body, sign in ((i, -1), (j, 1)):
                 if body >= 0:
                     self._v[body] += sign * impulse / self._scene.discs[body].mass_kg * normal * self._unit
@@ -89,6 +90,7 @@ class Bouncer:
         margin_m: What gap it answers.
         unit: How many of its lengths a metre has.
         nudge: By how much of itself each coordinate is off at the start.
+        shove: By how much of itself each impulse is off.
         one_coefficient: Whether walls have the restitution of discs.
         read: What it makes of a setting.
         accuracy: Its promise.
@@ -98,6 +100,7 @@ class Bouncer:
     margin_m: float = 0.0
     unit: float = 1.0
     nudge: float = 0.0
+    shove: float = 0.0
     one_coefficient: bool = False
     read: Callable[[Setting], Setting] = as_it_is
     accuracy: Accuracy = NO_ERROR

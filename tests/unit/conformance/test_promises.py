@@ -12,6 +12,8 @@ import pytest
 from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
 
 from carom.adapter import Accuracy, Adapter, Capabilities, Setting
+from carom.adapter.checks import MANTISSA_BITS
+from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance import probe, subject
 from carom.conformance.cases import cases
 from carom.conformance.margin import thickened, thickened_trace
@@ -101,6 +103,23 @@ def test_a_start_may_be_rounded_into_units_and_back(unit: float, held: Held) -> 
 def test_a_start_further_off_is_found(held: Held) -> None:
     """Three roundings are more than it takes to go into a unit and back, and are found."""
     assert "does not start as the scene has it" in held(Bouncer(nudge=3 * 2.0**-53), "start[tuned]")
+
+
+@pytest.mark.parametrize(("bits", "shove", "passes"), [(32, 3e-4, False), (32, 3e-6, True), (64, 3e-6, False)])
+def test_a_velocity_off_by_more_than_rounding_is_found(bits: int, shove: float, passes: bool, held: Held) -> None:
+    """In 32 bits velocities off by 3e-4 are wrong and by 3e-6 are rounding, which in 64 bits is wrong too."""
+    engine = Bouncer(shove=shove, capabilities=Capabilities(restitution=(0.0, 1.0), float_bits=bits))
+    for case in ("restitution[greatest-greatest]", "velocities[tuned-classics/head-on]"):
+        said = held(engine, case)
+        assert (said == "") is passes
+        assert passes or "wrong velocit" in said
+
+
+@pytest.mark.parametrize("bits", MANTISSA_BITS)
+def test_reports_and_suite_count_the_same_as_rounding(bits: int) -> None:
+    """What the suite allows an adapter is what a report takes for rounding, in each width that can be declared."""
+    suite = Here(Bouncer(capabilities=Capabilities(float_bits=bits))).rounding
+    assert suite == THRESHOLDS.rounding_of(bits) == {32: 1e-5, 64: 1e-12}[bits]
 
 
 ONE = Capabilities(restitution=(0.0, 1.0), restitution_combine="one")

@@ -54,8 +54,13 @@ DECLARED = {
     "no-capabilities": ("capabilities=None", "capabilities must be Capabilities(...), got None"),
     "float-bits": (
         "capabilities=Capabilities(float_bits=17)",
-        "capabilities.float_bits must be one of [16, 32, 64], got 17",
+        "capabilities.float_bits must be one of [32, 64], got 17; declare 32",
     ),
+    "half-floats": (
+        "capabilities=Capabilities(float_bits=16)",
+        "capabilities.float_bits must be one of [32, 64], got 16; declare 32 for narrower floats",
+    ),
+    "wide-floats": ("capabilities=Capabilities(float_bits=80)", "float_bits must be one of [32, 64], got 80"),
     "words": (
         "capabilities=Capabilities(max_speed_m_s='fast')",
         "capabilities.max_speed_m_s: Input should be a valid number, got 'fast'",

@@ -46,7 +46,6 @@ def declares_capabilities(subject: Subject) -> None:
     require(0 <= threshold < math.inf, what, "restitution_threshold_m_s of 0 or more", threshold)
     require(isinstance(can.stamp, Stamp), what, "a member of Stamp", can.stamp)
     require(can.dimensions in {2, 3}, what, "dimensions of 2 or 3", can.dimensions)
-    require(can.float_bits in {16, 32, 64}, what, "float_bits of 16, 32 or 64", can.float_bits)
 
 
 def declares_profiles(subject: Subject) -> None:

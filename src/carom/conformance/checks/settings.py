@@ -19,7 +19,7 @@ UNKNOWN = "carom_no_such_setting"
 #: for a length and for a time of a velocity.
 ROUNDINGS = {"position_m": 2, "velocity_m_s": 4}
 
-_FLOATS = {16: np.float16, 32: np.float32, 64: np.float64}
+_FLOATS = {32: np.float32, 64: np.float64}
 
 
 def settings_are_read_back(subject: Subject, profile: str) -> None:
