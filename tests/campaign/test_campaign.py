@@ -6,14 +6,21 @@ import math
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from tests.campaign import __main__ as command
+from tests.campaign import run as campaign_run
 from tests.campaign.gases import Kind, draw
 from tests.campaign.tally import Tally
-from tests.checker import Report, Violation
+from tests.checker import RULES, Report, Violation
+
+from carom import DiscArrays
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.trace import Outcome
 
 
 def test_counts_add_up_over_calls(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -40,6 +47,49 @@ def test_a_broken_rule_is_told_with_the_way_to_see_it_again(
     (finding,) = tally.add(draw(2, most_discs=64), report)
     assert "python -m tests.campaign --gas 2" in str(finding)
     assert tally.counts[Kind.IMMOVABLE].phantoms == 1
+
+
+class Gains(EventDrivenRun):
+    """A run whose impacts all give back `FACTOR` times what the law says."""
+
+    FACTOR = 1.0
+
+    def __init__(self, start: DiscArrays, **options: Any) -> None:
+        wrong = replace(start)
+        object.__setattr__(wrong, "restitution", self.FACTOR)  # beyond what is accepted
+        object.__setattr__(wrong, "wall_restitution", self.FACTOR)
+        super().__init__(wrong, **options)
+
+
+@pytest.mark.parametrize(("factor", "rule"), [(1.0 + 1e-9, "law"), (2.0, "law"), (100.0, "row"), (1e150, "row")])
+def test_a_kernel_that_gains_energy_without_bound_is_found(
+    factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
+    monkeypatch.setattr(Gains, "FACTOR", factor)
+    monkeypatch.setattr(campaign_run, "EventDrivenRun", Gains)
+    assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
+    printed = capsys.readouterr().out
+    assert RULES[rule] in printed.split("Rules:")[0]
+
+
+def test_what_a_broken_kernel_raises_is_found(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A run that raises halfway breaks the rule "end", and its impacts up to the last look have been checked."""
+
+    class Raises(EventDrivenRun):
+        def advance_to(self, time_s: float, max_impacts: int | None = None) -> Outcome:
+            if self.counts["impacts"] >= 256:
+                raise OverflowError("planted")
+            return super().advance_to(time_s, max_impacts)
+
+    monkeypatch.setattr(campaign_run, "EventDrivenRun", Raises)
+    report = campaign_run.checked(draw(0, most_discs=64))
+    assert report.impacts == 256
+    assert [violation.rule for violation in report.violations] == ["end"]
+    assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
+    assert "raised OverflowError: planted" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("heard_interrupts")

@@ -65,10 +65,14 @@ def watch(
         until_s: Seconds from the start; finite.
         max_impacts: Impacts after which to stop.
         renew: Return a run that takes up a given one, its log empty: called when that has become long.
+
+    Raises:
+        Exception: What the run raised, after the stretch up to the last look before has been yielded.
     """
     movable = int(np.sum(np.isfinite(start.mass_kg)))
     step = max(1, IMPACTS_PER_LOOK * movable // 2)
     done, logged, at_end = 0, 0, False
+    raised: Exception | None = None
     look = (0.0, start.position_m, start.velocity_m_s, start.spins)
     while not at_end:
         if renew is not None and done - logged >= RENEWED_AFTER:
@@ -78,20 +82,28 @@ def watch(
             most = counts[-1] + step
             if max_impacts is not None:
                 most = min(most, max_impacts)
-            outcome = run.advance_to(until_s, most)
+            try:
+                outcome = run.advance_to(until_s, most)
+            except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises, what it did before is seen first
+                raised, at_end = error, True
+                break
             turning = run.spins()
             looks.append((run.time_s, run.positions(), run.velocities(), start.spins if turning is None else turning))
             counts.append(int(run.counts["impacts"]))
             at_end = outcome is not Outcome.MAX_IMPACTS or most == max_impacts
+        if len(looks) == 1:
+            break  # it raised before there was anything to see
         spins = run.log.spins()
         yield Stretch(
             done,
-            run.log.array()[done - logged :],
+            run.log.array()[done - logged : None if raised is None else counts[-1] - logged],
             np.array(counts) - done,
             np.array([time for time, *_ in looks]),
             np.array([position for _, position, *_ in looks]),
             np.array([velocity for _, _, velocity, _ in looks]),
-            None if spins is None else spins[done - logged :],
+            None if spins is None else spins[done - logged : None if raised is None else counts[-1] - logged],
             None if spins is None else np.array([spin for *_, spin in looks]),
         )
         done, look = counts[-1], looks[-1]
+    if raised is not None:
+        raise raised
