@@ -79,10 +79,10 @@ def test_what_a_broken_kernel_raises_is_found(
     """A run that raises halfway breaks the rule "end", and its impacts up to the last look have been checked."""
 
     class Raises(EventDrivenRun):
-        def advance_to(self, time_s: float, max_impacts: int | None = None) -> Outcome:
+        def advance_to(self, *arguments: Any, **options: Any) -> Outcome:
             if self.counts["impacts"] >= 256:
                 raise OverflowError("planted")
-            return super().advance_to(time_s, max_impacts)
+            return super().advance_to(*arguments, **options)
 
     monkeypatch.setattr(campaign_run, "EventDrivenRun", Raises)
     report = campaign_run.checked(draw(0, most_discs=64))
