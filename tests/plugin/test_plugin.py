@@ -13,7 +13,7 @@ from tests.distribution import forget, lay
 
 import carom
 from carom import Disc, Scene, Wall
-from carom.comparator import Grade
+from carom.comparator import Grade, Verdict
 from carom.conformance.cases import cases
 from carom.conformance.subject import Subject
 from carom.runs.job import Status
@@ -124,5 +124,9 @@ def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
         dts=[1 / 60],
         profiles=["tuned"],
     )
-    assert [(row.status, row.grade) for row in results.rows] == [(Status.UNSUPPORTED, None), (Status.RAN, Grade.EXACT)]
-    assert "walls" in results.rows[0].reason
+    unsupported, ran = results.rows
+    assert (unsupported.status, unsupported.grade) == (Status.UNSUPPORTED, None)
+    assert "walls" in unsupported.reason
+    assert (ran.status, ran.grade) == (Status.RAN, Grade.UNGRADED)  # nothing happens there that could be graded
+    assert ran.score is not None
+    assert ran.score.verdicts == (Verdict.NO_IMPACT,)

@@ -164,7 +164,7 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:
     pit = next(curve for curve in found.curves if curve.engine == "pit")
     assert "judged by 40 discs" in pit.points[-1].reason or "budget" in pit.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
-    with pytest.raises(InputError, match="a number of discs must be 1 or more, got 0"):
+    with pytest.raises(InputError, match="a number of discs must be a whole number, 1 or more, got 0"):
         growth(["pit"], sizes=(0,))
 
 
