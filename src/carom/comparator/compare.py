@@ -11,6 +11,8 @@ import numpy as np
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, consistency_of
 from carom.comparator.convention import ConventionMatch, match_outcome
+from carom.comparator.evidence import Evidence
+from carom.comparator.findings import findings, lucky_phase
 from carom.comparator.finite import not_finite
 from carom.comparator.grade import equals_pit, grade, grade_of_trajectory
 from carom.comparator.grades import Grade
@@ -23,8 +25,9 @@ from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.sound import require_sound
+from carom.comparator.step_findings import has_parted
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.verdict import Evidence, Finding, Verdict, findings, lucky_phase
+from carom.comparator.verdict import Finding, Verdict
 from carom.display import Shown
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
@@ -71,6 +74,8 @@ class Score(Shown):
             not looked at.
         parted_s: When its trajectory left the reference's, if it did so without passing through anything; else None.
         pit_parted_s: When PIT's did; None where it did not, or was not given.
+        lucky_phase: At how many phases of the step PIT is as right, and of how many, where the run has PIT's impacts
+            and is called exact or close, and PIT is not so at all of them; else None.
     """
 
     expected: int
@@ -98,6 +103,7 @@ class Score(Shown):
     local_truth: LocalScore | None
     parted_s: float | None
     pit_parted_s: float | None
+    lucky_phase: tuple[int, int] | None
 
     @property
     def own_velocity(self) -> float | None:
@@ -174,8 +180,10 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     evidence = _evidence(reference, observed, sampling, scales, reach, up_to_tie)
     found = findings(evidence)
     graded, like_pit = grade(evidence), equals_pit(evidence)
-    if like_pit and graded in {Grade.EXACT, Grade.CLOSE}:
-        found = lucky_phase(evidence, found)
+    lucky, price = None, evidence.price
+    if like_pit and graded in {Grade.EXACT, Grade.CLOSE} and price is not None and price.as_close < price.phases:
+        lucky = (price.as_close, price.phases)
+        found = lucky_phase(found, *lucky)
     measured, sampled, against_pit = evidence.measured, evidence.sampling, evidence.against_pit
     return Score(
         expected=reach.impacts,
@@ -201,8 +209,9 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         consistency=evidence.consistency,
         branches=evidence.branches,
         local_truth=evidence.local_truth,
-        parted_s=evidence.parted_s if evidence.parted else None,
+        parted_s=evidence.parted_s if has_parted(evidence) else None,
         pit_parted_s=evidence.pit_parted_s,
+        lucky_phase=lucky,
     )
 
 
@@ -215,7 +224,7 @@ def _evidence(
     if sampling is not None:
         sampled = measure(reference, sampling, scales, reach)
         against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
-        price = price_of_sampling(reference, sampling, sampled, scales, reach)
+        price = price_of_sampling(reference, sampling, sampled, scales, reach, measured, observed.float_bits)
     # Where a disc comes to rest the reference ends, and with it free flight.
     rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
     broken, truth = not_finite(observed), observed.local_truth

@@ -6,12 +6,14 @@ import math
 
 import numpy as np
 
+from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Errors, Measured
+from carom.comparator.own_findings import contradictions
 from carom.comparator.sampling import Price, changes
+from carom.comparator.step_findings import has_parted, steps_are_exact
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.verdict import Evidence, contradictions
 from carom.trace import Outcome
 
 __all__ = ["equals_pit", "grade", "grade_of_trajectory"]
@@ -22,9 +24,9 @@ def grade(evidence: Evidence) -> Grade:
     whole, local = _by_trajectory(evidence), evidence.local_truth
     if local is None:
         return whole
-    if evidence.steps_are_exact:
+    if steps_are_exact(evidence):
         return Grade.EXACT if evidence.reach.impacts else Grade.UNGRADED  # where nothing happens nothing is shown
-    if evidence.parted:
+    if has_parted(evidence):
         return Grade.PARTED_INACCURATE if local.grade is Grade.INACCURATE else Grade.PARTED
     if whole is Grade.UNGRADED:
         return _where_undecided(evidence, local)
@@ -35,7 +37,7 @@ def grade(evidence: Evidence) -> Grade:
 
 def grade_of_trajectory(evidence: Evidence) -> Grade:
     """Grade as far as the reference is reliable: by its trajectory alone, unless the run's own has left it."""
-    return Grade.PARTED if evidence.parted else _by_trajectory(evidence)
+    return Grade.PARTED if has_parted(evidence) else _by_trajectory(evidence)
 
 
 def _where_undecided(evidence: Evidence, local: LocalScore) -> Grade:
@@ -70,7 +72,10 @@ def _by_trajectory(evidence: Evidence) -> Grade:
         return Grade.EXACT
     if evidence.sampling is None or evidence.price is None:
         return Grade.UNGRADED
-    close, sampled = _impacts_are_close(evidence, evidence.price), _impacts_are_sampled(evidence, evidence.sampling)
+    close, sampled = (
+        _impacts_are_close(evidence, evidence.price),
+        _impacts_are_sampled(evidence, evidence.sampling, evidence.price),
+    )
     if not (close or sampled):
         return Grade.INACCURATE
     if undecided:
@@ -135,11 +140,12 @@ def _impacts_are_close(evidence: Evidence, price: Price) -> bool:
     )
 
 
-def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
+def _impacts_are_sampled(evidence: Evidence, sampling: Measured, price: Price) -> bool:
     """Whether each impact is found no worse than PIT finds it, or has found one before it.
 
     Errors hand themselves on from impact to impact, so what PIT has paid for up to one is what sampling may have cost
-    there. An impact that PIT misses leaves both discs on their old paths: the velocities are off by all of its change.
+    there, at this phase or another, or at the run's own lateness. An impact that PIT misses at this phase leaves both
+    discs on their old paths: the velocities are off by all of its change.
     """
     known, scales, rounding_s = evidence.measured.own, evidence.scales, evidence.rounding * evidence.scales.time_s
     changed = changes(evidence.reference, evidence.scales)
@@ -147,17 +153,23 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
     pit = {error.reference: error for error in sampling.errors}
     # Which phase of its step an impact meets is luck: up to a whole step late is what sampling costs.
     late_s, early_s, velocity, spin = evidence.observed.dt_s, 0.0, 0.0, 0.0
+    known_ratio = 1.0 + THRESHOLDS.ratio_known_of(evidence.observed.float_bits)
     for index in range(evidence.reach.impacts):
         found, paid = own.get(index), pit.get(index)
         if paid is not None:
             late_s, early_s = max(late_s, paid.time_s), max(early_s, -paid.time_s)
-        velocity = max(velocity, float(changed.velocity[index]) if paid is None else paid.velocity)
+        elsewhere_velocity, elsewhere_spin = (known_ratio * float(errors[index]) for errors in price.found)
+        velocity = max(velocity, elsewhere_velocity, float(changed.velocity[index]) if paid is None else paid.velocity)
         turned = float(changed.spin[index]) if paid is None else paid.spin
-        spin = max(spin, 0.0 if math.isnan(turned) else turned)
+        spin = max(spin, elsewhere_spin, 0.0 if math.isnan(turned) else turned)
         if found is None:
             continue
-        # Where PIT misses the impact, there is no lateness to hold its own against.
+        # Where PIT misses the impact, there is no lateness to compare its own with.
         latest_s, earliest_s = (math.inf, math.inf) if paid is None else (late_s, early_s)
+        local_s = float(evidence.local.time_s[found.observed])
+        if local_s <= known_ratio * evidence.observed.dt_s:
+            # Late by no more than a step from the run's own state, and else by what was handed on.
+            latest_s = max(latest_s, known_ratio * float(price.found_off_s[index]))
         rounding = evidence.rounding * known.speed_m_s[index] / scales.speed_m_s
         if not (found.velocity <= velocity + rounding and found.time_s <= latest_s + rounding_s):
             return False
@@ -167,7 +179,6 @@ def _impacts_are_sampled(evidence: Evidence, sampling: Measured) -> bool:
             # Looking once a step finds no impact before it is there, as the run's own state before it tells. One that
             # is early against the reference and not from there was brought forward by the errors of those before it,
             # and what is a step late brings forward as much.
-            local_s = float(evidence.local.time_s[found.observed])
             forward_s = earliest_s if math.isnan(local_s) else max(latest_s, earliest_s)
             if local_s < -rounding_s or not -found.time_s <= forward_s + rounding_s:
                 return False

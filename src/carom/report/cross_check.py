@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,7 +47,7 @@ def cross_check_document(results: Results) -> Document:
     found = prices(grid)
     return Document(
         "Carom cross-check",
-        (_reference(results), _counts(grid)),
+        (_reference(results), _counts(grid), *_lucky(grid)),
         (
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),
@@ -152,6 +153,24 @@ def _counts(grid: Grid) -> str:
     if not ran:
         sentence = f"No {what} at {grid.step_phrase} could be scored."
     return f"{sentence} Not scored: {'; '.join(others)}." if others else sentence
+
+
+def _lucky(grid: Grid) -> Iterator[str]:
+    """Say which grades of PIT stand at this phase of the step only: where in a step an impact falls is nobody's merit.
+
+    An engine that is as right there may be so at all phases.
+    """
+    for column in grid.columns.values():
+        if column.engine != "pit":
+            continue
+        lucky = [cell.row.score.lucky_phase for cell in grid.cells(column) if cell.row and cell.row.score]
+        shares = sorted({share[0] for share in lucky if share})
+        if shares:
+            phases = next(share[1] for share in lucky if share)
+            owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
+            some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
+            right = f"looking once a step is as right at {some} of {phases} phases"
+            yield f"{column.name} owes {owes} to the phase of the step: {right}."
 
 
 def _python_call(results: Results, grid: Grid) -> str:

@@ -18,7 +18,7 @@ from carom.trace import Outcome, kinetic_energy
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "scoring.md").read_text()
-CODE = (ROOT / "src" / "carom" / "comparator" / "verdict.py").read_text()
+RULES = "".join(path.read_text() for path in (ROOT / "src" / "carom" / "comparator").glob("*findings.py"))
 
 
 def reason(score: Score, verdict: Verdict) -> str:
@@ -46,8 +46,7 @@ def test_the_page_has_every_grade_and_no_other() -> None:
 @pytest.mark.parametrize("verdict", Verdict)
 def test_every_verdict_is_said_somewhere(verdict: Verdict) -> None:
     """No verdict is declared that no rule can yield."""
-    rules = CODE.partition("def findings(")[2]
-    assert f"Verdict.{verdict.name}" in rules
+    assert f"Verdict.{verdict.name}" in RULES
 
 
 def test_a_run_that_goes_on_where_the_reference_ends_does_not_agree_with_it() -> None:

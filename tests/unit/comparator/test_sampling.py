@@ -56,10 +56,13 @@ def price() -> float:
 
 @pytest.mark.parametrize("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
 def test_the_price_paid_is_the_error_over_the_closed_form_of_the_worst_phase(part: float) -> None:
-    """Found a part of a step late, the impact costs what the line of centres there makes of it, over PIT's worst."""
-    score = scored(late_by(REFERENCE, part * DT))
-    assert score.total.velocity == pytest.approx(found_after(part * DT), rel=1e-9, abs=1e-15)
-    assert score.price_paid == pytest.approx(found_after(part * DT) / price(), rel=1e-9, abs=1e-12)
+    """Found a part of a step late, the impact costs what the line of centres makes of it, over PIT's worst up to there.
+
+    Between two of the sixteen phases PIT is asked at the run's own lateness.
+    """
+    score, off = scored(late_by(REFERENCE, part * DT)), found_after(part * DT)
+    assert score.total.velocity == pytest.approx(off, rel=1e-9, abs=1e-15)
+    assert score.price_paid == pytest.approx(off / max(off, price()), rel=1e-9, abs=1e-12)
 
 
 def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> None:
@@ -76,19 +79,22 @@ def test_exact_pays_nothing_and_pit_all_of_it_at_one_phase_and_never_more() -> N
 
 
 def test_a_ladder_of_lateness_never_improves_the_grade() -> None:
-    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to PIT's, then inaccurate."""
+    """Found ever later, the impact is exact, close to a hundredth of a step, sampled to a whole one, then inaccurate.
+
+    That PIT is half a step late at this phase of the step is luck.
+    """
     pit = late_by(REFERENCE, 0.5 * DT)
-    parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.499, 0.51, 0.9, 3.0]
+    parts = [0.0, 1e-13, 1e-9, 1e-3, 0.0075, 0.02, 0.4, 0.51, 0.97, 1.0, 1.000001, 1.1, 3.0]
     grades = [scored(late_by(REFERENCE, part * DT), pit).grade for part in parts]
-    assert grades == [Grade.EXACT] * 2 + [Grade.CLOSE] * 3 + [Grade.SAMPLED] * 3 + [Grade.INACCURATE] * 3
+    assert grades == [Grade.EXACT] * 2 + [Grade.CLOSE] * 3 + [Grade.SAMPLED] * 5 + [Grade.INACCURATE] * 3
 
 
 def test_a_lucky_phase_leaves_no_grade_undefined() -> None:
-    """Where PIT happens to look at the very instant, a run is held against the other phases, too."""
+    """Where PIT happens to look at the very instant, a run is compared with the other phases, too."""
     lucky = dataclasses.replace(faithful(REFERENCE), method="pit")
-    close, late = (scored(late_by(REFERENCE, part * DT), lucky) for part in (0.001, 0.3))
-    assert (close.grade, late.grade) == (Grade.CLOSE, Grade.INACCURATE)
-    assert 0 < close.price_paid < 0.01 < late.price_paid < 1
+    close, late, later = (scored(late_by(REFERENCE, part * DT), lucky) for part in (0.001, 0.3, 1.1))
+    assert (close.grade, late.grade, later.grade) == (Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE)
+    assert 0 < close.price_paid < 0.01 < late.price_paid < 1 < later.price_paid
 
 
 def test_an_impact_that_pit_misses_costs_it_all_that_it_changes() -> None:

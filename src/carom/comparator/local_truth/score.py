@@ -199,7 +199,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         velocity=_median_and_worst(velocity[single]),
         spin=float(np.max(spin[single], initial=0.0)),
         ratio=_median_and_worst(ratio[single]),
-        worse_than_pit=int(np.sum(ratio[single] > 1.0 + _RATIO_KNOWN[float_bits >= 64])),
+        worse_than_pit=int(np.sum(ratio[single] > 1.0 + THRESHOLDS.ratio_known_of(float_bits))),
         judged=int(single.sum()),
         restitution=_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
         energy=_unpaid_j(scored) / scales.energy_j if scales.energy_j else 0.0,
@@ -218,8 +218,6 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
 
 #: To what part of a step lateness is known at best, by whether floats have 64 bits: a hundredth is called close.
 _LATE_KNOWN = {True: 1e-8, False: 0.01}
-#: How far above 1 the ratio of a run that only samples comes out: 1e-13 was seen in 64 bits, 5e-4 in 32.
-_RATIO_KNOWN = {True: 1e-9, False: 1e-3}
 
 
 def _ratio(error: Array, price: Array, rounding: float) -> Array:

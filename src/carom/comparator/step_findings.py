@@ -1,0 +1,146 @@
+"""Verdicts on the steps of a run, each compared with PIC from its own state; see `local_truth`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from carom.comparator.evidence import Evidence
+from carom.comparator.grades import Grade
+from carom.comparator.local_truth.score import LocalScore
+from carom.comparator.own_findings import own_path
+from carom.comparator.verdict import Finding, Verdict
+
+__all__ = ["bad_steps", "has_parted", "parted", "polygons", "sinking", "steps_are_exact"]
+
+
+def steps_are_exact(evidence: Evidence) -> bool:
+    """Whether the whole run is PIC's, step by step and in its end, whatever of it could be told apart.
+
+    Of several impacts of a disc in one step, an engine that tells no velocities shows the outcome alone.
+    """
+    local, largest = evidence.local_truth, evidence.measured.largest
+    if local is None or local.grade is not Grade.EXACT or evidence.told_otherwise or evidence.convention is not None:
+        return False
+    if evidence.ended_otherwise or evidence.broken or largest.final_spin > evidence.rounding or any(own_path(evidence)):
+        return False
+    if evidence.reach.whole:
+        return bool(np.all(evidence.measured.ends[:2] <= evidence.end_rounding(evidence.measured, exactly=True)[:2]))
+    # Up to a horizon the last impact of each disc says the same: errors hand themselves on.
+    latest: dict[int, float] = {}
+    for error in evidence.measured.errors:
+        row = evidence.reference.impacts[error.reference]
+        latest |= dict.fromkeys((int(row["first"]), int(row["second"])), error.velocity)
+    return bool(latest) and all(off <= evidence.rounding for disc, off in latest.items() if disc >= 0)
+
+
+def has_parted(evidence: Evidence) -> bool:
+    """Whether the trajectory has left the reference's though no step passes through anything, or invents anything.
+
+    Not where the run reports other impacts than its states show, ends early, or the scene has no unique answer.
+    """
+    local = evidence.local_truth
+    if local is None or local.missed_own or local.invented or evidence.told_otherwise or evidence.broken:
+        return False
+    if steps_are_exact(evidence):
+        return False
+    return evidence.convention is None and evidence.parted_s is not None and not evidence.ended_otherwise
+
+
+def parted(evidence: Evidence) -> Iterator[Finding]:
+    """Yield when the trajectory left the reference's, and when PIT's did."""
+    local = evidence.local_truth
+    if local is None or evidence.parted_s is None:
+        return
+    pit = ""
+    if evidence.sampling is not None:
+        pit = " (PIT's not)" if evidence.pit_parted_s is None else f" (PIT's at {evidence.pit_parted_s:.6g} s)"
+    alignment = evidence.measured.alignment
+    yield Finding(
+        Verdict.PARTED,
+        f"at {evidence.parted_s:.6g} s{pit}; of {evidence.reach.impacts} impacts it does not have "
+        f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_own_word(local)}",
+    )
+
+
+def _own_word(local: LocalScore) -> str:
+    """Say how good the steps of a run are, each by itself."""
+    if local.grade is Grade.INACCURATE:
+        return "some steps by themselves are inaccurate"
+    how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
+    return f"each step by itself is {how}"
+
+
+def sinking(evidence: Evidence) -> Iterator[Finding]:
+    """Yield how deep discs sink into what they rest on."""
+    local = evidence.local_truth
+    if local is not None and (local.sinks or local.sunk_radii > evidence.rounding):
+        held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
+        yield Finding(Verdict.SINKS, f"by up to {local.sunk_radii:.3g} of the distance of contact, {held}")
+
+
+def polygons(evidence: Evidence) -> Iterator[Finding]:
+    """Say that steps are straight where paths are parabolas: the engine's integrator, and not its collisions."""
+    local, dt_s = evidence.local_truth, evidence.observed.dt_s
+    if local is not None and local.polygon:
+        off_m = 0.5 * math.hypot(*evidence.reference.scene.gravity_m_s2) * dt_s * dt_s
+        yield Finding(
+            Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {off_m:.3g} m; it adds up"
+        )
+
+
+def bad_steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
+    """What local truth finds that the trajectory does not tell: beyond the horizon, and after rest."""
+    local, alignment = evidence.local_truth, evidence.measured.alignment
+    if local is None or evidence.broken:
+        return
+    if local.missed > len(alignment.missed) or (local.missed and has_parted(evidence)):
+        pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
+        yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
+    if local.invented > len(alignment.spurious):
+        yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
+    if local.grade is Grade.INACCURATE and (has_parted(evidence) or not evidence.reach.whole or not told):
+        yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
+    if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not told and not (evidence.reach.whole and local.agrees_alone):
+        yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
+
+
+def _costs(local: LocalScore) -> Iterator[str]:
+    """Yield what the steps of a run are off by where that is sampling's, each with its numbers."""
+    if local.judged:
+        yield (
+            f"velocities of {local.judged} impacts that stand alone by up to {local.velocity[1]:.3g} of their bodies' "
+            f"speed, {local.ratio[1]:.3g} of what PIT pays"
+        )
+    if local.late_steps[1] > 0.0:
+        yield f"late by up to {local.late_steps[1]:.3g} steps"
+    if local.entangled:
+        yield f"{local.entangled} windows hold several impacts"
+    if local.missed:
+        yield f"{local.missed} impacts are missed, which PIT misses from the same states"
+
+
+def _faults(local: LocalScore) -> Iterator[str]:
+    """Yield what makes the steps of a run inaccurate, each with its numbers."""
+    judged = f"of {local.judged} impacts that stand alone"
+    if local.worse_than_pit:
+        free = math.isinf(local.ratio[1])
+        worst = "some where PIT pays nothing" if free else f"up to {local.ratio[1]:.4g} times as much"
+        off = f", restitution off by {local.restitution[0]:.3g} at the median" if local.restitution[0] > 0.0 else ""
+        yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
+    if local.early:
+        yield f"{local.early} {judged} come early, by up to {local.early_steps:.3g} steps"
+    if local.ahead:
+        yield f"{local.ahead} turns answer a meeting more than two steps ahead of it, by a margin of length"
+    if local.too_late:
+        yield f"{local.too_late} {judged} come later than a step, by up to {local.late_steps[1]:.3g} steps"
+    if local.drifts:
+        yield f"places move other than by their velocities in {local.drifts} steps, by up to {local.drift:.3g} radii"
+    if local.slipped > local.rounding:
+        yield f"velocities change with nothing near, by up to {local.slipped:.3g} of themselves"
+    if local.energy > local.energy_rounding:
+        yield f"{local.energy:.3g} of the energy is gained or lost that PIT's steps do not gain or lose"
+    if local.sinks:
+        yield "a disc sinks into what it rests on"
