@@ -16,6 +16,10 @@ Floats = NDArray[np.float64]
 
 LEAST_DISCS, MOST_DISCS = 64, 10_000
 LEAST_PACKING, MOST_PACKING = 0.1, 0.7
+#: Least packing of gases by the TC model, which is for those in which discs meet again and again at short distances.
+DENSE_PACKING = 0.4
+#: Contact times of the TC model, seconds: between a disc's impacts lies a tenth of a second or so at first.
+LEAST_CONTACT_S, MOST_CONTACT_S = 1e-6, 1e-1
 #: Radii differ by this factor at most.
 LARGEST_RATIO = 10.0
 #: Share of the plane that a lattice of equal discs covers where they touch, six about each.
@@ -34,6 +38,7 @@ class Kind(StrEnum):
     MIXED = "all of these at once"
     OPEN = "no walls"
     ROUGH = "friction and spin, all inertias"
+    CONTACT = "TC model, restitution .1 to .9"
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,7 @@ class Gas:
         packing: Share of the box that its discs cover; 0 without walls.
         start: Its discs and walls.
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
+        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
     """
 
     number: int
@@ -53,6 +59,17 @@ class Gas:
     packing: float
     start: DiscArrays
     impacts: int
+    contact_duration_s: float = 0.0
+
+    @property
+    def arrays(self) -> DiscArrays:
+        """Its discs and walls, as a `carom.solvers.run.Start` names them."""
+        return self.start
+
+    @property
+    def gravity_m_s2(self) -> tuple[float, float]:
+        """None."""
+        return 0.0, 0.0
 
 
 def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
@@ -68,16 +85,18 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
     kind = kinds[number % len(kinds)] if kind is None else kind
     discs = round(math.exp(rng.uniform(math.log(LEAST_DISCS), math.log(most_discs))))
     packing = float(rng.uniform(LEAST_PACKING, MOST_PACKING))
+    if kind is Kind.CONTACT:
+        packing = float(rng.uniform(DENSE_PACKING, MOST_PACKING))
     if kind is Kind.LATTICE:
         return Gas(number, kind, *_on_whole_numbers(rng, discs, packing), 100 * discs)
     radius = np.full(discs, 0.5)
     mass = np.ones(discs)
-    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN, Kind.ROUGH}:
+    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN, Kind.ROUGH, Kind.CONTACT}:
         radius *= rng.uniform(_least_radius(packing), 1.0, discs)
         mass = radius**2 * np.exp(rng.uniform(-1.0, 1.0, discs))
     place, side = _stretched_lattice(rng, radius, packing)
     velocity = rng.normal(size=(discs, 2))
-    if kind in {Kind.IMMOVABLE, Kind.MIXED, Kind.ROUGH}:
+    if kind in {Kind.IMMOVABLE, Kind.MIXED, Kind.ROUGH, Kind.CONTACT}:
         still = rng.random(discs) < rng.uniform(0.1, 0.4)
         mass[still], velocity[still] = math.inf, 0.0
     walls = np.array([[0, 0, 1, 0], [side, 0, -1, 0], [0, 0, 0, 1], [0, side, 0, -1]], np.float64)
@@ -92,12 +111,18 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
     restitution, wall_restitution = 1.0, 1.0
     if kind in {Kind.INELASTIC, Kind.MIXED}:
         restitution, wall_restitution = map(float, rng.uniform(0.95, 0.999, 2))
-    rough = _roughness(rng, radius, mass) if kind is Kind.ROUGH else {}
+    rubs = kind is Kind.ROUGH or (kind is Kind.CONTACT and rng.random() < 0.5)
+    rough = _roughness(rng, radius, mass) if rubs else {}
+    contact_duration_s = 0.0
     if kind is Kind.ROUGH:
         restitution, wall_restitution = map(float, rng.choice([1.0, 0.9, 0.5], 2))
+    if kind is Kind.CONTACT:
+        restitution, wall_restitution = map(float, rng.uniform(0.1, 0.9, 2))
+        contact_duration_s = math.exp(rng.uniform(math.log(LEAST_CONTACT_S), math.log(MOST_CONTACT_S)))
     sides = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in walls)
     start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution, **rough)
-    return Gas(number, kind, _packing(start, side) if len(walls) else 0.0, start, 200 * discs)
+    covered = _packing(start, side) if len(walls) else 0.0
+    return Gas(number, kind, covered, start, 200 * discs, contact_duration_s)
 
 
 def _roughness(rng: np.random.Generator, radius: Floats, mass: Floats) -> dict[str, Any]:

@@ -30,17 +30,17 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
     What a broken kernel does after that has no bound. What it raises breaks the rule "end".
     """
     report = Report()
-    run = EventDrivenRun(gas.start)
+    run = EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s)
 
     def renewed(run: EventDrivenRun) -> EventDrivenRun:
-        return EventDrivenRun(gas.start, resume=run.state())
+        return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s, resume=run.state())
 
     most = gas.impacts if impacts is None else min(gas.impacts, impacts)
     stretches = watch(run, gas.start, LONGEST_S, most, renewed)
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what overflows is beyond every bound, and so found
             for stretch in stretches:
-                check(gas.start, stretch, report)
+                check(gas.start, stretch, report, contact_duration_s=gas.contact_duration_s)
                 if report.violations:
                     break
     except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding

@@ -5,7 +5,8 @@ flies straight with the velocities that its impacts gave it. It shares no arithm
 rounding (`flights`), none is chosen.
 """
 
-from tests.checker.rules import RULES, Report, Violation, check
+from tests.checker.report import RULES, Report, Violation
+from tests.checker.rules import check
 from tests.checker.watch import Stretch, watch
 
 __all__ = ["RULES", "Report", "Stretch", "Violation", "check", "watch"]

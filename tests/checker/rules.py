@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 from numpy.typing import NDArray
 from tests.checker.flights import UNIT, Flights, flights_of
+from tests.checker.laws import broken_law
 from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
-from tests.checker.rough import Rub, rub_of
+from tests.checker.report import Report, Violation, beyond, violation, worst
 from tests.checker.watch import Stretch
 
 from carom import DiscArrays
@@ -16,80 +15,16 @@ from carom import DiscArrays
 Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
 
-#: Smallest float above 0: what an underflow may cost.
-SMALLEST = float(np.finfo(float).smallest_subnormal)
 
-#: Every rule, and what it demands.
-RULES = {
-    "row": "two distinct bodies that there are, the first a disc, one of them movable, all numbers finite",
-    "count": "as many impacts are recorded as the run says that there were",
-    "order": "no impact before the one before it, or outside its stretch",
-    "history": "velocities and spins before are those after the body's last impact, bit for bit",
-    "contact": "the two bodies touch",
-    "approach": "the two bodies approach",
-    "normal": "the normal is the line of centres, or the wall's",
-    "law": "velocities and spins after are those of the laws of restitution and friction, which conserve momentum",
-    "passed": "no two bodies overlap, at any time",
-    "state": "the run's own state is the one that its impacts lead to",
-    "end": "the run goes on to its end, and raises nothing",
-}
+def check(start: DiscArrays, stretch: Stretch, report: Report, *, contact_duration_s: float = 0.0) -> None:
+    """Check all that is seen in a stretch of a run by every rule, and add what comes out to a report.
 
-
-@dataclass(frozen=True)
-class Violation:
-    """One rule broken once.
-
-    Attributes:
-        rule: Name of the rule in `RULES`.
-        row: The impact, counted from the start of the run; -1 where it is none.
-        bodies: Whom it concerns, a wall as ``-1 - k``.
-        time_s: When.
-        size: How far it is from what must hold: metres, metres a second or a pure number.
-        bound: How far rounding can have it off.
-        note: What else is known of it.
+    Args:
+        start: What the run started from.
+        stretch: What was seen.
+        report: What is added to.
+        contact_duration_s: Contact time of the TC model, seconds; 0 for none.
     """
-
-    rule: str
-    row: int
-    bodies: tuple[int, ...]
-    time_s: float
-    size: float
-    bound: float
-    note: str = ""
-
-    def __str__(self) -> str:
-        place = f"impact {self.row}" if self.row >= 0 else "no impact"
-        bodies = ", ".join(map(str, self.bodies))
-        note = f"; {self.note}" if self.note else ""
-        return (
-            f"{self.rule}: {RULES[self.rule]}; {place}, bodies {bodies}, at {self.time_s!r} s: "
-            f"off by {self.size:.3g}, rounding explains {self.bound:.3g}{note}"
-        )
-
-
-@dataclass
-class Report:
-    """What has been checked, and what was found.
-
-    Attributes:
-        impacts: Number of impacts checked.
-        violations: All rules broken, in order of time within a stretch.
-        worst_gap: Largest distance from contact at an impact, in units of its bound.
-        worst_overlap: Deepest overlap at any time, in units of its bound.
-        deepest_m: Deepest overlap, metres.
-        pairs: Pairs of flights that were near enough to be held against each other.
-    """
-
-    impacts: int = 0
-    violations: list[Violation] = field(default_factory=list)
-    worst_gap: float = 0.0
-    worst_overlap: float = 0.0
-    deepest_m: float = 0.0
-    pairs: int = 0
-
-
-def check(start: DiscArrays, stretch: Stretch, report: Report) -> None:
-    """Hold all that is seen in a stretch of a run against every rule, and add what comes out to a report."""
     report.impacts += len(stretch.impacts)
     found = _broken_rows(start, stretch)
     missing = float(abs(int(stretch.looks[-1]) - len(stretch.impacts)))
@@ -100,13 +35,14 @@ def check(start: DiscArrays, stretch: Stretch, report: Report) -> None:
         flights = flights_of(stretch)
         found += _broken_history(start, stretch, flights)
         found += _broken_impacts(start, stretch, flights, report)
+        found += broken_law(start, stretch, contact_duration_s, report)
         found += _broken_state(stretch, flights)
         # Where the law is broken speeds have no bound: each disc may be near all others, and squares overflow.
-        if all(violation.rule != "law" for violation in found):
+        if all(one.rule != "law" for one in found):
             for overlap in (disc_overlaps(start, stretch, flights), wall_overlaps(start, flights)):
                 report.pairs += overlap.pairs
                 found += _too_deep(start, stretch, overlap, report)
-    report.violations += sorted(found, key=lambda violation: violation.time_s)
+    report.violations += sorted(found, key=lambda one: one.time_s)
 
 
 def _broken_rows(start: DiscArrays, stretch: Stretch) -> list[Violation]:
@@ -122,7 +58,7 @@ def _broken_rows(start: DiscArrays, stretch: Stretch) -> list[Violation]:
     if stretch.spins is not None:
         for name in stretch.spins.dtype.names or ():
             valid &= np.isfinite(stretch.spins[name])
-    return [_violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
+    return [violation("row", stretch, k, 1.0, 0.0) for k in np.flatnonzero(~valid).tolist()]
 
 
 def _broken_order(stretch: Stretch) -> list[Violation]:
@@ -130,7 +66,7 @@ def _broken_order(stretch: Stretch) -> list[Violation]:
     look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
     late = np.maximum(np.append(stretch.time_s[0], time[:-1]), stretch.time_s[look]) - time
     late = np.maximum(late, time - stretch.time_s[look + 1])
-    return [_violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
+    return [violation("order", stretch, k, float(late[k]), 0.0) for k in np.flatnonzero(~(late <= 0.0)).tolist()]
 
 
 def _spin_of_flights(stretch: Stretch, flights: Flights) -> Floats:
@@ -156,7 +92,7 @@ def _broken_spin_history(start: DiscArrays, stretch: Stretch, flights: Flights) 
         expected = np.where(known >= 0, spin[known - 1], 0.0)
         wrong = (before != expected) | (frozen[np.maximum(stretch.impacts[name], -1)] & (after != 0.0))
         found += [
-            _violation("history", stretch, k, float(abs(before[k] - expected[k])), 0.0)
+            violation("history", stretch, k, float(abs(before[k] - expected[k])), 0.0)
             for k in np.flatnonzero(wrong).tolist()
         ]
     return found
@@ -171,24 +107,21 @@ def _broken_history(start: DiscArrays, stretch: Stretch, flights: Flights) -> li
         after = np.stack([flights.vx[known], flights.vy[known]], axis=1)
         wrong = np.any(before.view(np.int64) != after.view(np.int64), axis=1)
         size = np.abs(before - after).max(axis=1, initial=0.0)
-        found += [_violation("history", stretch, int(k[w]), float(size[w]), 0.0) for w in np.flatnonzero(wrong)]
+        found += [violation("history", stretch, int(k[w]), float(size[w]), 0.0) for w in np.flatnonzero(wrong)]
     found += _broken_spin_history(start, stretch, flights)
     wall = stretch.impacts["second"] < 0
     for name in ("velocity_second_before", "velocity_second_after"):
         moving = np.flatnonzero(wall & stretch.impacts[name].any(axis=1)).tolist()
-        found += [_violation("history", stretch, k, 1.0, 0.0) for k in moving]
+        found += [violation("history", stretch, k, 1.0, 0.0) for k in moving]
     return found
 
 
 def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, report: Report) -> list[Violation]:
-    """Check touch, approach, normal and law of all impacts.
+    """Check touch, approach and normal of all impacts.
 
     At the instant that a solver finds, its two bodies touch up to: what brings both to one instant (8 u S each), the
     root's own rounding and that of the sum with the clock (4 u T + u T), and the difference, distance and sum of radii
-    here (4 u R). The normal is off by what its ends are, over R, and some roundings of its own. The law, applied to the
-    recorded normal: 24 roundings in either's relative velocity along it (4 in the sum of products, 10 from the normal
-    twice, the rest in masses and factors), and one in the sum. What friction gives (`rough`) is right to as many
-    roundings of its own.
+    here (4 u R). The normal is off by what its ends are, over R, and some roundings of its own.
     """
     rows, time = stretch.impacts, stretch.impacts["time_s"]
     first, second = rows["first"], rows["second"]
@@ -215,51 +148,15 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     bodies = np.stack([first, second], axis=1)
     look = np.repeat(np.arange(len(stretch.looks) - 1), np.diff(stretch.looks))
     off = _since_look(start, stretch, bodies, look, -gap, bound)
-    report.worst_gap = max(report.worst_gap, _worst(off, bound))
-    found = _beyond("contact", stretch, np.abs(off), bound)
+    report.worst_gap = max(report.worst_gap, worst(off, bound))
+    found = beyond("contact", stretch, np.abs(off), bound)
 
     apart = np.maximum(np.hypot(dx, dy), np.finfo(float).tiny)
     nx, ny = rows["normal"].T
-    found += _beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT))
+    found += beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT))
     off = np.hypot(nx - np.where(hit, dx / apart, -wall[:, 2]), ny - np.where(hit, dy / apart, -wall[:, 3]))
-    found += _beyond("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
-
-    w1 = 1.0 / start.mass_kg[first]
-    w2 = np.where(hit, 1.0 / start.mass_kg[np.where(hit, second, 0)], 0.0)
-    restitution = np.where(hit, start.restitution, start.wall_restitution)
-    along = np.minimum(ux * nx + uy * ny, 0.0)
-    rims, rub = _rims(start, stretch, "before"), Rub(np.zeros(len(rows)), np.zeros(len(rows)))
-    if rims is not None:
-        rub = rub_of(start, rows, rims)
-    for side, (name, before, share, light) in enumerate(
-        (("first", v1, w1 / (w1 + w2), w1), ("second", v2, -w2 / (w1 + w2), w2))
-    ):
-        push = (1.0 + restitution) * share * along
-        drag = (-1.0, 1.0)[side] * light * rub.impulse
-        after = rows[f"velocity_{name}_after"]
-        off = np.hypot(
-            after[:, 0] - (before[:, 0] + push * nx - drag * ny), after[:, 1] - (before[:, 1] + push * ny + drag * nx)
-        )
-        bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
-        rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse) + 16 * SMALLEST)
-        found += _beyond("law", stretch, off, bound + rubbed)
-        if rims is None:
-            continue
-        turns = 1.0 / start.inertia[np.where(rows[name] >= 0, rows[name], 0)]
-        turned = _rims(start, stretch, "after")
-        assert turned is not None
-        off = np.abs(turned[side] - (rims[side] - turns * light * rub.impulse))
-        found += _beyond("law", stretch, off, turns * rubbed + 8 * UNIT * np.abs(rims[side]) + 16 * SMALLEST)
+    found += beyond("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
     return found
-
-
-def _rims(start: DiscArrays, stretch: Stretch, when: str) -> tuple[Floats, Floats] | None:
-    """Return how fast the rims of both bodies are, metres a second, 0 of a wall; None where nothing turns."""
-    if stretch.spins is None:
-        return None
-    radius = np.append(start.radius_m, 0.0)
-    one, two = (radius[np.maximum(stretch.impacts[n], -1)] * stretch.spins[f"{n}_{when}"] for n in ("first", "second"))
-    return one, two
 
 
 def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
@@ -284,7 +181,7 @@ def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
 def _too_deep(start: DiscArrays, stretch: Stretch, overlap: Overlap, report: Report) -> list[Violation]:
     bodies, time, bound = overlap.bodies, overlap.time_s, overlap.bound_m
     depth = _since_look(start, stretch, bodies, overlap.look, overlap.depth_m, bound)
-    report.worst_overlap = max(report.worst_overlap, _worst(depth, bound))
+    report.worst_overlap = max(report.worst_overlap, worst(depth, bound))
     report.deepest_m = max(report.deepest_m, float(overlap.depth_m.max(initial=0.0)))
     return [
         Violation(
@@ -327,24 +224,3 @@ def _at_end(flights: Flights, k: Ranks) -> tuple[Floats, Floats, Floats, Floats]
         flights.error_m[k],
         flights.size_m[k],
     )
-
-
-def _worst(size: Floats, bound: Floats) -> float:
-    """Return the largest size in units of its bound; NaN counts as infinite."""
-    if not len(size):
-        return 0.0
-    ratio = np.abs(size) / bound
-    return float(np.where(np.isnan(ratio), np.inf, ratio).max())
-
-
-def _beyond(rule: str, stretch: Stretch, size: Floats, bound: Floats) -> list[Violation]:
-    """Return a violation for each impact whose size exceeds its bound, or is NaN."""
-    return [
-        _violation(rule, stretch, k, float(size[k]), float(bound[k])) for k in np.flatnonzero(~(size <= bound)).tolist()
-    ]
-
-
-def _violation(rule: str, stretch: Stretch, k: int, size: float, bound: float) -> Violation:
-    row = stretch.impacts[k]
-    bodies = (int(row["first"]), int(row["second"]))
-    return Violation(rule, stretch.first_row + int(k), bodies, float(row["time_s"]), size, bound)

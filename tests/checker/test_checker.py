@@ -205,7 +205,9 @@ def free_flight(start: DiscArrays, time_s: float) -> Stretch:
     impacts = right()[1].impacts[:0]
     place = np.array([start.position_m, start.position_m + start.velocity_m_s * time_s])
     velocity = np.array([start.velocity_m_s, start.velocity_m_s])
-    return Stretch(0, impacts, np.array([0, 0]), np.array([0.0, time_s]), place, velocity)
+    return Stretch(
+        0, impacts, np.array([0, 0]), np.array([0.0, time_s]), place, velocity, np.full(len(start), -math.inf)
+    )
 
 
 @pytest.mark.parametrize(

@@ -36,6 +36,7 @@ class Stretch:
         time_s: Instant of each look, shape ``(p + 1,)``.
         position_m: Centres then, shape ``(p + 1, n, 2)``.
         velocity_m_s: Velocities then, shape ``(p + 1, n, 2)``.
+        last_impact_s: When each disc had its last impact before the stretch, shape ``(n,)``; -inf for none.
         spins: Array of `carom.trace.SPIN_DTYPE`, an entry an impact; None where nothing turns.
         spin_rad_s: Spins at the looks, shape ``(p + 1, n)``; None as well.
     """
@@ -46,6 +47,7 @@ class Stretch:
     time_s: Floats
     position_m: Floats
     velocity_m_s: Floats
+    last_impact_s: Floats
     spins: NDArray[np.void] | None = None
     spin_rad_s: Floats | None = None
 
@@ -74,6 +76,7 @@ def watch(
     done, logged, at_end = 0, 0, False
     raised: Exception | None = None
     look = (0.0, start.position_m, start.velocity_m_s, start.spins)
+    last_impact_s = np.full(len(start), -np.inf)
     while not at_end:
         if renew is not None and done - logged >= RENEWED_AFTER:
             run, logged = renew(run), done
@@ -93,17 +96,30 @@ def watch(
             at_end = outcome is not Outcome.MAX_IMPACTS or most == max_impacts
         if len(looks) == 1:
             break  # it raised before there was anything to see
-        spins = run.log.spins()
+        seen = slice(done - logged, None if raised is None else counts[-1] - logged)
+        impacts, spins = run.log.array()[seen], run.log.spins()
         yield Stretch(
             done,
-            run.log.array()[done - logged : None if raised is None else counts[-1] - logged],
+            impacts,
             np.array(counts) - done,
             np.array([time for time, *_ in looks]),
             np.array([position for _, position, *_ in looks]),
             np.array([velocity for _, _, velocity, _ in looks]),
-            None if spins is None else spins[done - logged : None if raised is None else counts[-1] - logged],
+            last_impact_s,
+            None if spins is None else spins[seen],
             None if spins is None else np.array([spin for *_, spin in looks]),
         )
+        last_impact_s = _last_impacts(impacts, last_impact_s)
         done, look = counts[-1], looks[-1]
     if raised is not None:
         raise raised
+
+
+def _last_impacts(impacts: NDArray[np.void], before_s: Floats) -> Floats:
+    """Return when each disc had its last impact so far, shape ``(n,)``; what names no disc is left out."""
+    last_s = before_s.copy()
+    for name in ("first", "second"):
+        disc = impacts[name]
+        there = (disc >= 0) & (disc < len(last_s))
+        np.maximum.at(last_s, disc[there], impacts["time_s"][there])
+    return last_s
