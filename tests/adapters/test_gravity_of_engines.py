@@ -157,3 +157,33 @@ def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Ada
     np.testing.assert_allclose(
         trace.final_velocity_m_s[:, 0], (-1, 1), rtol=0, atol=width(engine, 240 * float(np.spacing(1.0)))
     )
+
+
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_discs_that_fall_together_leave_their_impact_as_without_gravity(engine: Adapter, profile: str) -> None:
+    """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more.
+
+    t is the instant at which the paths turned, which is the same, too: no engine is charged what gravity gives between
+    it and the boundary at which the velocities are looked at. At 16 starts, the impact elsewhere in its step.
+    """
+    dt_s = 1 / 60
+    for part in range(16):
+        discs = [
+            Disc(position_m=(-1 - part * dt_s / 16, 0), velocity_m_s=(1, 0), radius_m=0.25),
+            Disc(position_m=(1, 0.2), velocity_m_s=(-1, 0), radius_m=0.25),
+        ]
+        traces = []
+        for pull in ((0.0, 0.0), G):
+            scene = Scene(name="pair", discs=discs, gravity_m_s2=pull, duration_s=1.5)
+            traces.append(observe_run(engine, scene, profile, dt_s))
+        still, falling = (trace.impacts[0] for trace in traces)
+        at_s = [trace.effective_time_s for trace in traces]
+        assert at_s[0] is not None
+        assert at_s[1] is not None
+        # Some 60 steps, each rounded at 16 m or m/s at most; the instant is a quotient by the speed of closing, 2 m/s.
+        rounding = width(engine, 64 * float(np.spacing(16.0)))
+        assert at_s[1][0] == pytest.approx(at_s[0][0], abs=rounding)
+        for field in ("first_before", "second_before", "first_after", "second_after"):
+            fallen = still[f"velocity_{field}"] + np.array(G) * at_s[0][0]
+            # |G| is below 10: so much of the instant's rounding, and that of two velocities.
+            np.testing.assert_allclose(falling[f"velocity_{field}"], fallen, rtol=0, atol=12 * rounding)

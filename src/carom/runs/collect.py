@@ -244,7 +244,6 @@ class ImpactCollector:
         motions = (*contact.before, *contact.after)
         (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
         known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
-        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         # Paths that turned by rounding alone, of an impact that is undone, meet anywhere.
         known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
         effective = math.nan
@@ -252,9 +251,27 @@ class ImpactCollector:
             held = contact is not whole
             effective = (_landing_time if held else _effective_time)(pair, contact, self._gravity)
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
-        bent = bool(self._gravity.any()) and len(self._movable(pair)) < len(pair)
+        falls = bool(self._gravity.any())
+        bent = falls and len(self._movable(pair)) < len(pair)
+        if falls and not bent and math.isfinite(effective):
+            a, b, c, d = self._at(effective, pair, contact, (a, b, c, d))
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
         self._done.append((contact.number, record, effective, state))
+
+    def _at(
+        self, time_s: float, pair: _Pair, contact: _OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Return velocities of two discs that fall alike at the instant of their impact; known are those of boundaries.
+
+        Between the boundaries both fall. Unchanged, the velocity after would be that of up to a step later, and an
+        engine whose contacts act at a step's start would be charged what gravity gives in that step.
+        """
+        at_s = min(max(time_s, contact.start_s), contact.end_s)
+        gx, gy = _row(self._gravity, pair[0])
+        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
+        return a, b, c, d
 
 
 def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:

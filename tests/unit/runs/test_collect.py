@@ -274,3 +274,28 @@ def test_a_soft_contact_that_throws_back_is_not_ended_where_it_turns() -> None:
     impacts, _ = collector.finish()
     assert len(impacts) == 1
     assert impacts["velocity_first_after"][0, 1] == 0.5 * G * 0.55
+
+
+@pytest.mark.parametrize("acts_at_end", [False, True])
+def test_velocities_of_discs_that_fall_together_are_those_of_their_impact(acts_at_end: bool) -> None:
+    """Before and after an impact discs are as fast as they fell until then, whichever end of a step it acts at.
+
+    Two equal discs meet head-on at 1 m/s each and exchange their velocities at 0.3 s, a boundary: just then both have
+    fallen to -0.3 g, before and after alike. The state that follows is that of 0.3 s, or of 0.4 s.
+    """
+    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1) for x, v in ((-0.4, 1.0), (0.4, -1.0))]
+    scene = Scene(name="pair", discs=discs, gravity_m_s2=(0.0, -G), duration_s=1.0)
+    start = Observation(np.array([(-0.4, 0.0), (0.4, 0.0)]), np.array([(1.0, 0.0), (-1.0, 0.0)]))
+    collector = ImpactCollector(scene, start)
+    for k in range(1, 8):
+        t = k * DT
+        turned = k >= (3 if acts_at_end else 4)
+        x, v = (0.1 + (t - 0.3), 1.0) if t > 0.3 + 1e-9 else (0.4 - t, 1.0 if turned else -1.0)
+        fall, speed = -G * t * t / 2, -G * t
+        touches = k == (3 if acts_at_end else 4)
+        contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if touches else ()
+        collector.add(t, Observation(np.array([[-x, fall], [x, fall]]), np.array([[-v, speed], [v, speed]]), contact))
+    impacts, effective = collector.finish()
+    assert effective == pytest.approx([0.3], abs=1e-15)
+    for field, across in (("first_before", 1.0), ("second_before", -1.0), ("first_after", -1.0), ("second_after", 1.0)):
+        assert impacts[0][f"velocity_{field}"] == pytest.approx((across, -0.3 * G), abs=8 * math.ulp(1.0))
