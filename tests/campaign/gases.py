@@ -20,6 +20,10 @@ LEAST_PACKING, MOST_PACKING = 0.1, 0.7
 DENSE_PACKING = 0.4
 #: Contact times of the TC model, seconds: between a disc's impacts lies a tenth of a second or so at first.
 LEAST_CONTACT_S, MOST_CONTACT_S = 1e-6, 1e-1
+#: Discs of gases that fall: a run under gravity is for some hundred discs at most.
+FEWEST_FALLING, MOST_FALLING = 4, 64
+#: Sizes of gravity, metres a second squared: a disc of a metre falls slowly, or bounces in heaps.
+LEAST_GRAVITY, MOST_GRAVITY = 0.1, 30.0
 #: Radii differ by this factor at most.
 LARGEST_RATIO = 10.0
 #: Share of the plane that a lattice of equal discs covers where they touch, six about each.
@@ -39,6 +43,11 @@ class Kind(StrEnum):
     OPEN = "no walls"
     ROUGH = "friction and spin, all inertias"
     CONTACT = "TC model, restitution .1 to .9"
+    FALLING = "gravity, on a floor"
+
+
+_UNEQUAL = frozenset({Kind.UNEQUAL, Kind.MIXED, Kind.OPEN, Kind.ROUGH, Kind.CONTACT, Kind.FALLING})
+_PARTLY_IMMOVABLE = frozenset({Kind.IMMOVABLE, Kind.MIXED, Kind.ROUGH, Kind.CONTACT, Kind.FALLING})
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,7 @@ class Gas:
         start: Its discs and walls.
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
+        gravity_m_s2: Acceleration of every disc that moves.
     """
 
     number: int
@@ -60,16 +70,12 @@ class Gas:
     start: DiscArrays
     impacts: int
     contact_duration_s: float = 0.0
+    gravity_m_s2: tuple[float, float] = (0.0, 0.0)
 
     @property
     def arrays(self) -> DiscArrays:
         """Its discs and walls, as a `carom.solvers.run.Start` names them."""
         return self.start
-
-    @property
-    def gravity_m_s2(self) -> tuple[float, float]:
-        """None."""
-        return 0.0, 0.0
 
 
 def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS) -> Gas:
@@ -79,11 +85,15 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
         number: From 0 on; kinds take turns.
         kind: One kind instead of the number's own.
         most_discs: Number of discs at most, at least 64.
+
+    Returns:
+        The gas; of those that fall one of fewer discs.
     """
     rng = np.random.default_rng(number)
     kinds = list(Kind)
     kind = kinds[number % len(kinds)] if kind is None else kind
-    discs = round(math.exp(rng.uniform(math.log(LEAST_DISCS), math.log(most_discs))))
+    fewest, most = (FEWEST_FALLING, MOST_FALLING) if kind is Kind.FALLING else (LEAST_DISCS, most_discs)
+    discs = round(_from_logarithms(rng, fewest, most))
     packing = float(rng.uniform(LEAST_PACKING, MOST_PACKING))
     if kind is Kind.CONTACT:
         packing = float(rng.uniform(DENSE_PACKING, MOST_PACKING))
@@ -91,12 +101,12 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
         return Gas(number, kind, *_on_whole_numbers(rng, discs, packing), 100 * discs)
     radius = np.full(discs, 0.5)
     mass = np.ones(discs)
-    if kind in {Kind.UNEQUAL, Kind.MIXED, Kind.OPEN, Kind.ROUGH, Kind.CONTACT}:
+    if kind in _UNEQUAL:
         radius *= rng.uniform(_least_radius(packing), 1.0, discs)
         mass = radius**2 * np.exp(rng.uniform(-1.0, 1.0, discs))
     place, side = _stretched_lattice(rng, radius, packing)
     velocity = rng.normal(size=(discs, 2))
-    if kind in {Kind.IMMOVABLE, Kind.MIXED, Kind.ROUGH, Kind.CONTACT}:
+    if kind in _PARTLY_IMMOVABLE:
         still = rng.random(discs) < rng.uniform(0.1, 0.4)
         mass[still], velocity[still] = math.inf, 0.0
     walls = np.array([[0, 0, 1, 0], [side, 0, -1, 0], [0, 0, 0, 1], [0, side, 0, -1]], np.float64)
@@ -111,18 +121,34 @@ def draw(number: int, kind: Kind | None = None, *, most_discs: int = MOST_DISCS)
     restitution, wall_restitution = 1.0, 1.0
     if kind in {Kind.INELASTIC, Kind.MIXED}:
         restitution, wall_restitution = map(float, rng.uniform(0.95, 0.999, 2))
-    rubs = kind is Kind.ROUGH or (kind is Kind.CONTACT and rng.random() < 0.5)
+    rubs = kind is Kind.ROUGH or (kind in {Kind.CONTACT, Kind.FALLING} and rng.random() < 0.5)
     rough = _roughness(rng, radius, mass) if rubs else {}
     contact_duration_s = 0.0
     if kind is Kind.ROUGH:
         restitution, wall_restitution = map(float, rng.choice([1.0, 0.9, 0.5], 2))
     if kind is Kind.CONTACT:
         restitution, wall_restitution = map(float, rng.uniform(0.1, 0.9, 2))
-        contact_duration_s = math.exp(rng.uniform(math.log(LEAST_CONTACT_S), math.log(MOST_CONTACT_S)))
+        contact_duration_s = _from_logarithms(rng, LEAST_CONTACT_S, MOST_CONTACT_S)
+    gravity_m_s2 = (0.0, 0.0)
+    if kind is Kind.FALLING:
+        restitution, wall_restitution = map(float, rng.choice([1.0, 1.0, 0.98, 0.8], 2))
+        gravity_m_s2 = _downwards(rng)
     sides = tuple((float(a), float(b), float(c), float(d)) for a, b, c, d in walls)
     start = DiscArrays(place, velocity, radius, mass, sides, restitution, wall_restitution, **rough)
     covered = _packing(start, side) if len(walls) else 0.0
-    return Gas(number, kind, covered, start, 200 * discs, contact_duration_s)
+    return Gas(number, kind, covered, start, 200 * discs, contact_duration_s, gravity_m_s2)
+
+
+def _from_logarithms(rng: np.random.Generator, least: float, most: float) -> float:
+    """Return a number whose logarithm is drawn evenly."""
+    return math.exp(rng.uniform(math.log(least), math.log(most)))
+
+
+def _downwards(rng: np.random.Generator) -> tuple[float, float]:
+    """Return a gravity of any size, straight down or aslant."""
+    size = _from_logarithms(rng, LEAST_GRAVITY, MOST_GRAVITY)
+    angle = float(rng.choice([0.0, rng.uniform(-0.5, 0.5)]))
+    return size * math.sin(angle), -size * math.cos(angle)
 
 
 def _roughness(rng: np.random.Generator, radius: Floats, mass: Floats) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -18,10 +19,24 @@ from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, Violation, check, watch
 
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.falling.run import BallisticRun
+from carom.solvers.run import Run
 
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.
 LONGEST_S = 1e6
+
+
+def run_of(gas: Gas) -> Run:
+    """Return PIC's run of a gas."""
+    if gas.gravity_m_s2 != (0.0, 0.0):
+        return BallisticRun(gas)
+    return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s)
+
+
+def _renewed(gas: Gas, run: Run) -> Run:
+    assert isinstance(run, EventDrivenRun)
+    return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s, resume=run.state())
 
 
 def checked(gas: Gas, impacts: int | None = None) -> Report:
@@ -30,17 +45,20 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
     What a broken kernel does after that has no bound. What it raises breaks the rule "end".
     """
     report = Report()
-    run = EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s)
-
-    def renewed(run: EventDrivenRun) -> EventDrivenRun:
-        return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s, resume=run.state())
-
+    run = run_of(gas)
+    renew = None if isinstance(run, BallisticRun) else partial(_renewed, gas)
     most = gas.impacts if impacts is None else min(gas.impacts, impacts)
-    stretches = watch(run, gas.start, LONGEST_S, most, renewed)
+    stretches = watch(run, gas.start, LONGEST_S, most, renew)
     try:
         with np.errstate(over="ignore", invalid="ignore"):  # what overflows is beyond every bound, and so found
             for stretch in stretches:
-                check(gas.start, stretch, report, contact_duration_s=gas.contact_duration_s)
+                check(
+                    gas.start,
+                    stretch,
+                    report,
+                    gravity_m_s2=gas.gravity_m_s2,
+                    contact_duration_s=gas.contact_duration_s,
+                )
                 if report.violations:
                     break
     except Exception as error:  # noqa: BLE001 - whatever a broken kernel raises is a finding

@@ -6,15 +6,28 @@ solver may do it twice (once more where it takes all discs to a new epoch), so 1
 hold them: sqrt(2) (5 + 6) < 16, where the two halves of its flight share |v| d. A recorded time is off by 2 u T (the
 sum of an epoch, its rest, and a time since; never less than the one before), at both ends of the flight: 4 u |v| T.
 Errors of a disc's flights add up, from one look at the run's state to the next.
+
+Under gravity g a flight is a parabola, ``x + d (v + g d / 2)``. Let D be the time from the disc's last impact to the
+flight's end, V = |v| + |g| D, which bounds its speed all that time, and S the coordinates at the flight's beginning
+and V D. Then one evaluation adds 4 u S to a coordinate, and the rounding of d, which counts twice, 2 u S in the books
+and 4 u S in a solver, which does it twice (once to the look); the velocity at a look is off by 5 u V, and so the place
+later by 5 u S: sqrt(2) (6 + 16 + 5) < 39. A solver may set the disc on a wall or on a rim at an impact, which moves it
+by what rounding had made of the gap (8 u S of the place, 4 u S of the root, 6 u S of the speed at which it left), less
+than 20 u S. What it predicts with is off by as much again, along both coordinates: less than 37 u S. 96 u S hold all
+of this. A look is recorded to u T, too: 5 u V T. The velocity at the end of a flight is off by 4 u V in the solver,
+3 u V in the books and 5 u V from the look, along both coordinates, and by 4 u |g| T: 20 u V + 4 u |g| T.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from tests.checker.watch import Stretch
+
+from carom import DiscArrays
 
 Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
@@ -32,9 +45,9 @@ class Flights:
         end_s: Time at which it ends.
         x: Centre at the beginning, metres.
         y: See `x`.
-        vx: Velocity, metres a second.
+        vx: Velocity there, metres a second.
         vy: See `vx`.
-        speed_m_s: Its size.
+        speed_m_s: Bound on its size anywhere on it: the size itself, where nothing falls.
         error_m: Bound on the distance between this place and the solver's, anywhere on the flight.
         size_m: Bound on the coordinates anywhere on it.
         path_m: Length of the way that the disc has come by its beginning, any constant added.
@@ -44,6 +57,8 @@ class Flights:
         first: The first flight of each disc after each look, shape ``(p, n)``.
         after: The flight that begins at each impact, for either body, shape ``(k, 2)``; -1 for a wall. The flight
             before it is the one that ends there.
+        gravity_m_s2: Acceleration of every movable disc.
+        falls: 1.0 for a flight that feels it, else 0.0.
     """
 
     begin_s: Floats
@@ -61,6 +76,34 @@ class Flights:
     look: Ranks
     first: Ranks
     after: Ranks
+    gravity_m_s2: tuple[float, float]
+    falls: Floats
+
+    @property
+    def fall(self) -> bool:
+        """Whether there is gravity."""
+        return self.gravity_m_s2 != (0.0, 0.0)
+
+    def place(self, k: Ranks, wait_s: Floats) -> tuple[Floats, Floats]:
+        """Return x and y on flights, some time after each began."""
+        vx, vy = self.vx[k], self.vy[k]
+        if self.fall:
+            half = 0.5 * self.falls[k] * wait_s
+            vx, vy = vx + self.gravity_m_s2[0] * half, vy + self.gravity_m_s2[1] * half
+        return self.x[k] + vx * wait_s, self.y[k] + vy * wait_s
+
+    def velocity(self, k: Ranks, wait_s: Floats) -> tuple[Floats, Floats]:
+        """Return the velocity on flights, some time after each began."""
+        vx, vy = self.vx[k], self.vy[k]
+        if self.fall:
+            long = self.falls[k] * wait_s
+            vx, vy = vx + self.gravity_m_s2[0] * long, vy + self.gravity_m_s2[1] * long
+        return vx, vy
+
+    def velocity_error(self, k: Ranks) -> Floats:
+        """Return how far the velocity at the end of flights is from the solver's at most: 0 where nothing falls."""
+        by_time = 4 * math.hypot(*self.gravity_m_s2) * self.end_s[k]
+        return UNIT * self.falls[k] * (20 * self.speed_m_s[k] + by_time)
 
     @property
     def last(self) -> Ranks:
@@ -75,7 +118,7 @@ def spans(begin: Ranks, count: Ranks) -> tuple[Ranks, Ranks]:
     return owner, member
 
 
-def flights_of(stretch: Stretch) -> Flights:
+def flights_of(start: DiscArrays, stretch: Stretch, gravity_m_s2: tuple[float, float] = (0.0, 0.0)) -> Flights:
     """Follow every disc from its impacts; their bodies must be valid."""
     impacts = stretch.impacts
     looks, discs = len(stretch.looks) - 1, stretch.position_m.shape[1]
@@ -107,7 +150,9 @@ def flights_of(stretch: Stretch) -> Flights:
     for column, k in ((vx, 0), (vy, 1)):
         given = (impacts["velocity_first_after"][:, k], impacts["velocity_second_after"][:, k])
         column[begun] = np.where(side == 0, given[0][row], given[1][row])
-    way_x, way_y = vx * duration, vy * duration
+    falls = np.tile(start.movable.astype(np.float64), looks).repeat(impacts_of + 1) * (gravity_m_s2 != (0.0, 0.0))
+    half = 0.5 * falls * duration
+    way_x, way_y = (vx + gravity_m_s2[0] * half) * duration, (vy + gravity_m_s2[1] * half) * duration
     # One flight of every chain at a time, of those that have so many.
     longest_first = first[np.argsort(-impacts_of, kind="stable")]
     chains_with = len(first) - np.cumsum(np.bincount(impacts_of))
@@ -117,9 +162,20 @@ def flights_of(stretch: Stretch) -> Flights:
         y[here] = y[here - 1] + way_y[here - 1]
 
     speed = np.sqrt(vx * vx + vy * vy)
-    length = speed * duration
-    size = np.maximum(np.abs(x), np.abs(y)) + length
-    rounding = UNIT * (16 * size + 4 * speed * end_s)
+    if gravity_m_s2 == (0.0, 0.0):
+        length = speed * duration
+        size = np.maximum(np.abs(x), np.abs(y)) + length
+        rounding = UNIT * (16 * size + 4 * speed * end_s)
+    else:
+        struck_s = np.where(impacts_of > 0, begin_s[first + impacts_of], -np.inf).reshape(looks, discs)
+        struck_s = np.maximum.accumulate(np.vstack([stretch.last_impact_s, struck_s[:-1]]))
+        since_s = begin_s.copy()
+        since_s[first] = np.maximum(struck_s, 0.0).ravel()  # a run begins at 0
+        free_s = end_s - since_s
+        speed += falls * math.hypot(*gravity_m_s2) * free_s
+        length = speed * duration
+        size = np.maximum(np.abs(x), np.abs(y)) + speed * free_s
+        rounding = UNIT * (96 * size + 5 * speed * end_s)
     # Summed along each chain. The state at the look is one flight's rounding off already.
     error = np.cumsum(rounding)
     error -= (error[first] - 2 * rounding[first])[chain]
@@ -139,6 +195,8 @@ def flights_of(stretch: Stretch) -> Flights:
         chain // discs,
         first.reshape(looks, discs),
         after,
+        gravity_m_s2,
+        falls,
     )
 
 

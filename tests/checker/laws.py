@@ -4,6 +4,9 @@ The law, applied to the recorded normal, is off by 24 roundings in either's rela
 products, 10 from the normal twice, the rest in masses and factors), and one in the sum. What friction gives (`rough`)
 is right to as many roundings of its own.
 
+A disc that falls back to its wall comes with the speed that it left with, from which the recorded velocity differs by
+no more than the error of its flight.
+
 By the TC model an impact within the contact duration of the last one of either disc that moves is elastic, without
 friction. Both times are recorded with an error of 2 u T, so where they are as far apart as the contact duration, to
 within 4 u T and the rounding of their difference, either law may hold.
@@ -15,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.checker.flights import UNIT
+from tests.checker.flights import UNIT, Flights
 from tests.checker.report import Report, Violation, beyond
 from tests.checker.rough import Rub, rub_of
 from tests.checker.watch import Stretch
@@ -66,21 +69,23 @@ def _last_s(start: DiscArrays, stretch: Stretch) -> Floats:
     return last_s.reshape(-1, 2)
 
 
-def broken_law(start: DiscArrays, stretch: Stretch, contact_duration_s: float, report: Report) -> list[Violation]:
+def broken_law(
+    start: DiscArrays, stretch: Stretch, flights: Flights, contact_duration_s: float, report: Report
+) -> list[Violation]:
     """Return the impacts after which a velocity or a spin is not what the law gives, to rounding."""
     elastic = elastic_of(start, stretch, contact_duration_s)
     report.elastic += int(elastic.surely.sum())
-    found = _broken(start, stretch, elastic.surely)
+    found = _broken(start, stretch, flights, elastic.surely)
     either = elastic.maybe & ~elastic.surely
     report.undecided += int(either.sum())
     if found and either.any():
-        otherwise = {violation.row for violation in _broken(start, stretch, elastic.maybe)}
+        otherwise = {violation.row for violation in _broken(start, stretch, flights, elastic.maybe)}
         fits = {stretch.first_row + k for k in np.flatnonzero(either).tolist()} - otherwise
         found = [violation for violation in found if violation.row not in fits]
     return found
 
 
-def _broken(start: DiscArrays, stretch: Stretch, elastic: Bools) -> list[Violation]:
+def _broken(start: DiscArrays, stretch: Stretch, flights: Flights, elastic: Bools) -> list[Violation]:
     rows = stretch.impacts
     first, second = rows["first"], rows["second"]
     hit = second >= 0
@@ -92,9 +97,11 @@ def _broken(start: DiscArrays, stretch: Stretch, elastic: Bools) -> list[Violati
     w2 = np.where(hit, 1.0 / start.mass_kg[np.where(hit, second, 0)], 0.0)
     restitution = np.where(elastic, 1.0, np.where(hit, start.restitution, start.wall_restitution))
     along = np.minimum(ux * nx + uy * ny, 0.0)
+    ended = flights.after[:, 0] - 1
+    fell = flights.velocity_error(np.where(ended >= 0, ended, 0)) * ~hit
     rims, rub = _rims(start, stretch, "before"), Rub(np.zeros(len(rows)), np.zeros(len(rows)))
     if rims is not None:
-        rub = rub_of(start, rows, rims)
+        rub = rub_of(start, rows, rims, fell)
         rub = Rub(np.where(elastic, 0.0, rub.impulse), np.where(elastic, 0.0, rub.bound))
     found = []
     for side, (name, before, share, light) in enumerate(
@@ -107,6 +114,7 @@ def _broken(start: DiscArrays, stretch: Stretch, elastic: Bools) -> list[Violati
             after[:, 0] - (before[:, 0] + push * nx - drag * ny), after[:, 1] - (before[:, 1] + push * ny + drag * nx)
         )
         bound = UNIT * (24 * (1.0 + restitution) * np.abs(share) * speed + 4 * np.hypot(*before.T)) + 16 * SMALLEST
+        bound += (1.0 + restitution) * np.abs(share) * fell
         rubbed = light * (rub.bound + 24 * UNIT * np.abs(rub.impulse) + 16 * SMALLEST)
         found += beyond("law", stretch, off, bound + rubbed)
         if rims is None:

@@ -2,7 +2,8 @@
 
 Time is cut into short windows. In each, every disc stays within a circle: about where it is at the window's beginning,
 with its radius and the way that it goes as radius. Only discs whose circles overlap can meet; these are found by cells,
-and their flights held against each other: a straight relative motion, whose closest approach has a closed form.
+and their flights compared: a straight relative motion, whose closest approach has a closed form. Discs that fall do so
+alike, so theirs is straight as well; that of one that falls and one that does not is a parabola (`_lowest`).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from tests.checker.watch import Stretch
 from carom import DiscArrays
 
 Floats = NDArray[np.float64]
+Vector = tuple[Floats, Floats]
 Ranks = NDArray[np.intp]
 
 #: Impacts a disc in a window: fewer make smaller circles, more make fewer of them.
@@ -27,6 +29,8 @@ IMPACTS_PER_WINDOW = 0.3
 DISCS_AT_A_TIME = 4_000
 #: Pairs of discs that are dealt with at a time: where all discs fly far in a window, each is near all others.
 PAIRS_AT_A_TIME = 100_000
+#: Halvings of a span of time: it is then as short as a float of its length can tell.
+HALVINGS = 53
 #: Cells along a side at most, so that their numbers have 16 bits and are sorted by digits.
 MOST_CELLS = 250
 
@@ -107,8 +111,7 @@ def disc_overlaps(start: DiscArrays, stretch: Stretch, flights: Flights) -> Over
         begin_s, end_s = windows.begin_s[k : k + step, None], windows.end_s[k : k + step, None]
         movable = np.tile(np.isfinite(start.mass_kg), len(first))
         wait = begin_s - flights.begin_s[first]
-        vx, vy = flights.vx[first], flights.vy[first]
-        x, y = flights.x[first] + vx * wait, flights.y[first] + vy * wait
+        x, y = flights.place(first, wait)
         way = flights.path_m[last] - flights.path_m[first] - flights.speed_m_s[first] * wait
         way += flights.speed_m_s[last] * (end_s - flights.begin_s[last])
         for near_a, near_b in _near(x, y, start.radius_m + way + margin):
@@ -192,55 +195,93 @@ def _closest(start: DiscArrays, flights: Flights, a: Ranks, b: Ranks) -> tuple[R
     """
     begin = np.maximum(flights.begin_s[a], flights.begin_s[b])
     end = np.minimum(flights.end_s[a], flights.end_s[b])
-    avx, avy, bvx, bvy = flights.vx[a], flights.vy[a], flights.vx[b], flights.vy[b]
     a_wait, b_wait = begin - flights.begin_s[a], begin - flights.begin_s[b]
-    dx = (flights.x[b] + bvx * b_wait) - (flights.x[a] + avx * a_wait)
-    dy = (flights.y[b] + bvy * b_wait) - (flights.y[a] + avy * a_wait)
+    (ax, ay), (bx, by) = flights.place(a, a_wait), flights.place(b, b_wait)
+    (avx, avy), (bvx, bvy) = flights.velocity(a, a_wait), flights.velocity(b, b_wait)
+    dx, dy = bx - ax, by - ay
     ux, uy = bvx - avx, bvy - avy
     speed2 = ux * ux + uy * uy
     closest = -(dx * ux + dy * uy) / (speed2 + (speed2 == 0.0))
     closest = np.minimum(np.maximum(closest, 0.0), end - begin)
     distance2 = (dx + ux * closest) ** 2 + (dy + uy * closest) ** 2
+    velocities = flights.speed_m_s[a] + flights.speed_m_s[b]
+    if flights.fall:
+        bends = flights.falls[b] - flights.falls[a]
+        k = np.flatnonzero(bends)
+        pull = bends[k] * flights.gravity_m_s2[0], bends[k] * flights.gravity_m_s2[1]
+        closest[k], distance2[k] = _lowest((dx[k], dy[k]), (ux[k], uy[k]), pull, (end - begin)[k])
+        speed2[k] = velocities[k] ** 2
     i, j = flights.disc[a], flights.disc[b]
     reach = start.radius_m[i] + start.radius_m[j]
     deep = np.flatnonzero(~(distance2 >= reach * reach))
-    a, b, reach, end = a[deep], b[deep], reach[deep], end[deep]
+    a, b, reach, end, velocities = a[deep], b[deep], reach[deep], end[deep], velocities[deep]
     depth = reach - np.sqrt(distance2[deep])
     size = np.maximum(flights.size_m[a], flights.size_m[b])
-    velocities = flights.speed_m_s[a] + flights.speed_m_s[b]
     rounding = 16 * size + 5 * end * np.sqrt(speed2[deep]) + 4 * reach + 8 * velocities * (end - begin[deep])
     bound = flights.error_m[a] + flights.error_m[b] + UNIT * rounding
     bodies = np.stack([i[deep], j[deep]], axis=1)
     return bodies, begin[deep] + closest[deep], flights.look[a], depth, bound
 
 
+def _lowest(p: Vector, v: Vector, g: Vector, duration_s: Floats) -> Vector:
+    """Return when a parabola is nearest to the origin, and the square of that distance: p + v t + g t^2 / 2.
+
+    The distance is least at an end, or where its square's derivative, a cubic, passes 0. The roots of the cubic's own
+    derivative part the time into three spans in which it only grows or only falls, and halving finds its root in each.
+    """
+    pv, pg = p[0] * v[0] + p[1] * v[1], p[0] * g[0] + p[1] * g[1]
+    vv, vg, gg = v[0] ** 2 + v[1] ** 2, v[0] * g[0] + v[1] * g[1], g[0] ** 2 + g[1] ** 2
+    root = np.sqrt(np.maximum(9.0 * vg**2 - 6.0 * gg * (vv + pg), 0.0))
+    turns = [np.clip((-3.0 * vg + sign * root) / (3.0 * gg), 0.0, duration_s) for sign in (-1.0, 1.0)]
+    cuts = np.array([np.zeros_like(duration_s), *turns, duration_s])
+
+    def slope(t: Floats) -> Floats:
+        grows: Floats = pv + t * (vv + pg + t * (1.5 * vg + t * 0.5 * gg))
+        return grows
+
+    low, high = cuts[:-1], cuts[1:]
+    falls_first = slope(low) < 0.0
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        before = (slope(middle) < 0.0) == falls_first
+        low, high = np.where(before, middle, low), np.where(before, high, middle)
+    t = np.vstack([cuts, low, high])
+    x, y = (p[k] + t * (v[k] + 0.5 * g[k] * t) for k in (0, 1))
+    distance2 = x * x + y * y
+    least = np.argmin(distance2, axis=0)[None]
+    return np.take_along_axis(t, least, axis=0)[0], np.take_along_axis(distance2, least, axis=0)[0]
+
+
 def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:
-    """Return where a movable disc reached into a wall: on a straight flight that is deepest at one of its ends."""
+    """Return where a movable disc reached into a wall: a flight is deepest at an end, or where gravity turns it."""
     k = np.flatnonzero(np.isfinite(start.mass_kg)[flights.disc])
-    disc, end = flights.disc[k], flights.end_s[k]
-    wait = end - flights.begin_s[k]
-    vx, vy = flights.vx[k], flights.vy[k]
-    x, y = flights.x[k] + vx * wait, flights.y[k] + vy * wait
+    duration = flights.end_s[k] - flights.begin_s[k]
+    nothing = np.empty(0)
+    parts = [(np.empty((0, 2), np.intp), nothing, np.empty(0, np.intp), nothing, nothing)]
+    for wall, (_, _, nx, ny) in enumerate(start.walls):
+        parts.append(_in_wall(start, flights, wall, k, duration))
+        away = flights.gravity_m_s2[0] * nx + flights.gravity_m_s2[1] * ny
+        if away > 0.0:
+            turn = -(flights.vx[k] * nx + flights.vy[k] * ny) / away
+            within = np.flatnonzero((turn > 0.0) & (turn < duration))
+            parts.append(_in_wall(start, flights, wall, k[within], turn[within]))
+    bodies, times, looks, depths, bounds = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return Overlap(len(k) * len(start.walls), bodies, times, looks, depths, bounds)
+
+
+def _in_wall(
+    start: DiscArrays, flights: Flights, wall: int, k: Ranks, wait: Floats
+) -> tuple[Ranks, Floats, Ranks, Floats, Floats]:
+    """Return where flights are in a wall some time after they began: bodies, times, looks, depths and their bounds."""
+    qx, qy, nx, ny = start.walls[wall]
+    disc = flights.disc[k]
+    x, y = flights.place(k, wait)
     radius = start.radius_m[disc]
-    bodies, times, depths, bounds = [np.empty((0, 2), np.intp)], [np.empty(0)], [np.empty(0)], [np.empty(0)]
-    looks = [np.empty(0, np.intp)]
-    for wall, (qx, qy, nx, ny) in enumerate(start.walls):
-        depth = radius - ((x - qx) * nx + (y - qy) * ny)
-        deep = np.flatnonzero(~(depth <= 0.0))
-        flight = k[deep]
-        size = np.maximum(flights.size_m[flight], max(abs(qx), abs(qy)))
-        speed = flights.speed_m_s[flight]
-        rounding = 16 * size + 5 * end[deep] * speed + 4 * radius[deep] + 8 * speed * wait[deep]
-        bodies.append(np.stack([disc[deep], np.full(len(deep), -1 - wall)], axis=1))
-        times.append(end[deep])
-        looks.append(flights.look[flight])
-        depths.append(depth[deep])
-        bounds.append(flights.error_m[flight] + UNIT * rounding)
-    return Overlap(
-        len(k) * len(start.walls),
-        np.concatenate(bodies),
-        np.concatenate(times),
-        np.concatenate(looks),
-        np.concatenate(depths),
-        np.concatenate(bounds),
-    )
+    depth = radius - ((x - qx) * nx + (y - qy) * ny)
+    deep = np.flatnonzero(~(depth <= 0.0))
+    flight, end = k[deep], flights.begin_s[k[deep]] + wait[deep]
+    size = np.maximum(flights.size_m[flight], max(abs(qx), abs(qy)))
+    speed = flights.speed_m_s[flight]
+    rounding = 16 * size + 5 * end * speed + 4 * radius[deep] + 8 * speed * wait[deep]
+    bodies = np.stack([disc[deep], np.full(len(deep), -1 - wall)], axis=1)
+    return bodies, end, flights.look[flight], depth[deep], flights.error_m[flight] + UNIT * rounding

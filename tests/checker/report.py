@@ -15,14 +15,14 @@ RULES = {
     "row": "two distinct bodies that there are, the first a disc, one of them movable, all numbers finite",
     "count": "as many impacts are recorded as the run says that there were",
     "order": "no impact before the one before it, or outside its stretch",
-    "history": "velocities and spins before are those after the body's last impact, bit for bit",
+    "history": "velocities and spins before are those after the body's last impact, bit for bit where nothing falls",
     "contact": "the two bodies touch",
     "approach": "the two bodies approach",
     "normal": "the normal is the line of centres, or the wall's",
     "law": "velocities and spins after are those of the laws of restitution and friction, which conserve momentum",
     "passed": "no two bodies overlap, at any time",
     "state": "the run's own state is the one that its impacts lead to",
-    "end": "the run goes on to its end, and raises nothing",
+    "end": "the run goes on to its end, or to a disc that rests, and raises nothing",
 }
 
 

@@ -32,8 +32,15 @@ class Rub:
     bound: Floats
 
 
-def rub_of(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floats, Floats]) -> Rub:
-    """Return what friction gives at each impact, given the speeds of the rims before it."""
+def rub_of(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floats, Floats], fell: Floats) -> Rub:
+    """Return what friction gives at each impact.
+
+    Args:
+        start: Discs and walls.
+        rows: Impacts, shape ``(m,)``.
+        rims: Speeds of both bodies' rims before them, metres a second.
+        fell: How far the recorded speed towards a wall may be from the one that presses, metres a second.
+    """
     hit = rows["second"] >= 0
     one, two = rows["first"], np.where(hit, rows["second"], 0)
     light = (1.0 / start.mass_kg[one], np.where(hit, 1.0 / start.mass_kg[two], 0.0))
@@ -49,7 +56,7 @@ def rub_of(start: DiscArrays, rows: NDArray[np.void], rims: tuple[Floats, Floats
     yields = together + light[0] / k1 + light[1] / k2
     held, held_off = back * slip / yields, back * 24 * UNIT * fast / yields
     most = coefficient * bounce * np.maximum(-(ux * nx + uy * ny), 0.0) / together
-    most_off = coefficient * bounce * 24 * UNIT * speed / together
+    most_off = coefficient * bounce * (24 * UNIT * speed + fell) / together
     size = np.minimum(np.abs(held), most)
     plainly_held = np.abs(held) + held_off < most - most_off
     plainly_slid = np.abs(held) - held_off > most + most_off

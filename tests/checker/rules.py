@@ -8,6 +8,7 @@ from tests.checker.flights import UNIT, Flights, flights_of
 from tests.checker.laws import broken_law
 from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
 from tests.checker.report import Report, Violation, beyond, violation, worst
+from tests.checker.rest import Rests, broken_end, resting
 from tests.checker.watch import Stretch
 
 from carom import DiscArrays
@@ -16,13 +17,21 @@ Floats = NDArray[np.float64]
 Ranks = NDArray[np.intp]
 
 
-def check(start: DiscArrays, stretch: Stretch, report: Report, *, contact_duration_s: float = 0.0) -> None:
+def check(
+    start: DiscArrays,
+    stretch: Stretch,
+    report: Report,
+    *,
+    gravity_m_s2: tuple[float, float] = (0.0, 0.0),
+    contact_duration_s: float = 0.0,
+) -> None:
     """Check all that is seen in a stretch of a run by every rule, and add what comes out to a report.
 
     Args:
         start: What the run started from.
         stretch: What was seen.
         report: What is added to.
+        gravity_m_s2: Acceleration of every movable disc.
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
     """
     report.impacts += len(stretch.impacts)
@@ -32,11 +41,13 @@ def check(start: DiscArrays, stretch: Stretch, report: Report, *, contact_durati
         found.append(Violation("count", stretch.first_row, (), float(stretch.time_s[0]), missing, 0.0))
     found = found or _broken_order(stretch)
     if not found:  # else the discs can't be followed
-        flights = flights_of(stretch)
+        flights = flights_of(start, stretch, gravity_m_s2)
         found += _broken_history(start, stretch, flights)
         found += _broken_impacts(start, stretch, flights, report)
-        found += broken_law(start, stretch, contact_duration_s, report)
-        found += _broken_state(stretch, flights)
+        found += broken_law(start, stretch, flights, contact_duration_s, report)
+        rests = resting(start, stretch, flights)
+        found += broken_end(stretch, rests)
+        found += _broken_state(stretch, flights, rests)
         # Where the law is broken speeds have no bound: each disc may be near all others, and squares overflow.
         if all(one.rule != "law" for one in found):
             for overlap in (disc_overlaps(start, stretch, flights), wall_overlaps(start, flights)):
@@ -104,16 +115,25 @@ def _broken_history(start: DiscArrays, stretch: Stretch, flights: Flights) -> li
         k = np.flatnonzero(flights.after[:, side] >= 0)
         known = flights.after[k, side] - 1
         before = np.ascontiguousarray(stretch.impacts[name][k])
-        after = np.stack([flights.vx[known], flights.vy[known]], axis=1)
-        wrong = np.any(before.view(np.int64) != after.view(np.int64), axis=1)
-        size = np.abs(before - after).max(axis=1, initial=0.0)
-        found += [violation("history", stretch, int(k[w]), float(size[w]), 0.0) for w in np.flatnonzero(wrong)]
+        after = np.stack(flights.velocity(known, flights.end_s[known] - flights.begin_s[known]), axis=1)
+        wrong = _differ(before, after, flights.velocity_error(known))
+        size, bound = np.abs(before - after).max(axis=1, initial=0.0), flights.velocity_error(known)
+        found += [
+            violation("history", stretch, int(k[w]), float(size[w]), float(bound[w])) for w in np.flatnonzero(wrong)
+        ]
     found += _broken_spin_history(start, stretch, flights)
     wall = stretch.impacts["second"] < 0
     for name in ("velocity_second_before", "velocity_second_after"):
         moving = np.flatnonzero(wall & stretch.impacts[name].any(axis=1)).tolist()
         found += [violation("history", stretch, k, 1.0, 0.0) for k in moving]
     return found
+
+
+def _differ(one: Floats, other: Floats, bound: Floats) -> NDArray[np.bool_]:
+    """Return which vectors, shape ``(m, 2)``, are further apart than their bound; bit for bit where that is 0."""
+    bits = np.ascontiguousarray(one).view(np.int64) != np.ascontiguousarray(other).view(np.int64)
+    apart: NDArray[np.bool_] = np.where(bound > 0.0, ~(np.hypot(*(one - other).T) <= bound), np.any(bits, axis=1))
+    return apart
 
 
 def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, report: Report) -> list[Violation]:
@@ -153,13 +173,15 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
 
     apart = np.maximum(np.hypot(dx, dy), np.finfo(float).tiny)
     nx, ny = rows["normal"].T
-    found += beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT))
+    # A disc that falls back to its wall has the speed that it left with, not that of the velocity recorded.
+    known = flights.velocity_error(np.where(ended[:, 0] >= 0, ended[:, 0], 0)) * ~hit
+    found += beyond("approach", stretch, ux * nx + uy * ny, speed * (2 * bound / apart + 8 * UNIT) + known)
     off = np.hypot(nx - np.where(hit, dx / apart, -wall[:, 2]), ny - np.where(hit, dy / apart, -wall[:, 3]))
     found += beyond("normal", stretch, off, np.where(hit, 2 * bound / apart, 0.0) + 8 * UNIT)
     return found
 
 
-def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
+def _broken_state(stretch: Stretch, flights: Flights, rests: Rests | None) -> list[Violation]:
     found = []
     last = flights.last
     x, y, error, size = _at_end(flights, last.ravel())
@@ -168,8 +190,12 @@ def _broken_state(stretch: Stretch, flights: Flights) -> list[Violation]:
     off = np.hypot(seen[:, 0] - x, seen[:, 1] - y)
     end = np.repeat(stretch.time_s[1:], last.shape[1])
     bound = error + UNIT * (16 * size + 4 * speed * end)
-    velocity = np.stack([flights.vx[last], flights.vy[last]], axis=-1)
-    same = np.all(velocity.view(np.int64) == np.ascontiguousarray(stretch.velocity_m_s[1:]).view(np.int64), axis=-1)
+    every = last.ravel()
+    velocity = np.stack(flights.velocity(every, flights.end_s[every] - flights.begin_s[every]), axis=-1)
+    known = flights.velocity_error(every)
+    if rests is not None:
+        known[-len(rests.speed_m_s) :] += rests.speed_m_s
+    same = ~_differ(velocity, stretch.velocity_m_s[1:].reshape(-1, 2), known).reshape(last.shape)
     if stretch.spin_rad_s is not None:
         same &= _spin_of_flights(stretch, flights)[last] == stretch.spin_rad_s[1:]
     for k in np.flatnonzero(~(off <= bound) | ~same.ravel()):
@@ -217,10 +243,5 @@ def _since_look(
 
 def _at_end(flights: Flights, k: Ranks) -> tuple[Floats, Floats, Floats, Floats]:
     """Return x, y and the bounds on error and size at the end of flights."""
-    wait = flights.end_s[k] - flights.begin_s[k]
-    return (
-        flights.x[k] + flights.vx[k] * wait,
-        flights.y[k] + flights.vy[k] * wait,
-        flights.error_m[k],
-        flights.size_m[k],
-    )
+    x, y = flights.place(k, flights.end_s[k] - flights.begin_s[k])
+    return x, y, flights.error_m[k], flights.size_m[k]

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.campaign.gases import Kind, draw
+from tests.campaign.run import run_of
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
@@ -280,8 +281,8 @@ def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
     gas = draw(3, kind, most_discs=64)
     larger = replace(gas.start, radius_m=gas.start.radius_m * 1.02)
     movable = np.isfinite(gas.start.mass_kg)
-    for stretch in watch(EventDrivenRun(gas.start), gas.start, 1e6, 1000):
-        flights = flights_of(stretch)
+    for stretch in watch(run_of(gas), gas.start, 1e6, 1000):
+        flights = flights_of(gas.start, stretch, gas.gravity_m_s2)
         overlap = disc_overlaps(larger, stretch, flights)
         expected: set[tuple[int, ...]] = set()
         for begin, end in pairwise([*flights.first[:, 0].tolist(), len(flights.x)]):

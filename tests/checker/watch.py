@@ -39,6 +39,7 @@ class Stretch:
         last_impact_s: When each disc had its last impact before the stretch, shape ``(n,)``; -inf for none.
         spins: Array of `carom.trace.SPIN_DTYPE`, an entry an impact; None where nothing turns.
         spin_rad_s: Spins at the looks, shape ``(p + 1, n)``; None as well.
+        outcome: Why the run stopped at the last look.
     """
 
     first_row: int
@@ -50,6 +51,7 @@ class Stretch:
     last_impact_s: Floats
     spins: NDArray[np.void] | None = None
     spin_rad_s: Floats | None = None
+    outcome: Outcome = Outcome.MAX_IMPACTS
 
 
 def watch(
@@ -74,6 +76,7 @@ def watch(
     movable = int(np.sum(np.isfinite(start.mass_kg)))
     step = max(1, IMPACTS_PER_LOOK * movable // 2)
     done, logged, at_end = 0, 0, False
+    outcome = Outcome.MAX_IMPACTS
     raised: Exception | None = None
     look = (0.0, start.position_m, start.velocity_m_s, start.spins)
     last_impact_s = np.full(len(start), -np.inf)
@@ -108,6 +111,7 @@ def watch(
             last_impact_s,
             None if spins is None else spins[seen],
             None if spins is None else np.array([spin for *_, spin in looks]),
+            outcome,
         )
         last_impact_s = _last_impacts(impacts, last_impact_s)
         done, look = counts[-1], looks[-1]

@@ -1,0 +1,275 @@
+"""The checker knows gravity: what falls rightly breaks no rule, and each wrong way to fall, meet or rest breaks one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.campaign import run as campaign_run
+from tests.campaign.gases import Gas, Kind
+from tests.campaign.run import checked
+from tests.checker import Report, Stretch, check
+from tests.checker.passes import _lowest
+from tests.unit.solvers.scenes import random_start
+
+from carom import DiscArrays
+from carom.physics.pair_time import pair_time
+from carom.solvers.falling import run as falling
+from carom.solvers.falling.bodies import FallingBodies
+from carom.solvers.falling.clock import NEVER, Instant, after, between
+from carom.solvers.falling.run import BallisticRun
+from carom.trace import ImpactRecord, Outcome
+
+#: Impacts that a run is followed over.
+IMPACTS = 300
+#: The floor of `gas`, among its walls.
+FLOOR = 2
+#: What a fault changes by a little changes by this fraction.
+SLIGHTLY = 1.0 + 1e-9
+
+
+@cache
+def gas() -> Gas:
+    """Twelve rough discs on a slope between walls, three of them immovable."""
+    start = random_start(np.random.default_rng(8), 12, immovable=3, spread=2.0, restitution=0.98)
+    assert start.walls[FLOOR] == (0.0, 0.0, 0.0, 1.0)
+    rough = replace(start, wall_restitution=0.95, friction=0.1, wall_friction=0.1)
+    return Gas(0, Kind.FALLING, 0.0, rough, 10_000, gravity_m_s2=(1.0, -9.8))
+
+
+def rules(report: Report) -> set[str]:
+    return {violation.rule for violation in report.violations}
+
+
+def test_a_right_run_breaks_no_rule() -> None:
+    """What is done wrong below is right before: discs meet discs that fall, discs that don't, and the floor."""
+    report = checked(gas(), IMPACTS)
+    assert report.violations == []
+    assert report.impacts == IMPACTS
+    assert 0.0 < report.worst_gap < 1.0
+    run = BallisticRun(gas())
+    run.advance_to(1e6, IMPACTS)
+    first, second = run.log.array()["first"], run.log.array()["second"]
+    fixed = ~gas().start.movable
+    assert np.sum(second == -1 - FLOOR) > 20
+    assert np.sum((second >= 0) & (fixed[first] | fixed[np.maximum(second, 0)])) > 20
+    assert np.sum((second >= 0) & ~fixed[first] & ~fixed[np.maximum(second, 0)]) > 20
+
+
+class LateOnWalls(FallingBodies):
+    """Meets walls a billionth of its flight too late."""
+
+    def next_wall_impact(self, i: int, k: int) -> Instant:
+        instant = super().next_wall_impact(i, k)
+        return instant if instant == NEVER else after(self.instant[i], between(self.instant[i], instant) * SLIGHTLY)
+
+
+class NoFloor(FallingBodies):
+    """Does not see the floor under every second disc."""
+
+    def next_wall_impact(self, i: int, k: int) -> Instant:
+        return NEVER if i % 2 and k == FLOOR else super().next_wall_impact(i, k)
+
+
+class StraightToWalls(FallingBodies):
+    """Meets walls when a straight flight would."""
+
+    def next_wall_impact(self, i: int, k: int) -> Instant:
+        pull, self.pull = self.pull, [(0.0, 0.0)] * len(self.walls)
+        instant = super().next_wall_impact(i, k)
+        self.pull = pull
+        return instant
+
+
+class NoPair(FallingBodies):
+    """Does not see that two of its discs meet."""
+
+    def next_pair_impact(self, i: int, j: int) -> Instant:
+        return NEVER if i >= 3 and j == 7 else super().next_pair_impact(i, j)
+
+
+class NoFixed(FallingBodies):
+    """Does not see one of the immovable discs."""
+
+    def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
+        return NEVER if i == 1 else super().earliest_on_fixed(i, j)
+
+
+class StraightToFixed(FallingBodies):
+    """Meets immovable discs when a straight flight would."""
+
+    def _next_impact_on_fixed(self, i: int, fixed: int) -> Instant:
+        if self.inverse_mass[i] == 0.0 or self.last_partner[i] == fixed:
+            return NEVER
+        disc = (*self.state_at(i, self.instant[i]), self.radius[i])
+        wait = pair_time(*disc, self.x[fixed], self.y[fixed], 0.0, 0.0, self.radius[fixed])
+        return after(self.instant[i], wait)
+
+
+class OtherGravity(FallingBodies):
+    """Falls a billionth too fast."""
+
+    def __init__(self, start: Any) -> None:
+        super().__init__(start)
+        self.gravity = (self.gravity[0] * SLIGHTLY, self.gravity[1] * SLIGHTLY)
+
+
+class KeepsItsVelocity(FallingBodies):
+    """Takes discs down, and leaves their velocities."""
+
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        return (*super().state_at(i, instant)[:2], self.vx[i], self.vy[i])
+
+
+class FallsByEuler(FallingBodies):
+    """Takes discs forward by the velocity before, and by none of the fall."""
+
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        wait, (_, _, vx, vy) = between(self.instant[i], instant), super().state_at(i, instant)
+        if self.inverse_mass[i] == 0.0:
+            return self.x[i], self.y[i], 0.0, 0.0
+        return self.x[i] + wait * self.vx[i], self.y[i] + wait * self.vy[i], vx, vy
+
+
+class FixedFall(FallingBodies):
+    """Lets immovable discs fall, too."""
+
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        if self.inverse_mass[i] > 0.0:
+            return super().state_at(i, instant)
+        return self.x[i], self.y[i] + 0.5 * self.gravity[1] * instant[0] ** 2, 0.0, 0.0
+
+
+class BouncesTooFast(FallingBodies):
+    """Leaves walls a billionth too fast."""
+
+    def bounce(self, i: int, k: int, approach: float) -> ImpactRecord:
+        return super().bounce(i, k, approach * SLIGHTLY)
+
+
+class RubsTooLittle(FallingBodies):
+    """Lets walls rub as if an impact pressed a billionth less."""
+
+    def rub_wall(self, i: int, k: int, before: tuple[float, float], pressed: float) -> None:
+        super().rub_wall(i, k, before, pressed / SLIGHTLY)
+
+
+class TurnsInFlight(FallingBodies):
+    """Lets a disc's spin slow down as it flies."""
+
+    def bring_to(self, i: int, instant: Instant) -> None:
+        super().bring_to(i, instant)
+        self.spin[i] /= SLIGHTLY
+
+
+@pytest.mark.parametrize(
+    ("bodies", "broken"),
+    [
+        (LateOnWalls, "contact"),
+        (NoFloor, "passed"),
+        (StraightToWalls, "passed"),
+        (NoPair, "passed"),
+        (NoFixed, "passed"),
+        (StraightToFixed, "contact"),
+        (OtherGravity, "history"),
+        (KeepsItsVelocity, "history"),
+        (FallsByEuler, "contact"),
+        (FixedFall, "state"),
+        (BouncesTooFast, "law"),
+        (RubsTooLittle, "law"),
+        (TurnsInFlight, "history"),
+    ],
+)
+def test_each_wrong_way_to_fall_is_found(
+    bodies: type[FallingBodies], broken: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a solver gets wrong about falling discs breaks the rule that speaks of it."""
+    monkeypatch.setattr(falling, "FallingBodies", bodies)
+    assert broken in rules(checked(gas(), IMPACTS))
+
+
+class RestsTooSoon(BallisticRun):
+    """Takes a slow impact for rest."""
+
+    def _is_at_rest(self, approach: float, pull: float, gap_m: float, last: Instant | None) -> bool:
+        return (pull < 0.0 and approach < 0.5) or super()._is_at_rest(approach, pull, gap_m, last)
+
+
+class RestsInTheAir(BallisticRun):
+    """Ends at rest at its hundredth impact, wherever that is."""
+
+    def _carried_out(self, record: ImpactRecord, resolution_s: float, changed: tuple[int, ...]) -> None:
+        super()._carried_out(record, resolution_s, changed)
+        if self.impacts == 100:
+            self._ended = Outcome.AT_REST
+
+
+@pytest.mark.parametrize("run", [RestsTooSoon, RestsInTheAir])
+def test_a_rest_that_is_none_is_found(run: Callable[..., BallisticRun], monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
+    monkeypatch.setattr(campaign_run, "BallisticRun", run)
+    assert "end" in rules(checked(gas(), IMPACTS))
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+@pytest.mark.parametrize("gravity", [(0.0, -9.8), (1.0, -9.8)])
+def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[float, float]) -> None:
+    """Discs that fall on a floor, or on a disc that stands on it, come to rest there after their last impact."""
+    walls = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0), (9.0, 0.0, -1.0, 0.0))
+    for place in ([[3.0, 2.0]], [[3.0, 2.0], [3.0, 0.5]]):
+        mass = np.array([1.0, math.inf][: len(place)])
+        size = np.full(len(place), 0.5)
+        start = DiscArrays(np.array(place), np.zeros((len(place), 2)), size, mass, walls, restitution, restitution)
+        case = Gas(0, Kind.FALLING, 0.0, start, 10_000, gravity_m_s2=gravity)
+        run = BallisticRun(case)
+        assert run.advance_to(1e6) is Outcome.AT_REST
+        report = checked(case)
+        assert report.violations == []
+        assert report.impacts == run.impacts > 0
+
+
+@pytest.mark.parametrize("over", [1e-11, -1e-11])
+def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: float) -> None:
+    """A disc thrown up turns in a ceiling, or before it, and beside an immovable disc above it, likewise."""
+    height = 0.5 * 3.0**2 / 10.0  # of a throw at 3 m/s, 10 m/s^2
+    for fixed in (False, True):
+        place = [[0.0, 0.0]] + [[0.0, height + 1.0 - over]] * fixed
+        ceiling = () if fixed else ((0.0, height + 0.5 - over, 0.0, -1.0),)
+        count = len(place)
+        mass = np.array([1.0, math.inf][:count])
+        velocity = np.array([[0.0, 3.0], [0.0, 0.0]][:count])
+        start = DiscArrays(np.array(place), velocity, np.full(count, 0.5), mass, ceiling)
+        back = np.array([[0.0, -3.0], [0.0, 0.0]][:count])
+        stretch = Stretch(
+            0,
+            BallisticRun(gas()).log.array(),
+            np.array([0, 0]),
+            np.array([0.0, 0.6]),
+            np.array([place, place]),
+            np.array([velocity, back]),
+            np.full(count, -math.inf),
+        )
+        report = Report()
+        check(start, stretch, report, gravity_m_s2=(0.0, -10.0))
+        assert rules(report) == ({"passed"} if over > 0.0 else set())
+
+
+def test_the_nearest_point_of_a_parabola_is_found() -> None:
+    """The least distance within a span of time is that at the real roots of the cubic, or at the ends."""
+    rng = np.random.default_rng(1)
+    p, v, g = rng.normal(size=(3, 2, 500)) * np.array([1.0, 2.0, 3.0])[:, None, None]
+    span = np.exp(rng.uniform(-3.0, 2.0, 500))
+    when, distance2 = _lowest((p[0], p[1]), (v[0], v[1]), (g[0], g[1]), span)
+    for k in range(500):
+        a, b, c = p[:, k], v[:, k], 0.5 * g[:, k]
+        roots = np.roots([2 * c @ c, 3 * b @ c, b @ b + 2 * a @ c, a @ b])
+        real = roots.real[np.abs(roots.imag) < 1e-6]
+        t = np.concatenate([[0.0, span[k]], real[(real > 0.0) & (real < span[k])]])
+        expected = np.min(np.sum((a + np.outer(t, b) + np.outer(t * t, c)) ** 2, axis=1))
+        assert distance2[k] == pytest.approx(expected, rel=1e-9, abs=1e-12)
+        assert 0.0 <= when[k] <= span[k]
