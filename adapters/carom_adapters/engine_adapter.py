@@ -35,6 +35,8 @@ class EngineAdapter:
         knobs: Settings that may be searched, and how far, by name.
         profiles: Its profiles, by name.
         world: Makes a world of a scene and settings; raises AdapterError where one is outside what the engine can do.
+        code: Writes what `world` makes as code of the engine's own (`carom.adapter.CodedAdapter`); None where there is
+            none.
     """
 
     name: str
@@ -43,6 +45,7 @@ class EngineAdapter:
     knobs: Mapping[str, Knob]
     profiles: Mapping[str, Profile]
     world: Callable[[Scene, Settings], World]
+    code: Callable[[Scene, Settings, str], str] | None = None
 
     def prepare(self, scene: Scene, settings: Settings) -> World:
         """Build a world.

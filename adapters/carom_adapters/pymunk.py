@@ -31,6 +31,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 
 if TYPE_CHECKING:
@@ -114,15 +115,21 @@ def _corners_of_walls(scene: Scene, dt_s: float) -> list[list[tuple[float, float
     return corners
 
 
+def _usable_step(scene: Scene, settings: Mapping[str, Setting]) -> float:
+    """Return the step of settings, in seconds, once they and the scene are known to be what pymunk can do."""
+    require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST, {"dt_s": LARGEST})
+    dt_s = float(settings["dt_s"])
+    require_supported("pymunk", scene, CAPABILITIES, dt_s)
+    return dt_s
+
+
 class PymunkWorld:
     """One `pymunk.Space`."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         import pymunk
 
-        require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST, {"dt_s": LARGEST})
-        dt_s = float(settings["dt_s"])
-        require_supported("pymunk", scene, CAPABILITIES, dt_s)
+        dt_s = _usable_step(scene, settings)
         self._clock = StepClock(dt_s)
         self._arbiters: list[tuple[pymunk.Shape, pymunk.Shape]] | None = None
         self._space = pymunk.Space()
@@ -243,6 +250,59 @@ class PymunkWorld:
         del self._space, self._bodies, self._movable, self._number
 
 
+def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the space that `PymunkWorld` makes as a program."""
+    dt_s, turns = _usable_step(scene, settings), scene.arrays.turns
+    friction, wall_friction = factored_frictions(scene) if turns else (0.0, 0.0)
+    elasticity, wall_elasticity = factored_restitutions(scene)
+    lines = []
+    for disc in scene.discs:
+        moment = (disc.inertia_factor if turns else math.inf) * disc.mass_kg * disc.radius_m**2
+        kind = (
+            "static=True"
+            if disc.immovable
+            else arguments(
+                {"mass": disc.mass_kg, "moment": moment, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            )
+        )
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {kind})")
+    lines += [f"add_wall({corners!r})" for corners in _corners_of_walls(scene, dt_s)]
+    set_up = assignments("space", settings, SPACE_SETTINGS)
+    end = PYTHON_END.format(step="space.step(dt)", state="*body.position, *body.velocity, body.angular_velocity")
+    bodies = "\n".join(lines)
+    return f"""{comment(heading)}
+from math import inf
+
+import pymunk
+
+dt, steps = {dt_s!r}, {steps_of(scene, settings)}
+space = pymunk.Space()
+space.gravity = {scene.gravity_m_s2!r}
+{set_up}discs = []
+
+
+def add(body, shape, elasticity, friction):
+    # pymunk multiplies the two coefficients of a pair.
+    shape.elasticity, shape.friction = elasticity, friction
+    space.add(body, shape)
+
+
+def add_disc(position, radius, mass=0.0, moment=0.0, velocity=(0.0, 0.0), spin=0.0, static=False):
+    body = pymunk.Body(body_type=pymunk.Body.STATIC) if static else pymunk.Body(mass, moment)
+    body.position, body.velocity, body.angular_velocity = position, velocity, spin
+    add(body, pymunk.Circle(body, radius), elasticity={elasticity!r}, friction={friction!r})
+    discs.append(body)
+
+
+def add_wall(corners):  # a deep polygon: discs pass through a thin segment
+    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+    add(body, pymunk.Poly(body, corners), elasticity={wall_elasticity!r}, friction={wall_friction!r})
+
+
+{bodies}
+{end}"""
+
+
 def _default(dt_s: float) -> dict[str, Setting]:
     return {"dt_s": dt_s}
 
@@ -279,4 +339,5 @@ adapter = EngineAdapter(
         "located": located("Chipmunk's own collision test", _tuned),
     },
     world=PymunkWorld,
+    code=_code,
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import importlib.util
 import os
 import sys
@@ -53,6 +54,8 @@ class EngineInfo:
         located: Names of the profiles whose steps are cut.
         own: What the engine can do with a profile that does not go by `capabilities`, by its name.
         knobs: Settings that may be searched, and how far, by name.
+        install: The command that installs the engine; empty where it needs none.
+        code: Whether the adapter can write its settings as code of the engine's own.
     """
 
     name: str
@@ -65,6 +68,8 @@ class EngineInfo:
     located: frozenset[str] = frozenset()
     own: Mapping[str, Capabilities] = field(default_factory=dict)
     knobs: Mapping[str, Knob] = field(default_factory=dict)
+    install: str = ""
+    code: bool = False
 
     @property
     def available(self) -> bool:
@@ -219,9 +224,10 @@ def require_named(name: str) -> None:
         UnknownNameError: With the names that there are.
     """
     if name not in adapter_points():
-        raise UnknownNameError(
-            f"no engine is named {name!r}; there are: {', '.join(sorted(adapter_points())) or 'none'}"
-        )
+        near = difflib.get_close_matches(name, adapter_points(), n=1)
+        hint = f"did you mean {near[0]!r}? " if near else ""
+        there_are = ", ".join(sorted(adapter_points())) or "none"
+        raise UnknownNameError(f"no engine is named {name!r}; {hint}there are: {there_are}")
 
 
 def load_adapter(name: str) -> Adapter:

@@ -17,6 +17,7 @@ from typer.testing import CliRunner, Result
 import carom
 from carom.cli import app
 from carom.cli.shared import resumable
+from carom.scenes import all_scenes
 
 SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 
@@ -72,6 +73,14 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(tmp_path: Path) ->
             "pymunk has no setting 'iteration'; there are:",
         ),
         (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
+        (("engines", "pymonk"), "no engine is named 'pymonk'; did you mean 'pymunk'?"),
+        (("engines", "--show", "tuned"), "--show prints the settings of one engine"),
+        (("engines", "pymunk", "--dt", "1/60"), "go with --show"),
+        (("engines", "pit", "--show", "tuned"), "the adapter 'pit' writes no code of its engine"),
+        (("engines", "pymunk", "--show", "located"), "profile 'located' of pymunk can't be pasted"),
+        (("engines", "pymunk", "--show", "best"), "pymunk has no profile 'best'; it has: default, tuned, located"),
+        (("engines", "pymunk", "--show", "tuned", "--scene", "paper"), "--scene must name one scene"),
+        (("engines", "pymunk", "--show", "tuned", "--restitution", "2"), "restitution"),
     ],
 )
 def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], words: str) -> None:
@@ -159,6 +168,38 @@ def test_engines_lists_each_with_version_or_reason() -> None:
     for info in carom.engines():
         assert info.name in output
         assert info.version in output if info.available else "unavailable" in output
+    lines = output.splitlines()
+    assert len([line for line in lines if line.startswith(tuple(info.name for info in carom.engines()))]) == len(
+        carom.engines()
+    )
+    assert all(len(line) <= 80 for line in lines)
+
+
+def test_scenes_are_a_line_each() -> None:
+    """`carom scenes` has one line a scene, with its discs and impacts, and a heading."""
+    lines = carom_command("scenes").output.splitlines()
+    assert len(lines) == len(all_scenes()) + 1
+    (missed,) = (line for line in lines if line.startswith("paper/missed"))
+    assert missed.split()[1:3] == ["2", "1"]
+
+
+def test_an_engine_is_shown_in_full() -> None:
+    """`carom engines NAME` shows profiles, capabilities, knobs, how it is installed, and what was reported of it."""
+    output = carom_command("engines", "mujoco").output
+    for word in ("pip install", "cylinder-plain", "gravity", "stiffness", "issues/mujoco-441", "--show tuned"):
+        assert word in output
+    assert "tuned" in carom_command("engines", "pit").output
+
+
+def test_settings_are_printed_to_paste() -> None:
+    """`carom engines NAME --show PROFILE` prints the engine's own code, with what was asked for in it."""
+    arguments = ("--show", "tuned", "--dt", ".002", "--restitution", ".9", "--friction", ".3")
+    model = carom_command("engines", "mujoco", *arguments).output
+    assert 'timestep="0.002"' in model
+    assert 'friction="0.3 0 0"' in model
+    solref = -(1 + 0.9) / 0.002  # MuJoCo's damping that makes -0.9 v of v in one Euler step
+    assert f'solref="0.0 {solref!r}"' in model
+    assert "space.step(dt)" in carom_command("engines", "pymunk", "--show", "default", "--scene", "classics/box").output
 
 
 def test_help_says_what_each_command_does() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from carom.adapter import Engine, Knob, Profile, Setting
+from carom_adapters.box2d.code import code
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.world import Box2dWorld
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
@@ -67,7 +68,11 @@ adapter = EngineAdapter(
             "What a user of Box2D gets: all as shipped (contacts below 1 m/s are inelastic), but awake and with the "
             "scene's restitution and friction.",
             _default,
-            capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
+            capabilities=replace(
+                CAPABILITIES,
+                continuous_detection=False,  # against what can't move alone
+                restitution_threshold_m_s=THRESHOLD_M_S,
+            ),
             changed={
                 "restitution": OF_THE_SCENE,
                 "friction": OF_THE_SCENE,
@@ -82,4 +87,5 @@ adapter = EngineAdapter(
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
     },
     world=Box2dWorld,
+    code=code,
 )

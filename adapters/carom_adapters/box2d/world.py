@@ -35,7 +35,7 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 
-__all__ = ["Box2dWorld"]
+__all__ = ["BEFORE_WALLS", "Box2dWorld", "rectangle_of", "shapes_of_disc", "sweeps"]
 
 #: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
 SMALLEST_WALL_M = 0.1
@@ -56,6 +56,44 @@ def _rectangle(normal: Point, size: float) -> list[Point]:
     """
     nx, ny = normal
     return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
+
+
+def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
+    """Return category, restitution and friction of each circle that a disc is made of.
+
+    Box2D takes the larger of two restitutions, and the root of the product of two frictions. Where the walls'
+    restitution is the smaller one, or their friction another, a disc needs a shape for other discs, and one of no
+    restitution and of the walls' friction for walls.
+    """
+    if scene.walls and (scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction):
+        return [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
+    return [(AMONG_DISCS | BEFORE_WALLS, scene.restitution, scene.friction)]
+
+
+def rectangle_of(scene: Scene, k: int, centre: Point, radius: float) -> tuple[Point, list[Point]]:
+    """Return where the body of a wall is put, the point nearest to the scene, and its corners around that.
+
+    Raises:
+        AdapterError: It would have to be so long that 32-bit floats round it by more than the smallest disc.
+    """
+    (px, py), (nx, ny) = scene.walls[k].point_m, scene.walls[k].normal
+    # The point of the wall nearest to the scene, so that the numbers around it are small.
+    along = (px - centre[0]) * ny - (py - centre[1]) * nx
+    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+    size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
+    smallest = min(disc.radius_m for disc in scene.discs)
+    if not size * ROUNDING < smallest:
+        raise AdapterError(
+            f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
+            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+        )
+    return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
+
+
+def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
+    """Whether the world sweeps at all, see `limits.SWEEPS`."""
+    sweep = settings.get("sweep", "shipped")
+    return sweep == "shipped" or (sweep == "fast" and any(is_fast(disc, dt_s) for disc in scene.discs))
 
 
 def _imported() -> Any:  # untyped: a SWIG module without stubs
@@ -83,8 +121,7 @@ class Box2dWorld:
             if name in settings:
                 setattr(self._world, name, settings[name])
         self._sweep = str(settings.get("sweep", "shipped"))
-        fast = any(is_fast(disc, self._clock.dt_s) for disc in scene.discs)
-        self._world.continuousPhysics = self._sweep == "shipped" or (self._sweep == "fast" and fast)
+        self._world.continuousPhysics = sweeps(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
         self._movable: list[Any] = []
@@ -112,13 +149,7 @@ class Box2dWorld:
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),
             )
             self._movable.append(body)
-        # Box2D takes the larger of two restitutions, and the root of the product of two frictions. Where the walls'
-        # restitution is the smaller one, or their friction another, a disc needs a shape for other discs, and one of
-        # no restitution and of the walls' friction for walls.
-        both = [(AMONG_DISCS | BEFORE_WALLS, scene.restitution, scene.friction)]
-        apart = [(AMONG_DISCS, scene.restitution, scene.friction), (BEFORE_WALLS, 0.0, scene.wall_friction)]
-        other = scene.wall_restitution < scene.restitution or scene.wall_friction != scene.friction
-        for category, restitution, friction in apart if scene.walls and other else both:
+        for category, restitution, friction in shapes_of_disc(scene):
             body.CreateFixture(
                 shape=box2d.b2CircleShape(radius=disc.radius_m),
                 density=1.0,
@@ -135,21 +166,11 @@ class Box2dWorld:
         self._bodies.append(body)
 
     def _add_wall(self, scene: Scene, k: int, centre: Point, radius: float) -> None:
-        (px, py), (nx, ny) = scene.walls[k].point_m, scene.walls[k].normal
-        # The point of the wall nearest to the scene, so that the numbers around it are small.
-        along = (px - centre[0]) * ny - (py - centre[1]) * nx
-        gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
-        size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
-        smallest = min(disc.radius_m for disc in scene.discs)
-        if not size * ROUNDING < smallest:
-            raise AdapterError(
-                f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
-                f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
-            )
-        shape = self._box2d.b2PolygonShape(vertices=_rectangle((nx, ny), size))
+        place, corners = rectangle_of(scene, k, centre, radius)
+        shape = self._box2d.b2PolygonShape(vertices=corners)
         if "polygon_radius_m" in self._asked:
             shape.radius = float(self._asked["polygon_radius_m"])
-        body = self._world.CreateStaticBody(position=(px - along * ny, py + along * nx))
+        body = self._world.CreateStaticBody(position=place)
         body.CreateFixture(
             shape=shape,
             friction=scene.wall_friction,

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.mujoco.code import code
 from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.world import MujocoWorld
 
@@ -83,6 +86,7 @@ adapter = EngineAdapter(
             "undamped contact spring (solref -1000 0), damped for restitution below 1 by the formula of the linear "
             "oscillator.",
             _default,
+            capabilities=replace(CAPABILITIES, continuous_detection=False),
             changed={
                 "stiffness": "solref -1000 0, the contact spring of its users: as shipped, 0.02 1, nothing bounces",
                 "damping": "of that spring, for the scene's restitution",
@@ -105,4 +109,5 @@ adapter = EngineAdapter(
         ),
     },
     world=MujocoWorld,
+    code=code,
 )

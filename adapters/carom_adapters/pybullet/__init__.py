@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.pybullet.code import code
 from carom_adapters.pybullet.limits import (
     CAPABILITIES,
     SHIPPED_RESTITUTION_THRESHOLD_M_S,
@@ -122,4 +123,5 @@ adapter = EngineAdapter(
         ),
     },
     world=PybulletWorld,
+    code=code,
 )

@@ -39,7 +39,7 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
 )
 
-__all__ = ["PybulletWorld"]
+__all__ = ["PybulletWorld", "moments_of", "require_usable"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -49,6 +49,30 @@ CYLINDER_TIPS = 7 / 12
 
 #: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
+
+
+def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
+    """Refuse what is outside what Bullet can do.
+
+    Raises:
+        AdapterError: The scene or a setting is.
+    """
+    known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
+    require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
+    require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
+
+
+def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
+    """Return the moments of inertia of a movable disc; None for one that nothing can turn, which keeps its shape's."""
+    cylinder, free, turns = settings.get("shape") == "cylinder", bool(settings.get("turn", True)), scene.arrays.turns
+    if free and not turns:
+        return None
+    # 0 is how Bullet spells an infinite moment.
+    factor = disc.inertia_factor if turns and math.isfinite(disc.inertia_factor) else 0.0
+    # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
+    tips = CYLINDER_TIPS if cylinder else factor
+    scale = disc.mass_kg * disc.radius_m**2
+    return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
 def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
@@ -83,9 +107,7 @@ class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
-        known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
-        require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
-        require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
+        require_usable(scene, settings)
         self._asked = dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
@@ -143,7 +165,7 @@ class PybulletWorld:
             body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction)
             if not disc.immovable:
                 self._movable.append(body)
-                self._set_inertia(body, disc)
+                self._set_inertia(scene, body, disc)
                 if ccd_fraction > 0 and is_fast(disc, self._clock.dt_s):
                     swept = ccd_fraction * disc.radius_m
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
@@ -161,24 +183,15 @@ class PybulletWorld:
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
 
-    def _set_inertia(self, body: int, disc: Disc) -> None:
-        """Give a movable disc its moments of inertia; one that nothing can turn keeps those of its shape."""
-        cylinder, free = self._asked.get("shape", "sphere") == "cylinder", bool(self._asked.get("turn", True))
-        if free and not self._turns:
-            return
-        # 0 is how Bullet spells an infinite moment.
-        factor = disc.inertia_factor if self._turns and math.isfinite(disc.inertia_factor) else 0.0
-        # With 0 about the two other axes no impact turns a multibody; and a sphere has no use for it.
-        tips = CYLINDER_TIPS if cylinder else factor
-        moments = [(tips if free else 0.0), (tips if free else 0.0), factor]
-        scale = disc.mass_kg * disc.radius_m**2
-        self._bullet.changeDynamics(
-            body,
-            -1,
-            mass=disc.mass_kg,  # which must be told again with it
-            localInertiaDiagonal=[moment * scale for moment in moments],
-            physicsClientId=self._client,
-        )
+    def _set_inertia(self, scene: Scene, body: int, disc: Disc) -> None:
+        if (moments := moments_of(scene, self._asked, disc)) is not None:
+            self._bullet.changeDynamics(
+                body,
+                -1,
+                mass=disc.mass_kg,  # which must be told again with it
+                localInertiaDiagonal=moments,
+                physicsClientId=self._client,
+            )
 
     def _add(self, shape: int, mass: float, position: tuple[float, float], restitution: float, friction: float) -> int:
         bullet, client, asked = self._bullet, self._client, self._asked

@@ -20,6 +20,7 @@ __all__ = [
     "Accuracy",
     "Adapter",
     "Capabilities",
+    "CodedAdapter",
     "Contact",
     "ContactTimes",
     "CuttableWorld",
@@ -333,3 +334,23 @@ class Adapter(Protocol):
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
         """Build the scene with settings of one of the profiles. Timed on its own, not by the step clock."""
+
+
+@runtime_checkable
+class CodedAdapter(Adapter, Protocol):
+    """An adapter that writes a world as code of the engine's own, to be pasted: ``carom engines NAME --show``."""
+
+    def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+        """Return a program, or a model, that gives the digits of the world that `prepare` makes, without Carom.
+
+        Nothing of the engine is imported for it. A program takes the steps that cover the scene, and prints each disc
+        at their end, a line of ``x y vx vy spin``.
+
+        Args:
+            scene: The scene.
+            settings: As for `prepare`; a profile that is ``located`` has no code, since its steps are cut.
+            heading: What to say first, as a comment.
+
+        Raises:
+            AdapterError: The scene or a setting is outside what the engine can do.
+        """

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import guarded, print_document, say
+from carom.cli.shared import guarded, say, say_lines
 
 __all__ = ["scenes"]
 
@@ -23,7 +23,7 @@ def scenes(
     ] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a scene file.")] = False,
 ) -> None:
-    """List the catalogue, or show scenes of it in full, as the files they could be loaded from."""
+    """List the catalogue, a line each, or show scenes of it in full, as the files they could be loaded from."""
     if schema:
         import json
 
@@ -33,12 +33,13 @@ def scenes(
         return
     from carom.errors import InputError
     from carom.folders import file_name
-    from carom.report.small import scene_document, scene_text
+    from carom.report.lists import scene_lines
+    from carom.report.small import scene_text
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
 
     if not names and save is None:
-        print_document(scene_document(list(all_scenes().values())))
+        say_lines(scene_lines(list(all_scenes().values())))
         return
     found = find_scenes(names) if names else list(all_scenes().values())
     for entry in found:

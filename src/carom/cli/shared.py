@@ -8,7 +8,7 @@ import os
 import shlex
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
@@ -54,6 +54,7 @@ __all__ = [
     "progress_bar",
     "resumable",
     "say",
+    "say_lines",
     "scenes_named",
     "seconds",
 ]
@@ -168,6 +169,14 @@ def say(text: str, *, apart: bool = False) -> None:
     """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
     plain_where_needed()
     typer.echo(visible(text), err=apart)
+
+
+def say_lines(lines: Iterable[str]) -> None:
+    """Print lines that stay lines: on a terminal cut at its width, and whole where another program reads them."""
+    out = console()
+    for line in map(visible, lines):
+        cut = out.is_terminal and len(line) > out.width
+        typer.echo(f"{line[: out.width - 3].rstrip()}..." if cut else line)
 
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:

@@ -1,4 +1,4 @@
-"""The documents of `carom engines`, `carom scenes` and `carom certify`."""
+"""The document of `carom certify`, and a scene of the catalogue as a file."""
 
 from __future__ import annotations
 
@@ -7,65 +7,15 @@ from typing import TYPE_CHECKING
 
 import tomli_w
 
-from carom.adapter import Capabilities
-from carom.registry import EngineInfo
 from carom.report import wording
-from carom.report.document import Cell, Column, Document, Section, Table
+from carom.report.document import Column, Document, Section, Table
 from carom.scenes import CatalogueScene, Complaint
 from carom.trace import pair_name
 
 if TYPE_CHECKING:
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["certified_document", "engine_document", "scene_document", "scene_text"]
-
-
-def engine_document(infos: Sequence[EngineInfo]) -> Document:
-    """Return a table of engines: version, or why unavailable, profiles and capabilities."""
-    table = Table(
-        (
-            Column("name", lambda info: info.name),
-            Column("engine", lambda info: info.engine),
-            Column("version, or why it is unavailable", _version),
-            Column("profiles", lambda info: ", ".join(info.profiles)),
-            Column("capabilities", lambda info: _capabilities(info.capabilities) if info.capabilities else ""),
-        ),
-        infos,
-    )
-    return Document("Carom: engines", (), (Section("Engines", (table,)),))
-
-
-def _version(info: EngineInfo) -> Cell | str:
-    return info.version if info.available else Cell(f"unavailable: {info.unavailable}", style="red")
-
-
-def _capabilities(able: Capabilities) -> str:
-    low, high = able.restitution
-    parts = [
-        "walls" if able.walls else "no walls",
-        "immovable discs" if able.immovable_discs else "no immovable discs",
-        "gravity" if able.gravity else "no gravity yet",
-        f"restitution {low:g}" if low == high else f"restitution {low:g} to {high:g}",
-        *(["continuous detection"] if able.continuous_detection else []),
-        f"contact times {able.contact_times.value}",
-        f"float{able.float_bits}",
-    ]
-    return ", ".join(parts)
-
-
-def scene_document(entries: Sequence[CatalogueScene]) -> Document:
-    """Return a table of scenes: name, size, and what each shows."""
-    table = Table(
-        (
-            Column("name", lambda entry: entry.name),
-            Column("what it shows", lambda entry: entry.shows),
-            Column("discs", lambda entry: str(len(entry.scene.discs)), number=True),
-            Column("walls", lambda entry: str(len(entry.scene.walls)), number=True),
-            Column("impacts", lambda entry: "" if entry.known.count is None else str(entry.known.count), number=True),
-        ),
-        entries,
-    )
-    return Document("Carom: scenes", (), (Section("Scenes", (table,)),))
+__all__ = ["certified_document", "scene_text"]
 
 
 def scene_text(entry: CatalogueScene) -> str:

@@ -43,8 +43,8 @@ def slip(message: str, section: str = FIELDS) -> AdapterError:
     return AdapterError(f"{message}; see docs/adapters.md#{section}")
 
 
-def plain_text(value: object, what: str) -> str:
-    """Return a text of an adapter's as a plain string.
+def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
+    """Return a text of an adapter's, of at most so many characters, as a plain string.
 
     Raises:
         AdapterError: It is no text, too long, or can't be written; `what` says which.
@@ -52,8 +52,8 @@ def plain_text(value: object, what: str) -> str:
     if not isinstance(value, str):
         raise slip(f"{what} must be a text, got {_shown(value)}")
     text = str.__str__(value)
-    if len(text) > MOST_CHARACTERS:
-        raise slip(f"{what} must have at most {MOST_CHARACTERS} characters, got {len(text)}")
+    if len(text) > most:
+        raise slip(f"{what} must have at most {most} characters, got {len(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:

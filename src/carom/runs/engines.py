@@ -14,7 +14,7 @@ from itertools import groupby
 from types import MappingProxyType
 from typing import Any, ClassVar
 
-from carom.adapter import unsupported_reason
+from carom.adapter import CodedAdapter, unsupported_reason
 from carom.errors import AdapterError
 from carom.registry import (
     EngineInfo,
@@ -74,6 +74,8 @@ class Describe:
             located=frozenset(name for name, one in declared.profiles.items() if one.located),
             own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
             knobs=declared.knobs,
+            install=plain_text(declared.engine.install, "engine.install"),
+            code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
         )
 
 

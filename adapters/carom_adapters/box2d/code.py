@@ -1,0 +1,90 @@
+"""Box2D's settings as a program to paste."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from carom.adapter import Scene, Setting, is_fast, reach, require_supported, scaled
+from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
+from carom_adapters.box2d.world import BEFORE_WALLS, rectangle_of, shapes_of_disc, sweeps
+from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+
+__all__ = ["code"]
+
+#: What is said of the scale of velocities, in the program.
+SCALED = (
+    "The world's clock runs this many times faster, and velocities are as many times larger: Box2D makes contacts "
+    "inelastic that close at less than 1 m/s by its clock (b2_velocityThreshold, compiled in). A power of two rounds "
+    "nothing."
+)
+NOT_SCALED = "As shipped: contacts that close at less than 1 m/s are inelastic (b2_velocityThreshold, compiled in)."
+
+
+def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
+    """Return the world that `Box2dWorld` sets up as a program."""
+    require_usable(scene, settings)
+    require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
+    scale = float(settings.get("velocity_scale", 1.0))
+    dt_s, fast_clock, turns = float(settings["dt_s"]) / scale, scaled(scene, time=1.0 / scale), scene.arrays.turns
+    lines = []
+    for disc in scene.discs:
+        given: dict[str, object] = {}
+        if not disc.immovable:
+            fixed = not (turns and math.isfinite(disc.inertia_factor))
+            # Of a body that does not turn Box2D makes the inverse of any inertia 0.
+            inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
+            given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
+            # Swept against all others, as it moves by more than its radius in a step.
+            given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+    centre, radius = reach(fast_clock, dt_s)
+    for k in range(len(scene.walls)):
+        place, corners = rectangle_of(fast_clock, k, centre, radius)
+        lines.append(f"add_wall({place!r}, {corners!r})")
+    circles = ", ".join(
+        f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
+        for bits, restitution, friction in shapes_of_disc(scene)
+    )
+    wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
+    skin = f"    shape.radius = {float(settings['polygon_radius_m'])!r}\n" if "polygon_radius_m" in settings else ""
+    iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
+    state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
+    end = PYTHON_END.format(step=f"world.Step(dt / scale, {iterations})", state=state)
+    bodies = "\n".join(lines)
+    return f"""{comment(heading)}
+import Box2D
+
+dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}
+{comment(SCALED if scale != 1.0 else NOT_SCALED)}
+scale = {scale!r}
+world = Box2D.b2World(gravity=({scene.gravity_m_s2[0]!r} * scale * scale, {scene.gravity_m_s2[1]!r} * scale * scale))
+{assignments("world", settings, WORLD_SETTINGS)}world.continuousPhysics = {sweeps(fast_clock, settings, dt_s)}
+circles = [{circles}]
+discs = []
+
+
+def add_disc(position, radius, mass=None, inertia=0.0, velocity=(0.0, 0.0), spin=0.0, **of_body):
+    if mass is None:
+        body = world.CreateStaticBody(position=position)
+    else:
+        velocity = tuple(v * scale for v in velocity)
+        body = world.CreateDynamicBody(
+            position=position, linearVelocity=velocity, angularVelocity=spin * scale, **of_body
+        )
+    for circle in circles:
+        body.CreateFixture(shape=Box2D.b2CircleShape(radius=radius), density=1.0, **circle)
+    if mass is not None:
+        body.massData = Box2D.b2MassData(mass=mass, center=(0, 0), I=inertia)
+    discs.append(body)
+
+
+def add_wall(position, corners):  # a deep polygon: discs pass through an edge
+    shape = Box2D.b2PolygonShape(vertices=corners)
+{skin}    wall = world.CreateStaticBody(position=position)
+    wall.CreateFixture(shape=shape, {wall}, categoryBits={BEFORE_WALLS}, maskBits={BEFORE_WALLS})
+
+
+{bodies}
+{end}"""

@@ -1,0 +1,108 @@
+"""Settings to paste: a profile of an engine as code of the engine's own, which its adapter writes in a worker."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from carom.adapter import CodedAdapter, unsupported_reason
+from carom.errors import AdapterError, UnknownNameError
+from carom.registry import load_adapter
+from carom.runs.door import plain_text
+from carom.runs.engines import engines
+from carom.runs.job import Status, UnsupportedError
+from carom.runs.observe import capabilities_of, profile_settings
+from carom.runs.pool import LocalPool
+from carom.runs.raised import raised
+from carom.scene import Disc, Scene, Wall
+
+__all__ = ["code_of", "example_scene"]
+
+#: Characters of a program: a line of a hundred for each of a hundred thousand discs.
+MOST_CODE = 10_000_000
+
+
+def example_scene() -> Scene:
+    """Return a scene with a body of each kind, for who asks for settings and names none of their own."""
+    return Scene(
+        name="two discs and a floor",
+        discs=[
+            Disc(position_m=(0.0, 0.6), velocity_m_s=(1.0, -0.5), radius_m=0.2),
+            Disc(position_m=(1.0, 0.5), radius_m=0.2),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        duration_s=1.0,
+    )
+
+
+@dataclass(frozen=True)
+class _CodeOf:
+    """Ask an adapter to write a scene with a profile's settings as code."""
+
+    least_limit_s: ClassVar[float] = 20.0
+    engine: str
+    profile: str
+    scene: Scene
+    dt_s: float
+    heading: str
+
+    def carry_out(self) -> str:
+        """Return the code.
+
+        Raises:
+            UnsupportedError: The engine does not declare to support the scene.
+            AdapterError: The adapter refuses, or fails.
+        """
+        adapter = load_adapter(self.engine)
+        settings = profile_settings(adapter, self.profile, self.dt_s)
+        able = capabilities_of(adapter, self.profile)
+        if reason := unsupported_reason(self.scene, able, self.dt_s, located=False):
+            raise UnsupportedError(reason)
+        if not isinstance(adapter, CodedAdapter):
+            raise AdapterError("it has no code() any more")
+        try:
+            return plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
+        except AdapterError:
+            raise
+        except Exception as error:
+            raise AdapterError(f"code() of {self.engine} fails: {raised(error)}") from error
+
+
+def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
+    """Return a scene with a profile's settings as code of the engine's own; the engine need not be installed.
+
+    Args:
+        engine: Name of the adapter.
+        profile: Name of one of its profiles.
+        scene: The scene.
+        dt_s: Step, seconds.
+        command: The command line that makes it again, for its heading.
+
+    Raises:
+        UnknownNameError: There is no such engine or profile.
+        AdapterError: The adapter writes no code, the profile's steps are cut, or the scene is beyond the engine.
+    """
+    with LocalPool(1) as pool:
+        (info,) = engines([engine], pool=pool)
+        if info.capabilities is None:
+            raise AdapterError(info.unavailable)
+        if profile not in info.profiles:
+            raise UnknownNameError(f"{engine} has no profile {profile!r}; it has: {', '.join(info.profiles)}")
+        if not info.code:
+            able = ", ".join(one.name for one in engines(pool=pool) if one.code)
+            raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")
+        if profile in info.located:
+            others = ", ".join(name for name in info.profiles if name not in info.located)
+            cut = "its steps are cut by Carom, which no setting of the engine does"
+            raise AdapterError(f"profile {profile!r} of {engine} can't be pasted: {cut}; those that can: {others}")
+        version = f" {info.version}" if info.version else ""
+        heading = (
+            f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
+        )
+        made = f"\nMade by: {command}" if command else ""
+        task = _CodeOf(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
+        answer = pool.ask(task)
+    if answer.value is None:
+        why = answer.reason if answer.status is Status.FAILED else answer.said
+        raise AdapterError(f"{engine}: {why}")
+    return answer.value

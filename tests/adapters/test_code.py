@@ -1,0 +1,112 @@
+"""Settings to paste: what an adapter writes as code of its engine gives the adapter's own digits, run by itself."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from carom import Disc, Scene, Wall
+from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
+from carom.scenes import all_scenes
+
+Named = Callable[[str], Adapter]
+State = NDArray[np.float64]
+
+WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
+
+#: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
+CORNER = Scene(
+    name="a corner",
+    discs=[
+        Disc(position_m=(0.6, 1.0), velocity_m_s=(2.0, -1.0), radius_m=0.2, mass_kg=1.5, spin_rad_s=3.0),
+        Disc(position_m=(1.5, 0.9), velocity_m_s=(-1.0, 0.5), radius_m=0.3, inertia_factor=0.4),
+        Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf),
+    ],
+    walls=[Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 0), normal=(1, 0.1))],
+    restitution=0.9,
+    wall_restitution=0.8,
+    friction=0.3,
+    wall_friction=0.2,
+    gravity_m_s2=(0.0, -9.81),
+    duration_s=1.0,
+)
+#: A fast disc among them is what continuous detection is for.
+SCENES = {
+    "corner": CORNER,
+    "multiple": all_scenes()["paper/multiple"].scene,
+    "box": all_scenes()["classics/box"].scene,
+    "bullet": all_scenes()["classics/bullet"].scene,
+}
+
+
+def adapters_end(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> State:
+    """Return x, y, vx, vy and spin of each disc after the steps that cover the scene."""
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))
+    world.advance(scene.step_count(dt_s))
+    seen = world.observe()
+    world.close()
+    spin = np.zeros(len(scene.discs)) if seen.spin_rad_s is None else seen.spin_rad_s
+    return np.column_stack([seen.position_m, seen.velocity_m_s, spin])
+
+
+def programs_end(text: str, folder: Path) -> State:
+    """Run a program as anybody would who has saved it, and return what it prints."""
+    file = folder / "pasted.py"
+    file.write_text(text)
+    done = subprocess.run([sys.executable, "-W", "ignore", str(file)], capture_output=True, text=True, check=True)
+    rows = [line for line in done.stdout.splitlines() if line[:1] in "-.0123456789"]
+    return np.array([[float(word) for word in row.split()] for row in rows])
+
+
+def models_end(text: str, scene: Scene, steps: int) -> State:
+    """Load a model in MuJoCo, start it from its keyframe, step it, and return what became of each movable disc."""
+    mujoco: Any = importlib.import_module("mujoco")
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_step(model, data, nstep=steps)
+    found = []
+    body = 0
+    for disc in scene.discs:
+        if disc.immovable:
+            found.append([*disc.position_m, 0.0, 0.0, 0.0])
+            continue
+        body += 1
+        joint, dof, count = model.body_jntadr[body], model.body_dofadr[body], model.body_dofnum[body]
+        at = model.jnt_qposadr[joint]
+        spin = data.qvel[dof + count - 1] if scene.arrays.turns else 0.0
+        found.append([*data.qpos[at : at + 2], *data.qvel[dof : dof + 2], spin])
+    return np.array(found)
+
+
+@pytest.mark.parametrize("scene_name", SCENES)
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+@pytest.mark.parametrize("name", WRITING)
+def test_what_is_pasted_gives_the_adapters_digits(
+    named: Named, name: str, profile: str, scene_name: str, tmp_path: Path
+) -> None:
+    """The printed code, run without Carom, ends with every digit of the adapter's own run."""
+    adapter, scene = named(name), SCENES[scene_name]
+    assert isinstance(adapter, CodedAdapter)
+    dt_s = 1 / scene.frame_rate_hz
+    own = adapter.profiles[profile].capabilities or adapter.capabilities
+    if reason := unsupported_reason(scene, own, dt_s, located=False):
+        pytest.skip(reason)
+    expected = adapters_end(adapter, scene, profile, dt_s)
+    text = adapter.code(scene, adapter.profiles[profile].settings(dt_s), "Two lines --\nof a heading.")
+    assert "carom" not in text.lower()
+    found = models_end(text, scene, scene.step_count(dt_s)) if name == "mujoco" else programs_end(text, tmp_path)
+    if Need.SPIN not in scene.needs and Need.FRICTION not in scene.needs:
+        expected[:, 4] = found[:, 4] = 0.0  # nobody asks how a disc turns that nothing turns
+    assert np.isfinite(expected).all()
+    assert (np.abs(expected[:, 2:4]) > 0).any()
+    np.testing.assert_array_equal(found, expected)
