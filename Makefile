@@ -27,9 +27,10 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants bench check coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants bench check coverage-compiled clean
 
 help:
+	@echo "make demo               install everything, open a page: an engine that misses an impact, beside the exact run"
 	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install everything, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
@@ -47,6 +48,9 @@ help:
 	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
+
+demo: $(BUILT)
+	$(BIN)/carom demo
 
 # Deviations of the engines are what the report is there to show, so they do not fail it; a crash does.
 report: $(BUILT)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from carom.physics.impact_law import resolve_impact as resolve_impact
     from carom.physics.time_of_impact import time_of_impact as time_of_impact
     from carom.registry import EngineInfo as EngineInfo
+    from carom.report.demo import demo as demo
     from carom.report.playback import replay as replay
     from carom.runs.engines import engines as engines
     from carom.runs.execute import cross_check as cross_check
@@ -46,6 +47,7 @@ _HOMES = {
     "carom.physics.impact_law": ("resolve_impact",),
     "carom.physics.time_of_impact": ("time_of_impact",),
     "carom.registry": ("EngineInfo",),
+    "carom.report.demo": ("demo",),
     "carom.report.playback": ("replay",),
     "carom.runs.engines": ("engines",),
     "carom.runs.execute": ("cross_check", "run"),

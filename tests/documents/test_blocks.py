@@ -55,7 +55,7 @@ def test_commands_are_commands(block: Block) -> None:
 def test_commands_in_the_text_are_commands(page: Path) -> None:
     """So does each in a sentence or in a workflow's step, where N is a number."""
     text = re.sub(r"\bN\b", "1", page.read_text(encoding="utf-8"))
-    names = "|".join(("run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines"))
+    names = "|".join(("run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "demo"))
     found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
     assert [fault for command in found if (fault := fault_of(command))] == []
 

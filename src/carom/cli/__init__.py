@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, diff, engines, run, scenes, shared, stress, tune
+from carom.cli import advise, bench, certify, demo, diff, engines, run, scenes, shared, stress, tune
 
 __all__ = ["app", "command"]
 
@@ -24,6 +24,7 @@ app = typer.Typer(
 )
 
 for one in (
+    demo.demo,
     run.run,
     diff.diff,
     bench.bench,
