@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from carom.report.document import Code, Column, Document, Section, Table, Text
-from carom.report.records import read_records
+from carom.report.records import raw_records
 from carom.report.render import markdown
 from carom.report.wording import count, listed, number, percent
 from carom.scenes import all_scenes
@@ -391,8 +391,8 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
 def main() -> None:
     """Write the page from the three folders and the file named."""
     report, speeds, campaign, figures = map(Path, sys.argv[1:5])
-    head, rows = read_records(report / "results.jsonl")
-    timing, timed = read_records(speeds / "results.jsonl")
+    head, rows = raw_records(report / "results.jsonl")
+    timing, timed = raw_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
     hazards = json.loads(figures.read_text(encoding="utf-8"))

@@ -9,7 +9,7 @@ import statistics
 from collections import Counter
 from pathlib import Path
 
-from carom.report.records import read_records
+from carom.report.records import raw_records
 from carom.report.wording import number
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,7 +23,7 @@ BEGIN, END = "<!-- made by docs/figures/readme.py -->\n", "<!-- end -->\n"
 
 def table(path: Path = SAMPLE) -> str:
     """Return the README's table: a row an engine with its best fixed-step settings, how many scenes got which grade."""
-    head, rows = read_records(path)
+    head, rows = raw_records(path)
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
     lines = [

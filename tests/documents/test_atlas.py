@@ -8,7 +8,7 @@ import pytest
 from docs.figures import atlas
 
 from carom import cross_check
-from carom.report.records import read_records, records
+from carom.report.records import raw_records, records
 from carom.report.render import markdown
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
@@ -41,7 +41,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], lis
     results = cross_check(find_scenes(NAMES), ["pic", "pit"], timing=False, certified=False, pool=InProcess())
     path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
     path.write_text(records(results), encoding="utf-8")
-    return read_records(path)
+    return raw_records(path)
 
 
 def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:

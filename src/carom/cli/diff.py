@@ -48,7 +48,7 @@ def diff(
     if schema:
         import json
 
-        from carom.report.records_schema import records_schema
+        from carom.report.records_line import records_schema
 
         typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return

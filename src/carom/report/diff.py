@@ -11,11 +11,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from carom.comparator import Errors, Grade, Verdict
+from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.report import wording
-from carom.report.grid import BROKEN, GRADED, Mark, mark_named
-from carom.report.records_read import checked_records
+from carom.report.grid import BROKEN, GRADED, Mark, mark_read
+from carom.report.records import read_records
+from carom.report.records_line import Line, Reference, Summary
+from carom.runs.environment import Environment
 from carom.runs.job import Method
 
 __all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
@@ -201,7 +204,7 @@ def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
             f"no cell was run in both {old} and {new}: scenes, engines, profiles or steps differ, or an engine was "
             "not available; --engine OLD=NEW holds one engine against another"
         )
-    versions = _versions(before["environment"], after["environment"])
+    versions = _versions(before.environment, after.environment)
     changes = [change for a, b in ran if (change := _change(a, b, versions))]
     changes.sort(key=lambda change: change.badness, reverse=True)
     around = tuple(f"{name} {values}" for name, values in versions.items())
@@ -212,45 +215,46 @@ def _was_run(cell: _Cell | None) -> bool:
     return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
 
 
-def _read(path: Path) -> tuple[dict[str, Any], list[_Cell]]:
+def _read(path: Path) -> tuple[Summary, list[_Cell]]:
     file = path / "results.jsonl" if path.is_dir() else path
-    head, rows = checked_records(file)
-    cells, line = [], 1
+    summary, lines = read_records(file)
+    cells, number = [], 1
     try:
-        _versions(head["environment"], head["environment"])
-        for line, row in enumerate(rows, start=2):  # noqa: B007 - the error names it
-            cells.append(_cell(head, row))
-    except (ArithmeticError, AttributeError, KeyError, TypeError, ValueError) as error:
+        for number, line in enumerate(lines, start=2):  # noqa: B007 - the error names it
+            cells.append(_cell(summary, line))
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
         raise InputError(
-            f"{file}, line {line}: a field is missing or is not as `carom diff --schema` says ({error!r}); run the "
-            "cross-check again"
+            f"{file}, line {number}: this is no cell of a cross-check ({error!r}); run the cross-check again"
         ) from None
-    return head, cells
+    return summary, cells
 
 
-def _cell(head: Mapping[str, Any], row: Mapping[str, Any]) -> _Cell:
-    mark = mark_named(row["status"], row["grade"], row["float_bits"])
-    found = {verdict["verdict"]: verdict["reason"] for verdict in row["verdicts"]}
-    said = tuple(f"{head['verdicts'][name]} ({reason})" for name, reason in found.items())
+def _cell(summary: Summary, line: Line) -> _Cell:
+    mark = mark_read(line.status, line.grade, line.float_bits)
+    found = {one.verdict: one.reason for one in line.verdicts}
+    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
     return _Cell(
-        method=Method(row["engine"], row["profile"], tuple(row.get("tried", {}).items())),
-        scene=row["scene"],
-        dt_s=float(row["dt_s"]),
+        method=Method(line.engine, line.profile, tuple(line.tried.items())),
+        scene=line.scene,
+        dt_s=line.dt_s,
         mark=mark,
-        numbers=tuple(_numbers(row, head["scenes"][row["scene"]]["scales"], found)) if mark.ran else (),
-        verdicts=said or (row["reason"],) * bool(row["reason"]),
-        settings=dict(row["settings"] or {}),
-        reference=_reference(head["scenes"][row["scene"]]) if mark.ran else {},
+        numbers=tuple(_numbers(line, summary.scenes[line.scene].scales, found)) if mark.ran else (),
+        verdicts=said or (line.reason,) * bool(line.reason),
+        settings=dict(line.settings or {}),
+        reference=_reference(summary.scenes[line.scene]) if mark.ran else {},
     )
 
 
-def _numbers(row: Mapping[str, Any], scales: Mapping[str, float], found: Mapping[str, str]) -> Iterator[_Number]:
+def _numbers(line: Line, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
     """Yield what tells how good a cell is, with what rounding makes of it in the floats declared."""
-    bits, dt_s, time_s = row["float_bits"], row["dt_s"], scales["time_s"]
+    bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
+    if bits is None or total is None or line.missed is None or line.spurious is None:
+        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
+        raise ValueError(f"it has a grade and no {lacking}")
     rounding = THRESHOLDS.rounding_of(bits)
-    missed, invented = len(row["missed"]), len(row["spurious"])
-    if row.get("parted_s") is not None:  # which impacts a trajectory that parted has is chance; its steps decide
-        missed, invented = row["local_truth"]["missed"], row["local_truth"]["invented"]
+    missed, invented = len(line.missed), len(line.spurious)
+    if line.parted_s is not None and line.local_truth:  # its impacts are chance after it parted; its steps decide
+        missed, invented = line.local_truth.missed, line.local_truth.invented
     yield _Number("impacts missed", float(missed), 0.0)
     yield _Number("impacts invented", float(invented), 0.0)
     for verdict in _FLAGS:
@@ -261,24 +265,19 @@ def _numbers(row: Mapping[str, Any], scales: Mapping[str, float], found: Mapping
         "spin": (rounding, ""),
         "direction_rad": (THRESHOLDS.direction_rad, "°"),
         "energy": (min(rounding, THRESHOLDS.energy), ""),
-        "final_position": (
-            THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales["reach_m"] / scales["length_m"],
-            "",
-        ),
+        "final_position": (THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m, ""),
         "final_velocity": (rounding, ""),
         "final_spin": (rounding, ""),
     }
     for name, (limit, unit) in limits.items():
-        error, shown = (
-            row["total"].get(name),
-            math.degrees if unit == "°" else float,
-        )  # where nothing turns no spins are told
-        yield _Number(_NAMES[name], None if error is None else shown(error), shown(limit), unit)
+        error: float = getattr(total, name)
+        shown = math.degrees if unit == "°" else float
+        yield _Number(_NAMES[name], None if math.isnan(error) else shown(error), shown(limit), unit)
 
 
-def _reference(scene: Mapping[str, Any]) -> Mapping[str, Any]:
+def _reference(scene: Reference) -> Mapping[str, Any]:
     """Return the numbers of a scene's reference, by their names."""
-    return {"expected": int(scene["expected"]), **{name: float(scale) for name, scale in scene["scales"].items()}}
+    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
 
 
 def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
@@ -293,10 +292,10 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
     return found
 
 
-def _versions(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
+def _versions(old: Environment, new: Environment) -> dict[str, str]:
     """Return what differs of versions and machine, by name, as before and after."""
     olds, news = (
-        {"Carom": one["carom"], **one["versions"], **{key: one[key] for key in ("python", "system", "processor")}}
+        {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
         for one in (old, new)
     )
     return _differing(olds, news)
@@ -309,8 +308,9 @@ def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]
 
 def _same(a: object, b: object) -> bool:
     """Whether two are equal; numbers to rounding, for a machine of another make."""
-    numbers = isinstance(a, float) and isinstance(b, float)
-    return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) if numbers else a == b  # type: ignore[arg-type]
+    if not (isinstance(a, float) and isinstance(b, float)):
+        return a == b
+    return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
 
 
 def _value(value: Any) -> str:

@@ -26,9 +26,9 @@ __all__ = [
     "GridColumn",
     "Mark",
     "build_grid",
-    "mark_named",
     "mark_of",
     "mark_of_grade",
+    "mark_read",
     "reasons_of",
 ]
 
@@ -94,19 +94,11 @@ def mark_of(row: Row | None) -> Mark:
     """Return the mark of a row; None is a cell that no row was planned for."""
     if row is None:
         return Mark.ABSENT
-    return _mark(row.status, row.grade, row.score.float_bits if row.score else None)
+    return mark_read(row.status, row.grade, row.score.float_bits if row.score else None)
 
 
-def mark_named(status: str, grade: str | None, float_bits: int | None) -> Mark:
-    """Return the mark of a row by the words of its record.
-
-    Raises:
-        KeyError: A word is none of a status or a grade.
-    """
-    return _mark(Status[status.upper()], None if grade is None else Grade[grade.upper()], float_bits)
-
-
-def _mark(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
+def mark_read(status: Status, grade: Grade | None, float_bits: int | None) -> Mark:
+    """Return the mark of a row by what its record says of it."""
     if status is not Status.RAN:
         return _OF_STATUS[status]
     return Mark.UNSCORED if grade is None else mark_of_grade(grade, float_bits or 64)

@@ -11,26 +11,23 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, cast
 from xml.etree import ElementTree as ET
 
-from carom.comparator import Errors, Grade, LocalScore, Score, Verdict
-from carom.comparator.consistency import Consistency
+from carom.comparator import Grade, Score, Verdict
 from carom.errors import InputError
 from carom.limits import MOST_BYTES, MOST_VALUES, values_in
 from carom.report import wording
-from carom.report.files import FORMATS, fields_of, plain
+from carom.report.files import FORMATS
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
+from carom.report.records_line import Found, Line, Reference, Summary, Taken, read_line, text_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
 from carom.text import shortened, visible
 
-__all__ = ["OF_SPINS", "junit", "read_records", "record", "records"]
+__all__ = ["junit", "raw_records", "read_records", "record", "records"]
 
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
-
-#: Of the parts of a score, what is of spins.
-OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
 #: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -38,36 +35,33 @@ _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff
 
 def records(results: Results) -> str:
     """Return one line of strict JSON for the whole run, and one a row; a number that is not finite is null."""
-    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
-    head = {
-        "format": FORMATS["results"],
-        "rows": len(results.rows),
-        "environment": results.environment,
-        "command": results.command,
-        "elapsed_s": results.elapsed_s,
-        "verdicts": {verdict.name.lower(): verdict.value for verdict in Verdict},
-        "scenes": {name: _of_scene(score) for name, _, score in scored},
-        "sampling": list({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
-    }
-    return "".join(f"{_WRITE(plain(line))}\n" for line in (head, *map(_fields, results.rows)))
-
-
-_WRITE = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+    return "".join(f"{line}\n" for line in (text_of(_summary(results)), *map(record, results.rows)))
 
 
 def record(row: Row) -> str:
     """Return the line of a row, without its end."""
-    return _WRITE(plain(_fields(row)))
+    return text_of(_line(row), spins=row.job.scene.arrays.turns)
 
 
-def _of_scene(score: Score) -> dict[str, object]:
-    """What is the same for all rows of a scene."""
-    names = ("expected", "horizon_s", "beyond_horizon")
-    return {**{name: getattr(score, name) for name in names}, "scales": score.scales}
+def _summary(results: Results) -> Summary:
+    scored = [(row.job.scene.name, row.job.dt_s, row.score) for row in results.rows if row.score is not None]
+    return Summary(
+        format=FORMATS["results"],
+        rows=len(results.rows),
+        environment=results.environment,
+        command=results.command,
+        elapsed_s=results.elapsed_s,
+        verdicts={verdict.name.lower(): verdict.value for verdict in Verdict},
+        scenes={
+            name: Reference(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
+            for name, _, score in scored
+        },
+        sampling=tuple({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
+    )
 
 
-def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, object]:
-    """What PIT's errors are at a step of a scene, which every row there is held against."""
+def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | float | None]:
+    """What PIT's errors are at a step of a scene, which every row there is compared with."""
     errors = dataclasses.asdict(score.sampling) if score.sampling else {}
     return {
         "scene": scene,
@@ -77,8 +71,18 @@ def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, object]:
     }
 
 
-def read_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return what `records` wrote: the head, and the rows.
+def read_records(path: Path) -> tuple[Summary, list[Line]]:
+    """Return what `records` wrote: the summary, and the lines of the rows.
+
+    Raises:
+        InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
+    """
+    head, rows = raw_records(path)
+    return read_line(Summary, head, path, 1), [read_line(Line, row, path, k) for k, row in enumerate(rows, start=2)]
+
+
+def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
+    """Return the same as JSON has it, each line an object whose fields nobody has looked at.
 
     Raises:
         InputError: The file can't be read, is of another format, or not whole.
@@ -119,56 +123,53 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         yield line
 
 
-def _fields(row: Row) -> dict[str, object]:
+def _line(row: Row) -> Line:
     job, score, trace = row.job, row.score, row.trace
-    return {
-        "scene": job.scene.name,
-        "engine": job.engine,
-        "profile": job.profile,
-        "tried": dict(job.method.tried),
-        "dt_s": job.dt_s,
-        "refinement": job.refinement,
-        "status": row.status,
-        "reason": "; ".join(reasons_of(row)) if not mark_of(row).ran else "",
-        "grade": row.grade,
-        "verdicts": score.findings if score else (),
-        "matched": len(score.errors) if score else None,
-        **{name: getattr(score, name, None) for name in ("missed", "spurious", "undecided")},
-        **{name: _of_scores(row, getattr(score, name, None)) for name in ("total", "against_pit")},
-        "own_velocity": score.own_velocity if score else None,
-        "price_paid": _paid(score.price_paid) if score else None,
-        **{name: getattr(score, name, None) for name in ("float_bits", "equals_pit", "edits")},
-        "local": _local(score) if score else None,
-        "local_truth": _of_steps(score.local_truth) if score else None,
-        "parted_s": score.parted_s if score else None,
-        "pit_parted_s": score.pit_parted_s if score else None,
-        "consistency": _of_scores(row, score.consistency) if score else None,
-        "outcome_taken": _outcome(score) if score else None,
-        "spread": row.spread,
-        "counts": trace.counts if trace else None,
-        "outcome": trace.outcome if trace else None,
-        "notes": trace.notes if trace else (),
-        "settings": trace.settings if trace else None,
-        "timing": row.timing,
-        "untimed": row.untimed,
-        "time_ratio": row.time_ratio,
-    }
+    return Line(
+        scene=job.scene.name,
+        engine=job.engine,
+        profile=job.profile,
+        tried=dict(job.method.tried),
+        dt_s=job.dt_s,
+        refinement=job.refinement,
+        status=row.status,
+        reason="; ".join(reasons_of(row)) if not mark_of(row).ran else "",
+        grade=row.grade,
+        verdicts=tuple(Found(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
+        matched=len(score.errors) if score else None,
+        missed=score.missed if score else None,
+        spurious=score.spurious if score else None,
+        undecided=score.undecided if score else None,
+        total=score.total if score else None,
+        against_pit=score.against_pit if score else None,
+        own_velocity=score.own_velocity if score else None,
+        price_paid=_paid(score.price_paid) if score else None,
+        float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
+        equals_pit=score.equals_pit if score else None,
+        edits=score.edits if score else None,
+        local=_local(score) if score else None,
+        local_truth=score.local_truth if score else None,
+        parted_s=score.parted_s if score else None,
+        pit_parted_s=score.pit_parted_s if score else None,
+        consistency=score.consistency if score else None,
+        outcome_taken=_outcome(score) if score else None,
+        spread=row.spread,
+        counts=trace.counts if trace else None,
+        outcome=trace.outcome if trace else None,
+        notes=tuple(trace.notes) if trace else (),
+        settings=trace.settings if trace else None,
+        timing=row.timing,
+        untimed=row.untimed,
+        time_ratio=row.time_ratio,
+    )
 
 
-def _of_scores(row: Row, part: Errors | Consistency | None) -> dict[str, object] | None:
-    """Return the fields of a part of a score: those of spins only where discs turn."""
-    if part is None:
-        return None
-    turns = row.job.scene.arrays.turns
-    return {name: value for name, value in fields_of(part).items() if turns or name not in OF_SPINS}
-
-
-def _paid(price: float) -> float | str:
+def _paid(price: float) -> float | Literal["inf"]:
     """A price that is infinite is one still, which JSON has no number for; a mass is written in the same way."""
     return "inf" if math.isinf(price) else price
 
 
-def _local(score: Score) -> dict[str, object]:
+def _local(score: Score) -> dict[str, int | float]:
     """Medians and largest of the local errors: one entry an impact would be too long a line.
 
     A kind of error that no impact has, of spins where nothing turns say, is left out.
@@ -184,21 +185,11 @@ def _local(score: Score) -> dict[str, object]:
     return {"scored": local.scored, "spurious": len(local.spurious), **said}
 
 
-def _of_steps(local: LocalScore | None) -> dict[str, object] | None:
-    """Return the numbers of local truth, its grade with them."""
-    return None if local is None else {**fields_of(local), "grade": local.grade}
-
-
-def _outcome(score: Score) -> dict[str, object] | None:
+def _outcome(score: Score) -> Taken | None:
     match = score.convention
     if match is None:
         return None
-    return {
-        "admissible": [outcome.how for outcome in match.outcomes],
-        "nearest": match.nearest,
-        "distance": match.distance,
-        "matches": match.matches,
-    }
+    return Taken(tuple(outcome.how for outcome in match.outcomes), match.nearest, match.distance, match.matches)
 
 
 def junit(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> str:

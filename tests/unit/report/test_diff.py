@@ -23,7 +23,7 @@ from carom.report.diff import Diff, Kind, diff
 from carom.report.diff_document import MOST_ROWS, diff_document
 from carom.report.grid import Mark
 from carom.report.records import records
-from carom.report.records_schema import records_schema
+from carom.report.records_line import records_schema
 from carom.report.render import html, markdown
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Method, Status
@@ -264,7 +264,7 @@ def test_the_schema_knows_every_field_that_is_written(results: Results) -> None:
     """No line has a field that the schema does not name."""
     parts = records_schema()["$defs"]
     for k, line in enumerate(map(json.loads, records(results).splitlines())):
-        assert set(line) == set(parts["CellLine" if k else "HeadLine"]["properties"])
+        assert set(line) == set(parts["Line" if k else "Summary"]["properties"])
 
 
 def test_a_number_that_is_not_finite_is_worse(write: Write) -> None:

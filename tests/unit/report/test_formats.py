@@ -7,6 +7,7 @@ import hashlib
 import html
 import io
 import json
+import math
 import re
 import sys
 from collections import Counter
@@ -27,7 +28,8 @@ from carom.limits import MOST_BYTES, MOST_VALUES
 from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
-from carom.report.records import junit, read_records
+from carom.report.records import junit, raw_records, read_records
+from carom.report.records_line import text_of
 from carom.report.render import html as html_of
 from carom.report.render import markdown as markdown_of
 from carom.report.render import terminal
@@ -35,6 +37,8 @@ from carom.runs.job import Status
 from carom.runs.results import Results, violates
 from carom.scenes import find_scenes
 from carom.text import visible
+
+ROOT = Path(__file__).resolve().parents[3]
 
 VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
 
@@ -181,7 +185,7 @@ def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_pat
         text = content.decode()
         assert visible(text) == text
     assert "evil\\u009b31m\\u202egnp\\u2028x" in (tmp_path / "index.html").read_text(encoding="utf-8")
-    _, rows = read_records(tmp_path / "results.jsonl")
+    _, rows = raw_records(tmp_path / "results.jsonl")
     assert {row["scene"] for row in rows} == {name}
 
 
@@ -218,7 +222,7 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
     assert missed["missed"] == [0]
     assert missed["total"]["velocity"] is None
     assert missed["price_paid"] == pytest.approx(1.0)
-    assert read_records(folder / "results.jsonl") == (head, found)
+    assert raw_records(folder / "results.jsonl") == (head, found)
 
 
 def test_json_lines_of_another_format_are_refused_in_a_sentence(folder: Path, tmp_path: Path) -> None:
@@ -233,7 +237,7 @@ def test_json_lines_of_another_format_are_refused_in_a_sentence(folder: Path, tm
         path = tmp_path / "results.jsonl"
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=f"{what}; this Carom reads .* run the cross-check again"):
-            read_records(path)
+            raw_records(path)
 
 
 @pytest.mark.parametrize(
@@ -252,7 +256,30 @@ def test_what_no_report_holds_is_refused_in_a_sentence(data: bytes, words: str, 
     path = tmp_path / "results.jsonl"
     path.write_bytes(data)
     with pytest.raises(InputError, match=f"{words}.*give a report's folder"):
-        read_records(path)
+        raw_records(path)
+
+
+def test_every_row_of_the_sample_is_read_and_written_back_as_it_was() -> None:
+    """The type of a line takes each line of the committed sample, and makes the same line of what it read."""
+    path = ROOT / "reports" / "sample" / "results.jsonl"
+    head, rows = raw_records(path)
+    summary, lines = read_records(path)
+    assert len(lines) == head["rows"] > 1000
+    assert json.loads(text_of(summary)) == head
+    for line, row in zip(lines, rows, strict=True):
+        assert json.loads(text_of(line, spins="spin" in (row["total"] or {}))) == row
+
+
+def test_what_is_not_finite_is_null_and_nan_again(results: Results, folder: Path) -> None:
+    """A NaN of a score is null in the file and NaN where the line is read; where null has a meaning, it stays None."""
+    _, lines = read_records(folder / "results.jsonl")
+    missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
+    assert missed.total is not None
+    assert math.isnan(missed.total.velocity)
+    assert missed.parted_s is None
+    row = next(row for row in results.rows if (row.job.scene.name, row.job.engine) == ("paper/missed", "pit"))
+    assert row.score is not None
+    assert missed.grade is row.score.grade
 
 
 def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> None:

@@ -20,7 +20,8 @@ from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.grid import build_grid
 from carom.report.overview import overview
 from carom.report.price import price_chart, price_section, prices
-from carom.report.records import OF_SPINS, records
+from carom.report.records import records
+from carom.report.records_line import OF_SPINS
 from carom.report.render import html, markdown, terminal
 from carom.report.tables import cell_sections, spread_section
 from carom.report.wording import number
