@@ -6,7 +6,7 @@ from pathlib import Path
 
 from carom import registry
 from carom.registry import ENTRY_POINT_GROUP
-from carom.runs import scoring
+from carom.runs import keys
 
 
 def lay(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") -> None:
@@ -22,4 +22,4 @@ def forget() -> None:
     """Let entry points and versions be looked for anew."""
     invalidate_caches()
     registry.adapter_points.cache_clear()
-    scoring.versions_of.cache_clear()
+    keys.versions_of.cache_clear()

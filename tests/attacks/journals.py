@@ -42,7 +42,7 @@ def _made(folder: Path) -> bytes:
         scene = find_scenes(["paper/late"])[0].scene
         plan = BenchPlan(engines=("pit",), dts=(0.1, 0.05), phases=2, error=ErrorKind.IMPACT, timing=False)
         with score_journal(path) as journal:
-            work_precision([scene], plan, InProcess(), journal=journal)
+            work_precision([scene], plan, InProcess(), notes=journal)
     return path.read_bytes()
 
 

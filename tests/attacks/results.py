@@ -17,10 +17,11 @@ from carom.report.diff_document import diff_document
 from carom.report.records import records
 from carom.report.render import markdown
 from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.observed import Observed, observed_journal
+from carom.runs.journal import Entry
+from carom.runs.keys import job_key
+from carom.runs.observed import observed_journal
 from carom.runs.plan import Options
 from carom.runs.pool import InProcess
-from carom.runs.scoring import job_key
 from carom.scenes import all_scenes
 from carom.text import visible
 
@@ -88,8 +89,8 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
     path, scene = folder / "journal.jsonl", all_scenes()["spin/grip"].scene
     path.unlink(missing_ok=True)
     trace, job = solve_pit(scene, frame_rate_hz=60), Job(scene, Method("pit", "tuned"), 1 / 60)
-    with observed_journal(path, Options()) as journal:
-        journal.add([Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=trace))])
+    with observed_journal(path, Options().stamp) as journal:
+        journal.add([Entry(job_key(job), Answer(Status.RAN, value=trace))])
     head, entry = (json.loads(line) for line in path.read_text(encoding="utf-8").splitlines())
     told = json.loads(entry["answer"]["value"])
     while True:
@@ -103,7 +104,7 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
         path.write_text(f"{json.dumps(first)}\n{json.dumps(second)}\n", encoding="utf-8")
 
         def opened() -> None:
-            with observed_journal(path, Options(), resume=True):
+            with observed_journal(path, Options().stamp, resume=True):
                 pass
 
         yield _refused(opened, "journal.jsonl")

@@ -1,4 +1,4 @@
-"""Every worker of every study has the study's limits: of memory and of time, also those that are only asked."""
+"""What holds of every study: its workers have its limits, and what its journal holds is not asked again."""
 
 from __future__ import annotations
 
@@ -12,18 +12,27 @@ import carom
 from carom import Scene
 from carom.bench.adviser import Demand, advise
 from carom.bench.bench_plan import BenchPlan
-from carom.bench.growth import growth
+from carom.bench.growth import growth, growth_journal
+from carom.bench.rounds import timing_journal
 from carom.bench.work_precision import work_precision
-from carom.runs import engines, scoring
+from carom.runs import engines, keys
+from carom.runs.execute import execute
 from carom.runs.job import Answer, Task
+from carom.runs.observed import observed_journal
+from carom.runs.plan import Options, plan_of
 from carom.runs.pool import LocalPool
+from carom.runs.scoring import score_journal
 from carom.runs.worker import answer
 from carom.scenes import all_scenes
 from carom.stress.campaign import stress
+from carom.tune.judge import tune_journal
 from carom.tune.run import TuneOptions, tune
 
 #: What nobody has by default. The time is above that which an adapter has to declare what it can.
 MEMORY_MB, TIME_S = 1234.0, 43.0
+
+#: Tasks that ask an adapter what it declares, and those of `carom tune` that no journal holds: they time or describe.
+DECLARED = {"Describe", "SettingsAt", "Measure"}
 
 Asked = list[tuple[int, float, str]]
 
@@ -49,9 +58,9 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
 
     monkeypatch.setattr("carom.runs.pool.Worker", Worker)
     monkeypatch.setattr(engines, "_KNOWN", {})
-    scoring.versions_of.cache_clear()
+    keys.versions_of.cache_clear()
     yield found
-    scoring.versions_of.cache_clear()
+    keys.versions_of.cache_clear()
 
 
 def scene() -> Scene:
@@ -60,37 +69,66 @@ def scene() -> Scene:
 
 LIMITS: dict[str, Any] = {"time_limit_s": TIME_S, "memory_limit_mb": MEMORY_MB}
 
+#: What a study is given to open its journals with, ``resume`` say.
+How = dict[str, Any]
 
-def cross_check(_: Path) -> None:
-    carom.cross_check([scene()], ["pic"], dts=[1 / 60], profiles=["tuned"], phases=1, jobs=1, **LIMITS)
+
+def cross_check(folder: Path, how: How) -> None:
+    options = Options(["pic"], [1 / 60], ["tuned"], phases=1, timing=False, jobs=1, **LIMITS)
+    with LocalPool(1, TIME_S, MEMORY_MB) as pool, observed_journal(folder / "a", options.stamp, **how) as journal:
+        execute(plan_of([scene()], options, pool), pool, notes=journal)
 
 
-def bench(_: Path) -> None:
+def bench(folder: Path, how: How) -> None:
     plan = BenchPlan(engines=("pic",), dts=(1 / 60,), profiles=("tuned",), phases=1, rounds=3, **LIMITS)
-    work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB))
+    with score_journal(folder / "a", **how) as notes, timing_journal(folder / "b", **how) as timings:
+        work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB), notes=notes, timings=timings)
 
 
-def grow(_: Path) -> None:
-    growth(["pic"], sizes=[2], **LIMITS)
+def grow(folder: Path, how: How) -> None:
+    with growth_journal(folder / "a", **how) as journal:
+        growth(["pic"], sizes=[2], notes=journal, **LIMITS)
 
 
-def attack(folder: Path) -> None:
-    stress(["tunnelling"], ["pit"], out=folder / "out", quick=True, profiles=["tuned"], jobs=1, **LIMITS)
+def attack(folder: Path, how: How) -> None:
+    stress(["tunnelling"], ["pit"], out=folder / "out", quick=True, profiles=["tuned"], jobs=1, **LIMITS, **how)
 
 
-def advice(_: Path) -> None:
+def search(folder: Path, how: How) -> None:
+    pytest.importorskip("optuna", reason="optuna, extra tune, is missing")
+    with tune_journal(folder / "a", **how) as journal:
+        tune("pymunk", [scene()], TuneOptions(trials=1, jobs=1, **LIMITS), notes=journal)
+
+
+def timed(_folder: Path, _how: How) -> None:
+    carom.cross_check([scene()], ["pic"], dts=[1 / 60], profiles=["tuned"], jobs=1, **LIMITS)
+
+
+def advice(_folder: Path, _how: How) -> None:
     with LocalPool(1, TIME_S, MEMORY_MB) as pool:
         advise(scene(), Demand(0.1), pool, ["pymunk"], profiles=["tuned"], phases=1, budget_steps=1000)
 
 
-def search(_: Path) -> None:
-    pytest.importorskip("optuna", reason="optuna, extra tune, is missing")
-    tune("pymunk", [scene()], TuneOptions(trials=1, jobs=1, **LIMITS))
+KEPT = [cross_check, bench, grow, attack, search]
 
 
-@pytest.mark.parametrize("study", [cross_check, bench, grow, attack, advice, search])
-def test_each_worker_of_a_study_has_its_limits(study: Callable[[Path], None], asked: Asked, tmp_path: Path) -> None:
+@pytest.mark.parametrize("study", [*KEPT, timed, advice])
+def test_each_worker_of_a_study_has_its_limits(
+    study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
+) -> None:
     """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for."""
-    study(tmp_path)
+    study(tmp_path, {})
     assert {name for _, _, name in asked} > {"Describe"}
     assert {(memory, time_s) for memory, time_s, _ in asked} == {(round(1e6 * MEMORY_MB), TIME_S)}
+
+
+@pytest.mark.parametrize("study", KEPT)
+def test_what_a_study_has_written_down_is_not_asked_again(
+    study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
+) -> None:
+    """The key of an ask is that of its entry, read back from the disk: a study that resumes asks for no run again."""
+    study(tmp_path, {})
+    assert {name for _, _, name in asked} - DECLARED
+    asked.clear()
+    study(tmp_path, {"resume": True})
+    assert {name for _, _, name in asked} <= DECLARED

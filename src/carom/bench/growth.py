@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import partial
 
 from carom.adapter import unsupported_reason
 from carom.arguments import count
@@ -14,13 +14,14 @@ from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
 from carom.registry import EngineInfo, load_adapter
 from carom.runs.asked import require_one
+from carom.runs.desk import Ask, answers
 from carom.runs.engines import engines, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
-from carom.runs.journal import Journal
+from carom.runs.journal import Entry, Journal, Notes
+from carom.runs.keys import versions_of
 from carom.runs.observe import capabilities_of
 from carom.runs.pool import LocalPool
-from carom.runs.scoring import versions_of
 from carom.runs.timing import Timing, time_run
 
 __all__ = [
@@ -29,7 +30,6 @@ __all__ = [
     "Growth",
     "GrowthCurve",
     "GrowthPoint",
-    "GrowthRun",
     "GrowthTask",
     "growth",
     "growth_journal",
@@ -61,11 +61,19 @@ START_S = 2.0
 
 @dataclass(frozen=True)
 class Grown:
-    """What one run took: its clocks, bytes before there was a world, and at most."""
+    """What one run took.
+
+    Attributes:
+        timing: Its clocks.
+        before_bytes: Bytes that the process held before there was a world.
+        peak_bytes: The most that it ever held.
+        sitting: When the bench began that ran it, UTC.
+    """
 
     timing: Timing
     before_bytes: int
     peak_bytes: int
+    sitting: str
 
 
 @dataclass(frozen=True)
@@ -74,6 +82,7 @@ class GrowthTask:
 
     discs: int
     method: Method
+    sitting: str = ""
 
     @property
     def engine(self) -> str:
@@ -97,7 +106,7 @@ class GrowthTask:
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
-        return Grown(timing, before, resident_bytes("VmHWM") or 0)
+        return Grown(timing, before, resident_bytes("VmHWM") or 0, self.sitting)
 
 
 @dataclass(frozen=True)
@@ -117,25 +126,8 @@ class GrowthKey:
     machine: tuple[str, str, int]
 
 
-@dataclass(frozen=True)
-class GrowthRun:
-    """A finished run, as the journal holds it.
-
-    Attributes:
-        key: Which one it is.
-        sitting: When the bench began that ran it, UTC.
-        answer: What it took, or why it was not run.
-    """
-
-    key: GrowthKey
-    sitting: str
-    answer: Answer[Grown]
-
-
-def growth_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[GrowthRun]:
-    """Open the journal of a growth bench; with `retry` what an engine broke off counts as not run."""
-    again = (lambda run: run.answer.status.broken) if retry else None
-    return Journal(path, GrowthRun, lambda run: run.key, resume=resume, again=again)
+#: Opens the journal of a growth bench.
+growth_journal = partial(Journal[GrowthKey, Grown], "growth", Entry[GrowthKey, Grown])
 
 
 @dataclass(frozen=True)
@@ -211,7 +203,7 @@ def growth(
     budget_s: float = 80.0,
     time_limit_s: float = 60.0,
     memory_limit_mb: float | None = None,
-    journal: Journal[GrowthRun] | None = None,
+    notes: Notes[GrowthKey, Grown] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> Growth:
@@ -224,7 +216,7 @@ def growth(
         budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
         time_limit_s: A run that takes longer is ended.
         memory_limit_mb: As of a `carom.runs.pool.Lane`.
-        journal: What was run already, and where more of it goes; what was left out for want of time is tried again.
+        notes: What was run already, and where more of it goes; what was left out for want of time is tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
 
@@ -238,45 +230,37 @@ def growth(
     require_one("budget_s", budget_s)
     require_one("time_limit_s", time_limit_s)
     require_one("memory_limit_mb", memory_limit_mb, optional=True)
+    notes = Notes[GrowthKey, Grown]() if notes is None else notes
     with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
         infos = to_run(engines(engine_names, pool=pool), engine_names)
-    here = environment(infos)
-    wanted = [
-        (size, info)
-        for size in sorted(set(sizes or OWN_SIZES))
-        for info in infos
-        if sizes or size <= SIZES[-1] or info.engine == "Carom"
-    ]
-    started = time.perf_counter()
-    points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
-    spent = dict.fromkeys(points, 0.0)
-    for done, (size, info) in enumerate(wanted):
-        if progress is not None:
-            progress(done, len(wanted), f"{size} discs on {info.name}")
-        own, method = points[info.name], Method(info.name, profile)
-        key = GrowthKey(size, method, versions_of(info.name), here.machine)
-        run = journal.entries.get(key) if journal else None
-        if run is None:
-            before = time.perf_counter()
+        here = environment(infos)
+        wanted = [
+            (size, info)
+            for size in sorted(set(sizes or OWN_SIZES))
+            for info in infos
+            if sizes or size <= SIZES[-1] or info.engine == "Carom"
+        ]
+        started = time.perf_counter()
+        points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
+        spent = dict.fromkeys(points, 0.0)
+        for done, (size, info) in enumerate(wanted):
+            if progress is not None:
+                progress(done, len(wanted), f"{size} discs on {info.name}")
+            own, method, before = points[info.name], Method(info.name, profile), time.perf_counter()
+            key = GrowthKey(size, method, versions_of(info.name), here.machine)
             # No engine lives at the cost of another: each has its share of the budget.
             left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
             reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
-            if reason:
-                own.append(_absent(size, reason))
-                continue
-            run = GrowthRun(key, here.date, _ask(GrowthTask(size, method), time_limit_s, memory_limit_mb))
+            refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
+            pool.renew()
+            ask = Ask(size, key, GrowthTask(size, method, here.date), refused)
+            ((_, answer),) = answers([ask], pool, notes, alone=True)
             spent[info.name] += time.perf_counter() - before
-            if journal is not None:
-                journal.add([run])
-        own.append(_point(run))
+            own.append(_point(size, answer))
     pit = {(point.discs, point.sitting): point.advance_s for point in points.get("pit", ())}
     curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
     elapsed_s = time.perf_counter() - started
     return Growth(curves, tuple(infos), here, budget_s, command, elapsed_s)
-
-
-def _absent(discs: int, reason: str) -> GrowthPoint:
-    return GrowthPoint(discs, math.nan, math.nan, math.nan, math.nan, reason=reason)
 
 
 def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
@@ -300,19 +284,15 @@ def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: f
     return f"about {expected_s:.0f} s, judged by {last.discs} discs, and {left}; raise --budget or --time-limit"
 
 
-def _ask(task: GrowthTask, time_limit_s: float, memory_limit_mb: float | None) -> Answer[Grown]:
-    with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
-        return pool.ask(task)
-
-
-def _point(run: GrowthRun) -> GrowthPoint:
-    answer, discs = run.answer, run.key.discs
-    if answer.value is None:
+def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
+    grown = answer.value
+    if grown is None:
         started = answer.status in {Status.CRASHED, Status.TIMED_OUT}
-        return _absent(discs, answer.said if started else answer.reason)
-    timing, memory = answer.value.timing, max(0, answer.value.peak_bytes - answer.value.before_bytes)
-    peak = float(answer.value.peak_bytes)
-    return GrowthPoint(discs, timing.prepare_s, timing.advance_s, float(memory), peak, sitting=run.sitting)
+        return GrowthPoint(
+            discs, math.nan, math.nan, math.nan, math.nan, reason=answer.said if started else answer.reason
+        )
+    memory, peak = float(max(0, grown.peak_bytes - grown.before_bytes)), float(grown.peak_bytes)
+    return GrowthPoint(discs, grown.timing.prepare_s, grown.timing.advance_s, memory, peak, sitting=grown.sitting)
 
 
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:

@@ -11,18 +11,19 @@ import statistics
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
+from functools import partial
 
 import numpy as np
 
 from carom.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.registry import load_adapter
 from carom.runs.asked import LEAST_ROUNDS
+from carom.runs.desk import Talk
 from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Method, Progress
-from carom.runs.journal import Journal
+from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status
+from carom.runs.journal import Entry, Journal
+from carom.runs.keys import scene_hash, versions_of
 from carom.runs.pool import Asker
-from carom.runs.scoring import scene_hash, versions_of
 from carom.runs.timing import time_run
 from carom.scene import Disc, Scene
 
@@ -30,11 +31,11 @@ __all__ = [
     "At",
     "CellTiming",
     "SceneTiming",
+    "TimeScene",
     "TimingKey",
     "Visit",
     "VisitTask",
     "empty_world",
-    "time_scene",
     "timing_journal",
     "timing_key",
 ]
@@ -148,6 +149,7 @@ class TimingKey:
     """What tells a timing from all others: only on this machine, with these versions and this order, is it the same.
 
     Attributes:
+        scene: Name of the scene, for readers.
         scene_sha256: Hash of the scene.
         asked: What was timed, in order.
         versions: Of each engine, all that its numbers depend on.
@@ -155,6 +157,7 @@ class TimingKey:
         seed: Of the order of visits.
     """
 
+    scene: str
     scene_sha256: str
     asked: tuple[At, ...]
     versions: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
@@ -167,8 +170,6 @@ class SceneTiming:
     """What a scene's timing pass found. Its rounds belong together, and ratios are taken within them.
 
     Attributes:
-        key: What was timed where.
-        scene: Name of the scene, for readers.
         date: When, UTC.
         timings: What was timed, and what that took.
         untimed: What was not, and why.
@@ -176,13 +177,16 @@ class SceneTiming:
         noise: What the machine made of fixed work meanwhile.
     """
 
-    key: TimingKey
-    scene: str
     date: str
     timings: tuple[tuple[At, CellTiming], ...]
     untimed: tuple[tuple[At, str], ...]
     rounds: int
     noise: Noise
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether something was left untimed: another time it may not be."""
+        return bool(self.untimed)
 
 
 def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
@@ -190,83 +194,87 @@ def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
     ordered = tuple(sorted(asked))
     engines = sorted({method.engine for method, _ in ordered})
     versions = tuple((engine, versions_of(engine)) for engine in engines)
-    return TimingKey(scene_hash(scene), ordered, versions, environment().machine, seed)
+    return TimingKey(scene.name, scene_hash(scene), ordered, versions, environment().machine, seed)
 
 
-def timing_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[SceneTiming]:
-    """Open the journal of a timing pass; with `retry` a pass that left something untimed counts as not run."""
-    again = (lambda timing: bool(timing.untimed)) if retry else None
-    return Journal(path, SceneTiming, lambda timing: timing.key, resume=resume, again=again)
+#: Opens the journal of a timing pass.
+timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", Entry[TimingKey, SceneTiming])
 
 
-def time_scene(
-    scene: Scene,
-    asked: Iterable[At],
-    asker: Asker,
-    *,
-    rounds: int = 7,
-    seed: int = 1,
-    budget_s: float = math.inf,
-    progress: Progress | None = None,
-) -> SceneTiming:
+@dataclass(frozen=True)
+class TimeScene(Talk[SceneTiming]):
     """Time a scene by several methods at several steps. The caller sees to it that nothing else is running.
 
     Each is warmed up once. Then comes round after round: in each, every one is visited once, in random order. PIT at
     each step is among them, asked for or not.
 
-    Args:
+    Attributes:
         scene: The scene.
         asked: What is timed.
-        asker: Has each visit carried out, in a worker process of its engine that stays.
         rounds: How many rounds; fewer, but three, where the budget is short.
         seed: Of the order of visits.
         budget_s: Seconds that the pass may take; what does not fit is left out, and says so.
         progress: Called with (done, all, what).
     """
-    kept = set(asked)
-    pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
-    ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
-    until_s = time.perf_counter() + budget_s
-    probe = NoiseProbe()
-    warm, untimed = _warm_up(scene, ordered, asker, budget_s, progress)
-    rounds = _fit(warm, untimed, rounds, until_s - time.perf_counter())
-    tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
-    visits: dict[At, list[Visit]] = {at: [] for at in warm}
-    draw = np.random.default_rng(seed)
-    last_s = 0.0
-    for turn in range(rounds):
-        began = time.perf_counter()
-        if turn >= LEAST_ROUNDS and began + last_s > until_s:
-            rounds = turn  # the machine was slower than the warm-up said
-            break
-        for number, k in enumerate(draw.permutation(len(tasks))):
-            at = list(tasks)[k]
-            if at not in untimed:
-                probe.take()
-                answer = asker.ask(tasks[at])
-                if answer.value is None:
-                    untimed[at] = answer.said
-                else:
-                    visits[at].append(answer.value)
-            if progress is not None:
-                what = f"timing {at[0].engine} at {at[1]:.3g} s"
-                progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
-        last_s = time.perf_counter() - began
-    probe.take()
-    timed = {at: found for at, found in visits.items() if at not in untimed}
-    return SceneTiming(
-        timing_key(scene, kept, seed),
-        scene.name,
-        environment().date,
-        tuple(
-            (at, _summary(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
-            for at, found in timed.items()
-            if at in kept
-        ),
-        tuple((at, reason) for at, reason in untimed.items() if at in kept),
-        rounds,
-        probe.noise(),
-    )
+
+    scene: Scene
+    asked: tuple[At, ...]
+    rounds: int = 7
+    seed: int = 1
+    budget_s: float = math.inf
+    progress: Progress | None = None
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter that is asked first."""
+        return PIT_METHOD.engine
+
+    def answer(self, asker: Asker) -> Answer[SceneTiming]:
+        """Return what was timed, each visit in a worker process of its engine that stays."""
+        scene, progress = self.scene, self.progress
+        kept = set(self.asked)
+        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
+        ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
+        until_s = time.perf_counter() + self.budget_s
+        probe = NoiseProbe()
+        warm, untimed = _warm_up(scene, ordered, asker, self.budget_s, progress)
+        rounds = _fit(warm, untimed, self.rounds, until_s - time.perf_counter())
+        tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
+        visits: dict[At, list[Visit]] = {at: [] for at in warm}
+        draw = np.random.default_rng(self.seed)
+        last_s = 0.0
+        for turn in range(rounds):
+            began = time.perf_counter()
+            if turn >= LEAST_ROUNDS and began + last_s > until_s:
+                rounds = turn  # the machine was slower than the warm-up said
+                break
+            for number, k in enumerate(draw.permutation(len(tasks))):
+                at = list(tasks)[k]
+                if at not in untimed:
+                    probe.take()
+                    answer = asker.ask(tasks[at])
+                    if answer.value is None:
+                        untimed[at] = answer.said
+                    else:
+                        visits[at].append(answer.value)
+                if progress is not None:
+                    what = f"timing {at[0].engine} at {at[1]:.3g} s"
+                    progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
+            last_s = time.perf_counter() - began
+        probe.take()
+        timed = {at: found for at, found in visits.items() if at not in untimed}
+        found = SceneTiming(
+            environment().date,
+            tuple(
+                (at, _summary(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
+                for at, found in timed.items()
+                if at in kept
+            ),
+            tuple((at, reason) for at, reason in untimed.items() if at in kept),
+            rounds,
+            probe.noise(),
+        )
+        return Answer(Status.RAN, value=found)
 
 
 def _warm_up(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,11 +14,14 @@ from carom.comparator.measure import measure
 from carom.comparator.scales import scales_of
 from carom.comparator.shift import begun_earlier, even_phases
 from carom.errors import InputError
+from carom.runs.desk import Ask, answers
 from carom.runs.job import Answer, Job, JobTask, Method, Status, UnsupportedError
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import able_adapter, observe_run
-from carom.runs.pool import Asker, Pool
+from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
-from carom.runs.scoring import batches
+from carom.runs.scoring import by_start, steps_of
 from carom.scene import Scene
 from carom.trace import Outcome, Trace
 
@@ -159,11 +162,5 @@ def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
 
 def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
     """Run jobs, and return what came of each by its method and phase: one step of each method at a time."""
-    found: dict[tuple[Method, float], Answer[Started]] = {}
-    for results in pool.each(((batch[0].engine, batch) for batch in batches(list(jobs))), _ask):
-        found.update(((job.method, job.phase), answer) for job, answer in results)
-    return found
-
-
-def _ask(batch: Sequence[Job], asker: Asker) -> Iterator[tuple[Job, Answer[Started]]]:
-    yield from zip(batch, asker.ask_each([StartTask(job) for job in batch]), strict=True)
+    asks = [Ask((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job)) for job in by_start(jobs)]
+    return dict(answers(asks, pool, Notes[JobKey, Started]()))

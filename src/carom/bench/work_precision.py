@@ -12,13 +12,15 @@ from carom.bench.axes import ErrorKind, error_of
 from carom.bench.bench_plan import BenchPlan, jobs_of
 from carom.bench.convergence import fit_order
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
-from carom.bench.rounds import At, SceneTiming, time_scene, timing_key
+from carom.bench.rounds import At, SceneTiming, TimeScene, TimingKey, timing_key
+from carom.runs.desk import Ask, answers
 from carom.runs.engines import Methods, engines, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress
-from carom.runs.journal import Journal
-from carom.runs.pool import Lane, Pool
-from carom.runs.scoring import JobKey, Measures, Scored, job_key, sweep
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.pool import LocalPool, Pool
+from carom.runs.scoring import Measures, steps_of, sweep
 from carom.scene import Scene
 
 __all__ = ["work_precision"]
@@ -29,8 +31,8 @@ def work_precision(
     plan: BenchPlan,
     pool: Pool,
     *,
-    journal: Journal[Scored] | None = None,
-    timings: Journal[SceneTiming] | None = None,
+    notes: Notes[JobKey, Measures] | None = None,
+    timings: Notes[TimingKey, SceneTiming] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> Bench:
@@ -40,7 +42,7 @@ def work_precision(
         scenes: Scenes, no two of one name.
         plan: What to do.
         pool: Where the scoring pass is carried out; it is closed before the timing pass begins.
-        journal: Results of scoring that are there already, and where new ones go.
+        notes: Results of scoring that are there already, and where new ones go.
         timings: Scenes that are timed already, and where new ones go.
         progress: Called with (done, all, what).
         command: The command line to print.
@@ -53,12 +55,12 @@ def work_precision(
     with pool:  # its processes are gone when the timing pass begins
         infos = to_run(engines(plan.engines, pool=pool), plan.engines)
         jobs, methods = jobs_of(scenes, infos, plan, pool)
-        results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, journal, progress)
+        results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, notes or Notes(), progress)
     benches = []
     for scene in scenes:
         points = _points([job for job in jobs if job.scene is scene], results, over, plan.error)
         ran = [point.at for point in points if not point.reason]
-        timing = _timed(scene, ran, plan, timings, progress) if plan.timing and ran else None
+        timing = _timed(scene, ran, plan, timings or Notes(), progress) if plan.timing and ran else None
         if timing is not None:
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
@@ -71,17 +73,17 @@ def _score(
     methods: Methods,
     budget_s: float,
     pool: Pool,
-    journal: Journal[Scored] | None,
+    notes: Notes[JobKey, Measures],
     progress: Progress | None,
-) -> tuple[dict[JobKey, Scored], str]:
+) -> tuple[dict[JobKey, Answer[Measures]], str]:
     """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
-    results: dict[JobKey, Scored] = {}
+    results: dict[JobKey, Answer[Measures]] = {}
     started = time.perf_counter()
     last_s, last_steps, done = 0.0, math.inf, 0
     for level in sorted({job.refinement for job in jobs}):
         own = [job for job in jobs if job.refinement == level]
-        missing = [job for job in own if journal is None or job_key(job) not in journal.entries]
-        steps = sum(job.scene.duration_s / job.dt_s for job in missing)
+        missing = [job for job in own if job_key(job) not in notes.entries]
+        steps = sum(map(steps_of, missing))
         expected_s = last_s * steps / last_steps
         if time.perf_counter() - started + expected_s > budget_s:
             return results, (
@@ -94,7 +96,7 @@ def _score(
             if progress is not None:
                 progress(done + now, len(jobs), f"scoring {what}")
 
-        results.update(sweep(own, pool, journal, shown, refusal=methods.refusal))
+        results.update(sweep(own, pool, notes, shown, refusal=methods.refusal))
         done += len(own)
         if missing:
             last_s, last_steps = time.perf_counter() - before, steps
@@ -102,33 +104,34 @@ def _score(
 
 
 def _timed(
-    scene: Scene, asked: list[At], plan: BenchPlan, timings: Journal[SceneTiming] | None, progress: Progress | None
-) -> SceneTiming:
-    if timings is not None and (found := timings.entries.get(timing_key(scene, asked, plan.seed))) is not None:
-        return found
-    with Lane(plan.time_limit_s, plan.memory_limit_mb) as lane:
-        timing = time_scene(
-            scene, asked, lane, rounds=plan.rounds, seed=plan.seed, budget_s=plan.budget_s / 2, progress=progress
-        )
-    if timings is not None:
-        timings.add([timing])
-    return timing
+    scene: Scene,
+    asked: Sequence[At],
+    plan: BenchPlan,
+    timings: Notes[TimingKey, SceneTiming],
+    progress: Progress | None,
+) -> SceneTiming | None:
+    question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
+    ask = Ask(scene, timing_key(scene, asked, plan.seed), question)
+    with LocalPool(1, plan.time_limit_s, plan.memory_limit_mb) as pool:
+        ((_, answer),) = answers([ask], pool, timings, alone=True)
+    return answer.value
 
 
-def _points(jobs: Sequence[Job], results: Mapping[JobKey, Scored], over_budget: str, kind: ErrorKind) -> list[Point]:
-    answers: dict[At, list[Answer[Measures] | None]] = {}
+def _points(
+    jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], over_budget: str, kind: ErrorKind
+) -> list[Point]:
+    found: dict[At, list[Answer[Measures] | None]] = {}
     for job in jobs:
-        found = results.get(job_key(job))
-        answers.setdefault((job.method, job.dt_s), []).append(None if found is None else found.answer)
-    return [_point(at, found, over_budget, kind) for at, found in answers.items()]
+        found.setdefault((job.method, job.dt_s), []).append(results.get(job_key(job)))
+    return [_point(at, told, over_budget, kind) for at, told in found.items()]
 
 
 def _point(at: At, found: Sequence[Answer[Measures] | None], over_budget: str, kind: ErrorKind) -> Point:
-    answers = [answer for answer in found if answer is not None]
-    measured = [answer.value for answer in answers if answer.value is not None]
+    told = [answer for answer in found if answer is not None]
+    measured = [answer.value for answer in told if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
-    reason = next((answer.said for answer in answers if answer.said), "")
-    if len(answers) < len(found):
+    reason = next((answer.said for answer in told if answer.said), "")
+    if len(told) < len(found):
         reason = over_budget
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")

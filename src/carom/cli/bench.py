@@ -117,15 +117,15 @@ def bench(
     with (
         claimed(out, "bench", "--out"),
         shared.resumable(scored),
-        score_journal(scored, resume=resume or retry, retry=retry) as journal,
-        timing_journal(out / "timings.jsonl", resume=resume or retry, retry=retry) as timings,
+        score_journal(scored, resume=resume, retry=retry) as journal,
+        timing_journal(out / "timings.jsonl", resume=resume, retry=retry) as timings,
         shared.progress_bar() as progress,
     ):
         result = work_precision(
             found,
             plan,
             _pool(plan, scheduler, jobs),
-            journal=journal,
+            notes=journal,
             timings=timings,
             progress=progress,
             command=shared.command_line(),
@@ -176,7 +176,7 @@ def _grow(
     with (
         claimed(out, "bench", "--out"),
         shared.resumable(path),
-        growth_journal(path, resume=resume or retry, retry=retry) as journal,
+        growth_journal(path, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
         found = growth(
@@ -186,7 +186,7 @@ def _grow(
             budget_s=budget_s,
             time_limit_s=time_limit_s,
             memory_limit_mb=memory_limit_mb,
-            journal=journal,
+            notes=journal,
             progress=progress,
             command=shared.command_line(),
         )

@@ -170,10 +170,10 @@ def _carried_out(
     path = report / "journal.jsonl"
     with (
         shared.resumable(path),
-        observed_journal(path, plan.options, resume=resume or retry, retry=retry) as journal,
+        observed_journal(path, plan.options.stamp, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
-        found = execute(plan, pool, journal=journal, progress=progress, command=shared.command_line())
+        found = execute(plan, pool, notes=journal, progress=progress, command=shared.command_line())
         results = reportable(found)
         document = cross_check_document(results)
         page = write_report(results, report, document, fail_on=fail_on)

@@ -73,7 +73,7 @@ def stress(
             attacks or [],
             engine,
             out=out,
-            resume=resume or retry,
+            resume=resume,
             retry=retry,
             progress=progress,
             command=shared.command_line(),

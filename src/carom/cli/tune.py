@@ -80,7 +80,7 @@ def tune(
     with (
         claimed(out, search.PURPOSE, "--out"),
         shared.resumable(path),
-        tune_journal(path, resume=resume or retry, retry=retry) as journal,
+        tune_journal(path, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
         try:
@@ -88,7 +88,7 @@ def tune(
                 name,
                 named,
                 options,
-                journal=journal,
+                notes=journal,
                 progress=progress,
                 told=best.append,
                 command=shared.command_line(),

@@ -216,12 +216,12 @@ def _said(spot: Spot) -> str:
     match spot.ending:
         case SpotEnding.STANDS:
             return f"to {value}"
-        case SpotEnding.NEVER_STOOD if spot.reason.startswith((Status.TIMED_OUT.value, Status.CRASHED.value)):
-            return f"{spot.reason.partition(':')[0]} at {value}"  # nothing is known of what it would have answered
+        case SpotEnding.NEVER_STOOD if spot.status in {Status.TIMED_OUT, Status.CRASHED}:
+            return f"{spot.status.value} at {value}"  # nothing is known of what it would have answered
         case SpotEnding.NEVER_STOOD:
             return f"from {value}"
         case SpotEnding.NOT_RUN:
-            return spot.reason.partition(":")[0]
+            return spot.status.value
         case SpotEnding.STILL_DOES | SpotEnding.DOES_NOT:
             return f"{'does it' if spot.ending is SpotEnding.STILL_DOES else 'does not'} {value}".rstrip()
         case _:

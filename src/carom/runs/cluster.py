@@ -20,8 +20,8 @@ from carom.arguments import shown
 from carom.errors import CaromError, InputError, MissingExtraError
 from carom.runs.engines import engines
 from carom.runs.job import Answer, Task
+from carom.runs.keys import versions_of
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Lane, Pool
-from carom.runs.scoring import versions_of
 
 __all__ = ["ClusterError", "ClusterPool"]
 

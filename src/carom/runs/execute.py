@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 
 from carom.arguments import shown
 from carom.comparator import Score, compare
@@ -15,19 +15,20 @@ from carom.comparator.shift import shifted_references
 from carom.errors import AdapterError, InputError
 from carom.registry import engine_named, require_named
 from carom.runs.asked import require_one
+from carom.runs.desk import Ask, answers
 from carom.runs.engines import engines
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
-from carom.runs.journal import Journal
-from carom.runs.observed import Observed
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.observed import DRAWN, TraceOf
 from carom.runs.phases import phase_values, spread_of
 from carom.runs.plan import Options, Plan, plan_of, trace_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, LocalPool, Pool
+from carom.runs.pool import DEFAULT_TIME_LIMIT_S, LocalPool, Pool
 from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
-from carom.runs.scoring import job_key
-from carom.runs.timing import Measure
+from carom.runs.timing import Measure, Timing
 from carom.runs.tried import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, deviation
@@ -37,6 +38,8 @@ __all__ = ["MOST_DISCS_DRAWN", "cross_check", "execute", "run"]
 
 #: More discs than this in one picture show nothing, and weigh megabytes.
 MOST_DISCS_DRAWN = 64
+
+T = TypeVar("T")
 
 #: What tells a job from the others of a cross-check, in which no two scenes have one name.
 Key = tuple[str, Method, float]
@@ -115,7 +118,7 @@ def execute(
     plan: Plan,
     pool: Pool,
     *,
-    journal: Journal[Observed] | None = None,
+    notes: Notes[JobKey, Trace] | None = None,
     progress: Progress | None = None,
     command: str = "",
 ) -> Results:
@@ -124,7 +127,7 @@ def execute(
     Args:
         plan: What is to be run.
         pool: Where; it stays open.
-        journal: What was observed already, and where more of it goes.
+        notes: What was observed already, and where more of it goes.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
     """
@@ -134,7 +137,7 @@ def execute(
     jobs = [job for job in plan.jobs if job.scene.name in held]
     shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
-    observer = _Observer(plan, pool, journal, progress)
+    observer = _Observer(plan, pool, notes, progress)
     observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
     observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
     rows = _scored(jobs, held, observer)
@@ -147,44 +150,39 @@ def execute(
 
 
 class _Observer:
-    """Has jobs run, keeps what came of them in the journal, and tells how far a cross-check has come."""
+    """Asks the desk for jobs, and tells how far a cross-check has come."""
 
-    def __init__(self, plan: Plan, pool: Pool, journal: Journal[Observed] | None, progress: Progress | None) -> None:
-        self.pool, self.total = pool, 0
+    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress | None) -> None:
+        self.total = 0
         self._refusal, self._samples = plan.methods.refusal, plan.options.samples
-        self._journal, self._progress, self._done = journal, progress, 0
+        self._pool, self._notes, self._progress, self._done = pool, Notes() if notes is None else notes, progress, 0
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
         if self._progress is not None:
             self._progress(self._done, self.total, what)
 
-    def each(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
+    def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield what came of each job as it comes.
 
         States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
         """
-        todo = []
+        asks = []
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
-            known = self._journal.entries.get((job_key(job), drawn)) if self._journal else None
-            answer = self._refusal(job) if known is None else known.answer
-            if answer is None:
-                todo.append((job.engine, (job, drawn)))
-            else:
-                self.count(f"{job.scene.name} on {job.engine}")
-                yield job, answer
-        for several in self.pool.each(todo, _observe):
-            if self._journal is not None:
-                self._journal.add(Observed(job_key(job), drawn, answer) for job, drawn, answer in several)
-            for job, _, answer in several:
-                self.count(f"{job.scene.name} on {job.engine}")
-                yield job, answer
+            key = job_key(job, DRAWN if drawn else "")
+            asks.append(Ask(job, key, TraceOf(job, drawn), self._refusal(job)))
+        return self._told(answers(asks, self._pool, self._notes))
 
+    def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
+        """Yield the run time of each job, one after another with nothing else running; they belong to one sitting."""
+        asks = [Ask(job, job_key(job), Measure(job)) for job in jobs]
+        return self._told(answers(asks, self._pool, Notes[JobKey, Timing](), alone=True))
 
-def _observe(job_drawn: tuple[Job, bool], asker: Asker) -> Iterator[tuple[Job, bool, Answer[Trace]]]:
-    job, drawn = job_drawn
-    yield job, drawn, trace_of(job, asker, samples=drawn)
+    def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
+        for job, answer in found:
+            self.count(f"{job.scene.name} on {job.engine}")
+            yield job, answer
 
 
 def _key(job: Job) -> Key:
@@ -213,9 +211,9 @@ def _sampling(job: Job) -> Job:
 def _scored(jobs: Sequence[Job], held: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
     """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
     sampling = {_key(one): one for one in map(_sampling, jobs)}
-    pit = {_key(job): answer for job, answer in observer.each(sampling.values())}
+    pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows = {key: _row(sampling[key], answer, held, answer.value) for key, answer in pit.items()}
-    for job, answer in observer.each(job for job in jobs if job.method != PIT_METHOD):
+    for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
         rows[_key(job)] = _row(job, answer, held, pit[_key(_sampling(job))].value)
     return rows
 
@@ -261,7 +259,7 @@ def _spread(
     home = {id(job): (key, one) for key, one, job in jobs}
     scores: dict[Key, list[Score]] = {key: [] for key in ran}
     failed: dict[Key, Row] = {}
-    for job, answer in observer.each((job for *_, job in jobs), shifted=True):
+    for job, answer in observer.traces((job for *_, job in jobs), shifted=True):
         key, one = home[id(job)]
         if answer.value is not None:
             try:
@@ -276,13 +274,11 @@ def _spread(
 
 def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     """Time the jobs that ran, one after another with nothing else running."""
-    timed = {}
-    for row in rows:
-        if row.status is Status.RAN:
-            answer = observer.pool.ask(Measure(row.job))
-            timed[_key(row.job)] = replace(row, timing=answer.value, untimed=answer.said)
-        observer.count(f"{row.job.scene.name} on {row.job.engine}")
-    return timed
+    ran = {_key(row.job): row for row in rows if row.status is Status.RAN}
+    if len(ran) < len(rows):
+        observer.count("timing", len(rows) - len(ran))
+    times = observer.timings(row.job for row in ran.values())
+    return {_key(job): replace(ran[_key(job)], timing=answer.value, untimed=answer.said) for job, answer in times}
 
 
 def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], command: str, elapsed_s: float) -> Results:

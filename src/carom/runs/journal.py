@@ -11,24 +11,26 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from pydantic import ValidationError
 
 from carom.errors import InputError
 from carom.limits import MOST_VALUES, values_in
+from carom.runs.job import Answer
 from carom.runs.pool import Closing
 from carom.runs.wire import Codec
 from carom.text import shortened, visible
 
-__all__ = ["Journal", "canonical"]
+__all__ = ["Entry", "Journal", "Notes", "Partial", "canonical"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
-JOURNAL_FORMAT = 4
+JOURNAL_FORMAT = 5
 
 #: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
 #: kept, and found anew after a resume.
@@ -36,60 +38,100 @@ LONGEST_LINE = 64 * 2**20
 #: Read at a time, from the end backwards, in search of the end of a line.
 _BLOCK = 2**20
 
+K = TypeVar("K")
 T = TypeVar("T")
 
 
-class Journal(Closing, Generic[T]):
-    """A journal that is open for appending, by one process at a time; used as a context manager.
+@runtime_checkable
+class Partial(Protocol):
+    """A value that several questions led to, and says whether an engine broke one of them off."""
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether another time there may be more of it."""
+
+
+@dataclass(frozen=True)
+class Entry(Generic[K, T]):
+    """What came of an ask: a line of a journal.
+
+    Attributes:
+        key: What tells it from the others; see `carom.runs.desk.Ask`.
+        answer: What was asked for, or why there is none.
+    """
+
+    key: K
+    answer: Answer[T]
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether an engine, or its adapter, broke it off: another time it may not."""
+        value = self.answer.value
+        return self.answer.status.broken or (isinstance(value, Partial) and value.cut_off)
+
+
+class Notes(Generic[K, T]):
+    """Entries, kept while this process lasts."""
+
+    def __init__(self) -> None:
+        self._entries: dict[K, Entry[K, T]] = {}
+
+    @property
+    def entries(self) -> Mapping[K, Entry[K, T]]:
+        """Every entry that counts, by its key; where one stands there twice, the later one."""
+        return MappingProxyType(self._entries)
+
+    def add(self, entries: Iterable[Entry[K, T]]) -> None:
+        """Keep entries."""
+        self._entries.update((entry.key, entry) for entry in entries)
+
+
+class Journal(Notes[K, T], Closing):
+    """Entries in a file that is open for appending, by one process at a time; used as a context manager.
 
     Args:
+        of: What it is a journal of, in words.
+        kind: The type of its entries, whose key and value are what JSON can hold.
         path: The file; made where it does not exist, in a folder that does.
-        kind: The type of an entry: a dataclass of what JSON can hold.
-        key: What tells an entry from the others.
-        stamp: What whoever goes on with the journal must share with who began it.
-        resume: Whether a journal that exists is gone on with; it is refused otherwise.
-        again: Says of an entry whether it is to be found anew; by default of none.
+        stamp: What a run that continues from the journal must share with the one that began it.
+        resume: Whether a journal that exists is continued; it is refused otherwise.
+        retry: Whether it is continued, and what an engine broke off counts as not run.
 
     Raises:
-        InputError: The file exists and `resume` is not set, is no journal of this kind, stamp and format, or is being
-            written by another process.
+        InputError: The file exists and neither `resume` nor `retry` is set, is no journal of this kind, stamp and
+            format, or is being written by another process.
     """
 
     def __init__(
         self,
+        of: str,
+        kind: type[Entry[K, T]],
         path: Path,
-        kind: type[T],
-        key: Callable[[T], Hashable],
-        *,
         stamp: Mapping[str, Any] = MappingProxyType({}),
+        *,
         resume: bool = False,
-        again: Callable[[T], bool] | None = None,
+        retry: bool = False,
     ) -> None:
+        super().__init__()
         self.path = path
-        self._codec = Codec[T](kind)
-        self._key = key
-        if not resume and path.exists() and path.stat().st_size:
+        self._codec = Codec[Entry[K, T]](kind)
+        if not (resume or retry) and path.exists() and path.stat().st_size:
             raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)
-            found = self._read({"journal": kind.__name__, "format": JOURNAL_FORMAT, **stamp})
+            found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
             raise
-        self._entries = {name: entry for name, entry in found.items() if again is None or not again(entry)}
+        super().add(entry for entry in found if not (retry and entry.cut_off))
 
-    @property
-    def entries(self) -> Mapping[Hashable, T]:
-        """Every entry that counts, by its key; where one stands there twice, the later one."""
-        return MappingProxyType(self._entries)
-
-    def add(self, entries: Iterable[T]) -> None:
+    def add(self, entries: Iterable[Entry[K, T]]) -> None:
         """Write entries, all in one piece, and return when they are on the disk."""
         found = list(entries)
         lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
         self._append(line for line in lines if len(line) <= LONGEST_LINE)
-        self._entries.update((self._key(entry), entry) for entry in found)
+        super().add(found)
 
     def close(self) -> None:
         """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
@@ -109,7 +151,7 @@ class Journal(Closing, Generic[T]):
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
-    def _read(self, stamp: Mapping[str, Any]) -> dict[Hashable, T]:
+    def _read(self, stamp: Mapping[str, Any]) -> list[Entry[K, T]]:
         """Return what the file holds; in an empty one, write down what it is to be of."""
         stamp = json.loads(json.dumps(stamp))
         whole, size = _whole(self._file), os.fstat(self._file).st_size
@@ -119,19 +161,18 @@ class Journal(Closing, Generic[T]):
         if head and there != stamp:
             what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
             raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
-        found: dict[Hashable, T] = {}
+        found = []
         for number, line in enumerate(lines, start=2):
             if len(line) > LONGEST_LINE:
                 limit = f"is longer than {LONGEST_LINE >> 20} MiB, which none of Carom's is"
                 raise InputError(f"{self.path}, line {number} {limit}; remove the line, or name another folder")
             try:
-                entry = self._codec.loads(line)
+                found.append(self._codec.loads(line))
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
                 what = f"{self.path}, line {number}: {shortened(where)}: {first['msg']}"
                 raise InputError(f"{what}; remove the line, or name another folder") from None
-            found[self._key(entry)] = entry
         if whole < size:  # a torn line goes only where all before it is sound
             os.ftruncate(self._file, whole)
         if not head:

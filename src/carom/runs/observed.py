@@ -1,42 +1,43 @@
-"""The journal of a cross-check: what was observed, whole, so that one that was ended can be gone on with.
+"""What a cross-check asks: the traces of jobs, whole, so that one that was ended can be continued.
 
-Run times are not in it: those that are compared belong to one sitting.
+Run times are not in its journal: those that are compared belong to one sitting.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
-from pathlib import Path
+from dataclasses import dataclass
+from functools import partial
 
-from carom.runs.job import Answer
-from carom.runs.journal import Journal
-from carom.runs.plan import Options
-from carom.runs.scoring import JobKey
+from carom.runs.desk import Talk
+from carom.runs.job import Answer, Job
+from carom.runs.journal import Entry, Journal
+from carom.runs.keys import JobKey
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
 from carom.runs.wire import CarriedTrace
+from carom.trace import Trace
 
-__all__ = ["Observed", "observed_journal"]
+__all__ = ["DRAWN", "TraceOf", "observed_journal"]
+
+#: The form of a job whose states are kept for drawing; see `carom.runs.keys.JobKey`.
+DRAWN = "drawn"
+
+#: Opens the journal of a cross-check; its stamp is that of its options.
+observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, CarriedTrace])
 
 
 @dataclass(frozen=True)
-class Observed:
-    """What came of a job.
+class TraceOf(Talk[Trace]):
+    """Run a job; `drawn` keeps its states."""
 
-    Attributes:
-        key: Which job it is.
-        drawn: Whether states were kept for drawing.
-        answer: The trace, or why there is none.
-    """
-
-    key: JobKey
+    job: Job
     drawn: bool
-    answer: Answer[CarriedTrace]
 
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.job.engine
 
-def observed_journal(path: Path, options: Options, *, resume: bool = False, retry: bool = False) -> Journal[Observed]:
-    """Open the journal of a cross-check; with `retry` what an engine broke off counts as not run.
-
-    One of other options is refused, but for how many jobs run at a time.
-    """
-    stamp = {name: value for name, value in asdict(options).items() if name != "jobs"}
-    again = (lambda entry: entry.answer.status.broken) if retry else None
-    return Journal(path, Observed, lambda entry: (entry.key, entry.drawn), stamp=stamp, resume=resume, again=again)
+    def answer(self, asker: Asker) -> Answer[Trace]:
+        """Return what happened, or why nothing did."""
+        return trace_of(self.job, asker, samples=self.drawn)

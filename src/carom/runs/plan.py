@@ -7,7 +7,8 @@ run and what ``--explain`` prints are read off the same plan.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from carom.adapter import Capabilities, ContactTimes
 from carom.arguments import shown
@@ -99,6 +100,11 @@ class Options:
         if not isinstance(self.settings, Mapping):
             raise InputError(f"settings must be a mapping from names to values, got {self.settings!r}")
         object.__setattr__(self, "settings", dict(self.settings))
+
+    @property
+    def stamp(self) -> dict[str, Any]:
+        """All that a journal's answers may depend on: two runs that differ in it do not share one."""
+        return {name: value for name, value in asdict(self).items() if name != "jobs"}
 
     def steps_of(self, scene: Scene) -> tuple[float, ...]:
         """Return the steps at which a scene is run, from the coarsest on."""

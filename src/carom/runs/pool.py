@@ -63,6 +63,9 @@ class Asker(Closing, ABC):
 class Pool(Asker):
     """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
 
+    def renew(self) -> None:
+        """Have what is asked next carried out in processes in which nothing has been, where there are processes."""
+
     @abstractmethod
     def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
         """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
@@ -123,6 +126,13 @@ class Lane(Asker):
         limit_s = max(self._time_limit_s, getattr(tasks[0], "least_limit_s", 0.0))
         return self.of(tasks[0].engine).ask_each(tasks, limit_s)
 
+    def renew(self) -> None:
+        """End the processes; the next task starts anew."""
+        with self._lock:
+            ended, self._workers = self._workers, {}
+        for worker in ended.values():
+            worker.close()
+
     def stop(self) -> None:
         """Let whoever waits for an answer wait no longer, and nobody ask again."""
         with self._lock:
@@ -166,6 +176,11 @@ class LocalPool(Pool):
         for thread in self._threads:
             if thread.is_alive():  # a signal may have come before it was started
                 thread.join()
+
+    def renew(self) -> None:
+        """End the processes; the next tasks start anew."""
+        for lane in self._lanes:
+            lane.renew()
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks carried out in the first lane."""

@@ -5,67 +5,27 @@ A score is found in the worker that ran the job, and written to a journal as soo
 
 from __future__ import annotations
 
-import hashlib
-import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
-from importlib import metadata
-from pathlib import Path
+from functools import lru_cache, partial
 from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.registry import adapter_points
-from carom.runs.engines import engine_of
-from carom.runs.job import Answer, Job, JobTask, Method, Progress, UnsupportedError
-from carom.runs.journal import Journal
+from carom.runs.desk import Ask, answers
+from carom.runs.job import Answer, Job, JobTask, Progress, UnsupportedError
+from carom.runs.journal import Entry, Journal, Notes
+from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import able_adapter, observe_run
-from carom.runs.pool import Asker, Pool
+from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
-from carom.scene import Scene
 from carom.trace import Trace
 
-__all__ = [
-    "JobKey",
-    "Measures",
-    "ScoreJob",
-    "Scored",
-    "batches",
-    "job_key",
-    "scene_hash",
-    "score_journal",
-    "sweep",
-    "versions_of",
-]
-
-#: A message holds as many jobs as take so many steps together, a second or so: then what a message costs is nothing,
-#: and what is lost with one is little. So many jobs at most, that workers have equal shares to the end.
-BATCH_STEPS = 50_000
-BATCH_JOBS = 64
+__all__ = ["Measures", "ScoreJob", "by_start", "score_journal", "steps_of", "sweep"]
 
 #: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
 REFERENCES_KEPT = 8
-
-
-@dataclass(frozen=True)
-class JobKey:
-    """What tells a job from all others, in any sweep on any machine.
-
-    Attributes:
-        scene_sha256: Hash of all that the scene is made of, its name included.
-        method: Engine and profile.
-        dt_s: Step, seconds.
-        phase: Part of a step by which the scene begins earlier.
-        versions: Name and version of all that the numbers depend on, in order of name.
-    """
-
-    scene_sha256: str
-    method: Method
-    dt_s: float
-    phase: float
-    versions: tuple[tuple[str, str], ...]
 
 
 @dataclass(frozen=True)
@@ -91,21 +51,6 @@ class Measures:
     undecided: int
     duration_s: float
     outcome: str
-
-
-@dataclass(frozen=True)
-class Scored:
-    """What came of a job of a sweep.
-
-    Attributes:
-        key: Which job it is.
-        scene: Name of the scene, for readers.
-        answer: The numbers of its score, or why there are none.
-    """
-
-    key: JobKey
-    scene: str
-    answer: Answer[Measures]
 
 
 @dataclass(frozen=True)
@@ -144,91 +89,41 @@ class ScoreJob(JobTask):
 _reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
 
 
-@lru_cache(maxsize=64)
-def scene_hash(scene: Scene) -> str:
-    """Return the SHA-256 of a scene: of every field but the description, each float to the bit."""
-    # Pydantic writes each float as the shortest text that reads back as the same one.
-    return hashlib.sha256(scene.model_dump_json(exclude={"description"}).encode()).hexdigest()
-
-
-@cache
-def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
-    """Return name and version of all that an engine's numbers depend on; an engine that is missing has an empty one."""
-    found = [
-        ("carom", metadata.version("carom")),
-        ("numpy", metadata.version("numpy")),
-        (platform.python_implementation(), platform.python_version()),
-    ]
-    if engine not in adapter_points():
-        return ()
-    info = engine_of(engine)
-    return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
-
-
-def job_key(job: Job) -> JobKey:
-    """Return the key of a job on this machine."""
-    return JobKey(scene_hash(job.scene), job.method, job.dt_s, job.phase, versions_of(job.engine))
-
-
-def score_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[Scored]:
-    """Open the journal of a sweep; with `retry` what an engine broke off counts as not run."""
-    again = (lambda result: result.answer.status.broken) if retry else None
-    return Journal(path, Scored, lambda result: result.key, resume=resume, again=again)
+#: Opens the journal of a sweep.
+score_journal = partial(Journal[JobKey, Measures], "scores", Entry[JobKey, Measures])
 
 
 def sweep(
     jobs: Sequence[Job],
     pool: Pool,
-    journal: Journal[Scored] | None = None,
+    notes: Notes[JobKey, Measures] | None = None,
     progress: Progress | None = None,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
-) -> Mapping[JobKey, Scored]:
-    """Run the jobs that the journal does not hold, write each to it, and return what came of all.
+) -> Mapping[JobKey, Answer[Measures]]:
+    """Score jobs, and return what came of each.
 
     Args:
-        jobs: What is to be run; a job that is there twice is run once.
+        jobs: What is to be run.
         pool: Where; it stays open.
-        journal: What is finished already, and where results go; None to keep them in memory alone.
-        progress: Called with (done, all, what) as jobs finish, first with what was finished before.
+        notes: What is known already, and where more of it goes.
+        progress: Called with (done, all, what) as jobs finish.
         refusal: Why a job can't be run, as far as that is known; such a job is not sent.
     """
-    wanted = {job_key(job): job for job in jobs}
-    found = {key: result for key, result in journal.entries.items() if key in wanted} if journal else {}
-    if progress is not None:
-        progress(len(found), len(wanted), "")
-    refused = {key: (job, why) for key, job in wanted.items() if key not in found and (why := refusal(job)) is not None}
-    told = [Scored(key, job.scene.name, why) for key, (job, why) in refused.items()]
-    if told and journal is not None:
-        journal.add(told)
-    found.update((result.key, result) for result in told)
-    missing = batches([job for key, job in wanted.items() if key not in found])
-    for results in pool.each(((batch[0].engine, batch) for batch in missing), _score_batch):
-        if journal is not None:
-            journal.add(results)
-        found.update((result.key, result) for result in results)
+    found: dict[JobKey, Answer[Measures]] = {}
+    asks = [Ask(job, job_key(job), ScoreJob(job), refusal(job), steps_of(job)) for job in by_start(jobs)]
+    for job, answer in answers(asks, pool, Notes() if notes is None else notes):
+        found[job_key(job)] = answer
         if progress is not None:
-            progress(len(found), len(wanted), f"{results[-1].scene} on {results[-1].key.method.engine}")
+            progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
     return found
 
 
-def batches(jobs: Sequence[Job]) -> list[list[Job]]:
-    """Return the jobs in messages, each of one engine."""
-    # A worker keeps the references of the last few starts, so those of one start stand together.
-    ordered = sorted(jobs, key=lambda job: (job.engine, job.scene.name, job.phase * job.dt_s, job.dt_s))
-    found: list[list[Job]] = []
-    steps, engine = 0.0, ""
-    for job in ordered:
-        cost = job.scene.duration_s / job.dt_s
-        if not found or job.engine != engine or steps + cost > BATCH_STEPS or len(found[-1]) >= BATCH_JOBS:
-            found.append([])
-            steps, engine = 0.0, job.engine
-        found[-1].append(job)
-        steps += cost
-    return found
+def by_start(jobs: Iterable[Job]) -> list[Job]:
+    """Return jobs with those of one start together, since a worker keeps the references of the last few."""
+    return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 
 
-def _score_batch(batch: Sequence[Job], asker: Asker) -> Iterator[Scored]:
-    """Run the jobs of one message."""
-    for job, answer in zip(batch, asker.ask_each([ScoreJob(job) for job in batch]), strict=True):
-        yield Scored(job_key(job), job.scene.name, answer)
+def steps_of(job: Job) -> float:
+    """Return about how many engine steps a job takes."""
+    return job.scene.duration_s / job.dt_s

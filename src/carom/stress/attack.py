@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from carom.runs.job import Status
 from carom.scene import Scene
 from carom.stress.truth import TrueMotion
 from carom.trace import Outcome, Trace, Vector, kinetic_energy
@@ -39,11 +40,13 @@ class Judgement:
         error: Its error, in the measure of the attack; NaN where there is nothing to measure.
         broken: Why it counts as broken; empty where the method stands.
         note: What else is to be said of it.
+        status: Whether there was a trace.
     """
 
     error: float
     broken: str = ""
     note: str = ""
+    status: Status = Status.RAN
 
 
 #: Says what a trace is worth.

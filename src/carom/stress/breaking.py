@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from carom.errors import InputError
 from carom.folders import file_name
-from carom.runs.job import Job, Method, Status
+from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Scene, save_scene
@@ -22,7 +22,15 @@ RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 
 
 class NotRunError(Exception):
-    """The method can't be attacked at all: it is unavailable, or does not support the scene."""
+    """The method can't be attacked at all: it is unavailable, or does not support the scene.
+
+    Attributes:
+        status: Which of the two.
+    """
+
+    def __init__(self, answer: Answer[Any]) -> None:
+        super().__init__(answer.said)
+        self.status = answer.status
 
 
 class _Tried(NamedTuple):
@@ -58,7 +66,8 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
         while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
             tries(middle)
     except NotRunError as error:
-        return Spot("attack", attack.name, method.name, SpotEnding.NOT_RUN, reason=str(error), runs=runs)
+        ended = SpotEnding.NOT_RUN
+        return Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
     shows = f"{shown.trial.scene.description} Here {method.name} {'gives way' if fell else 'stands'}."
@@ -75,6 +84,7 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
         reason=shown.judgement.broken or shown.judgement.note,
         scenes=(file,),
         runs=runs,
+        status=shown.judgement.status,
     )
 
 
@@ -95,8 +105,8 @@ def _judged(method: Method, trial: Trial, asker: Asker, *, harmless: bool) -> Ju
     """
     answer = trace_of(Job(trial.scene, method, trial.dt_s), asker)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
-        raise NotRunError(answer.said)
-    return Judgement(math.nan, answer.said) if answer.value is None else trial.judge(answer.value)
+        raise NotRunError(answer)
+    return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
 
 
 def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> tuple[_Tried, int]:

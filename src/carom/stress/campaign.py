@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -13,10 +13,11 @@ from typing import Any
 from carom.errors import UnknownNameError
 from carom.folders import claimed
 from carom.runs.asked import require_asked
-from carom.runs.engines import Methods, engines, methods_of, to_run
+from carom.runs.desk import Ask, Talk, answers
+from carom.runs.engines import engines, methods_of, to_run
 from carom.runs.environment import environment
-from carom.runs.job import Method, Progress, Status
-from carom.runs.journal import Journal
+from carom.runs.job import Answer, Method, Progress, Status
+from carom.runs.journal import Entry, Journal
 from carom.runs.plan import profiles_to_plan
 from carom.runs.pool import Asker, LocalPool
 from carom.scenes import Complaint, all_scenes
@@ -42,6 +43,12 @@ TIME_LIMIT_S, QUICK_TIME_LIMIT_S = 60.0, 10.0
 
 #: The step of all that is run.
 DT_S = 1.0 / RATE_HZ
+
+#: What tells a cell from the others: kind and name of its line, and its method.
+SpotKey = tuple[str, str, str]
+
+#: Opens the journal of a campaign.
+stress_journal = partial(Journal[SpotKey, Spot], "spots", Entry[SpotKey, Spot])
 
 #: A line of the table, and what finds its spot for a method.
 StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
@@ -71,6 +78,11 @@ class StressOptions:
 
     def __post_init__(self) -> None:
         require_asked(self)
+
+    @property
+    def stamp(self) -> dict[str, Any]:
+        """What a journal's answers depend on beside their keys: campaigns that differ in it do not share one."""
+        return {"quick": self.quick, "time_limit_s": self.limit_s}
 
     @property
     def limit_s(self) -> float:
@@ -128,48 +140,46 @@ def stress(
         methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
         here = environment(infos)
-        stamp = {"quick": asked.quick, "carom": here.carom, "versions": here.versions, "time_limit_s": asked.limit_s}
-        every = [(task, method) for task in tasks for method in columns]
+        stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
+        asks = [_ask(task, method, methods.dead(method, DT_S)) for task in tasks for method in columns]
         held.enter_context(claimed(out, PURPOSE))
         journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
-        todo = [cell for cell in every if _cell_key(*cell) not in journal.entries]
-        done = len(every) - len(todo)
-
-        def work(cell: tuple[StressTask, Method], asker: Asker) -> Iterator[Spot]:
-            yield _spot(*cell, methods, asker)
-
-        for several in pool.each(((cell[1].engine, cell) for cell in todo), work):
-            journal.add(several)
-            for spot in several:
-                done += 1
-                if progress is not None:
-                    progress(done, len(every), f"{spot.line} on {spot.method}")
-        spots = {(task[0].name, method.name): journal.entries[_cell_key(task, method)] for task, method in every}
+        spots: dict[tuple[str, str], Spot] = {}
+        for subject, answer in answers(asks, pool, journal):
+            assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
+            spots[subject] = answer.value
+            if progress is not None:
+                progress(len(spots), len(asks), " on ".join(subject))
     lines = tuple(line for line, _ in tasks)
     elapsed_s = time.perf_counter() - started
     return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)
 
 
-def stress_journal(path: Path, stamp: Mapping[str, Any], *, resume: bool, retry: bool = False) -> Journal[Spot]:
-    """Open the journal of a campaign; with `retry` what an engine broke off counts as not run.
+@dataclass(frozen=True)
+class TableCell(Talk[Spot]):
+    """Find the spot of a line of the table for a method."""
 
-    `stamp` is what it must share with the one that it takes up.
-    """
-    broken = tuple(f"{status.value}: " for status in Status if status.broken)  # how a reason begins, see `Answer.said`
-    again = (lambda spot: spot.reason.startswith(broken)) if retry else None
-    key = lambda spot: (spot.kind, spot.line, spot.method)  # noqa: E731 - of two such, on lines of their own
-    return Journal(path, Spot, key, stamp=stamp, resume=resume, again=again)
+    carry_out: Callable[[Method, Asker], Spot]
+    method: Method
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
+
+    def answer(self, asker: Asker) -> Answer[Spot]:
+        """Return the spot."""
+        return Answer(Status.RAN, value=self.carry_out(self.method, asker))
 
 
-def _cell_key(task: StressTask, method: Method) -> tuple[str, str, str]:
-    return (task[0].kind, task[0].name, method.name)
-
-
-def _spot(task: StressTask, method: Method, methods: Methods, asker: Asker) -> Spot:
-    line, carry_out = task
-    if (refused := methods.dead(method, DT_S)) is not None:
-        return Spot(line.kind, line.name, method.name, SpotEnding.NOT_RUN, reason=refused.said)
-    return carry_out(method, asker)
+def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> Ask[tuple[str, str], SpotKey, Spot]:
+    (line, carry_out), known = task, None
+    if refused is not None:
+        ended = SpotEnding.NOT_RUN
+        spot = Spot(line.kind, line.name, method.name, ended, reason=refused.said, status=refused.status)
+        known = Answer(Status.RAN, value=spot)
+    subject = (line.name, method.name)
+    return Ask(subject, (line.kind, *subject), TableCell(carry_out, method), known)
 
 
 def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:

@@ -34,7 +34,8 @@ def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes
     save_scene(scene, scenes / file)
     files = (f"{scenes.name}/{file}",)
     if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-        return Spot("complaint", line, method.name, SpotEnding.NOT_RUN, reason=answer.said, scenes=files)
+        ended = SpotEnding.NOT_RUN
+        return Spot("complaint", line, method.name, ended, reason=answer.said, scenes=files, status=answer.status)
     if answer.value is None:
         seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
     else:
@@ -48,6 +49,7 @@ def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes
         reason=reason if seen or not reason else f"not as reported, but {reason}",
         scenes=files,
         runs=1,
+        status=answer.status,
     )
 
 

@@ -311,29 +311,41 @@ def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: P
         used.append(scene)
         answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
         if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
-            raise NotRunError(answer.said)
+            raise NotRunError(answer)
         if answer.value is None:
-            raise _StoppedError(answer.said)
+            raise _StoppedError(answer.said, answer.status)
         if answer.value.outcome is not Outcome.COMPLETED:
-            raise _StoppedError(f"{answer.value.outcome.value}; {'; '.join(answer.value.notes)}".rstrip("; "))
+            raise _StoppedError(
+                f"{answer.value.outcome.value}; {'; '.join(answer.value.notes)}".rstrip("; "), answer.status
+            )
         return answer.value
 
-    value = None
+    value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
         reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
     except NotRunError as error:
-        return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error))
+        return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error), status=error.status)
     except _StoppedError as error:
-        reason = str(error)
+        reason, status = error.args
     except InputError as error:
         reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
     ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(relation, method, used, scenes)
-    return Spot("relation", relation.name, method.name, ending, value, reason=reason, scenes=files, runs=len(used))
+    return Spot(
+        "relation",
+        relation.name,
+        method.name,
+        ending,
+        value,
+        reason=reason,
+        scenes=files,
+        runs=len(used),
+        status=status,
+    )
 
 
 class _StoppedError(Exception):
-    """A run of a relation gave no answer."""
+    """A run of a relation gave no answer: why, and its status."""
 
 
 def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from enum import StrEnum
 
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
-from carom.runs.job import Method
+from carom.runs.job import Method, Status
 
 __all__ = ["Line", "Spot", "SpotEnding", "StressResults"]
 
@@ -43,6 +43,7 @@ class Spot:
         reason: Why it gave way, or why there is no number.
         scenes: The files, in the folder of the results, whose scenes show the number.
         runs: How many runs the number took.
+        status: What became of the run that decided, or why there was none.
     """
 
     kind: str
@@ -55,6 +56,12 @@ class Spot:
     reason: str = ""
     scenes: tuple[str, ...] = ()
     runs: int = 0
+    status: Status = Status.RAN
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether the engine, or its adapter, broke off the run that decided."""
+        return self.status.broken
 
 
 @dataclass(frozen=True)

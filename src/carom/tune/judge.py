@@ -1,26 +1,26 @@
-"""Judging settings scene by scene, in worker processes, with a journal of what is done."""
+"""Judging settings scene by scene, in worker processes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from pathlib import Path
+from functools import lru_cache, partial
 
 from carom.comparator import Score, compare
 from carom.registry import load_adapter
-from carom.runs.job import PIT_METHOD, Answer, Job, JobTask, Method, UnsupportedError
-from carom.runs.journal import Journal
+from carom.runs.desk import Ask, answers
+from carom.runs.job import PIT_METHOD, Job, JobTask, Method, UnsupportedError
+from carom.runs.journal import Entry, Journal, Notes
+from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import observe_run
-from carom.runs.pool import Asker, Pool
+from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
-from carom.runs.scoring import JobKey, job_key
 from carom.runs.timing import time_run
 from carom.scene import Scene
 from carom.trace import Trace
 from carom.tune.merit import Judged
 
-__all__ = ["JudgeTask", "JudgedJob", "Jury", "judged_by", "tune_journal"]
+__all__ = ["JudgeTask", "Jury", "judged_by", "tune_journal"]
 
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
@@ -77,30 +77,11 @@ class JudgeTask(JobTask):
         return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
 
 
-@dataclass(frozen=True)
-class JudgedJob:
-    """What came of a job of a search.
+#: The form of a job whose steps are timed, too; see `carom.runs.keys.JobKey`.
+_TIMED = "timed"
 
-    Attributes:
-        key: Which job it is.
-        scene: Name of the scene, for readers.
-        timed: Whether its steps were timed.
-        answer: What came of it, or why nothing did.
-    """
-
-    key: JobKey
-    scene: str
-    timed: bool
-    answer: Answer[Judged]
-
-
-def tune_journal(path: Path, *, resume: bool = False, retry: bool = False) -> Journal[JudgedJob]:
-    """Open the journal of a search; with `retry` what an engine broke off counts as not run.
-
-    A search asks the same of the same answers, so that one that goes on finds again what it had found.
-    """
-    again = (lambda entry: entry.answer.status.broken) if retry else None
-    return Journal(path, JudgedJob, lambda entry: (entry.key, entry.timed), resume=resume, again=again)
+#: Opens the journal of a search, which asks the same of the same answers: one that continues finds what it had found.
+tune_journal = partial(Journal[JobKey, Judged], "judgements", Entry[JobKey, Judged])
 
 
 class Jury:
@@ -111,7 +92,7 @@ class Jury:
         horizons: Time up to which a scene's reference may be believed, by the scene's name; what is not listed is
             believed whole.
         pool: Where jobs are run; it stays open.
-        journal: What is judged already, and where more of it goes.
+        notes: What is judged already, and where more of it goes.
         timed: Whether steps are timed: then one job is run at a time.
     """
 
@@ -120,42 +101,19 @@ class Jury:
         steps: Mapping[Scene, float],
         horizons: Mapping[str, float],
         pool: Pool,
-        journal: Journal[JudgedJob] | None = None,
+        notes: Notes[JobKey, Judged] | None = None,
         *,
         timed: bool = False,
     ) -> None:
-        self._steps, self._horizons, self._pool, self._journal, self._timed = steps, horizons, pool, journal, timed
-        self._known: dict[tuple[JobKey, bool], Judged] = {}
+        self._steps, self._horizons, self._pool, self._timed = steps, horizons, pool, timed
+        self._notes = Notes[JobKey, Judged]() if notes is None else notes
 
     def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
         """Return what came of each scene, in their order."""
-        jobs = [Job(scene, method, self._steps[scene]) for scene in scenes]
-        keys = [(job_key(job), self._timed) for job in jobs]
-        missing = [job for job, key in zip(jobs, keys, strict=True) if not self._knows(key)]
-        for found in self._answers(missing):
-            if self._journal is not None:
-                self._journal.add([found])
-            self._known[found.key, found.timed] = _judged(found.answer)
-        return [self._known[key] for key in keys]
-
-    def _knows(self, key: tuple[JobKey, bool]) -> bool:
-        entry = self._journal.entries.get(key) if self._journal is not None else None
-        if entry is not None:
-            self._known.setdefault(key, _judged(entry.answer))
-        return key in self._known
-
-    def _answers(self, jobs: Sequence[Job]) -> Iterator[JudgedJob]:
-        def work(job: Job, asker: Asker) -> Iterator[JudgedJob]:
-            task = JudgeTask(job, self._horizons.get(job.scene.name), self._timed)
-            yield JudgedJob(job_key(job), job.scene.name, self._timed, asker.ask(task))
-
-        if self._timed:
-            for job in jobs:
-                yield from work(job, self._pool)
-            return
-        for several in self._pool.each(((job.engine, job) for job in jobs), work):
-            yield from several
-
-
-def _judged(answer: Answer[Judged]) -> Judged:
-    return Judged(None, reason=answer.said) if answer.value is None else answer.value
+        asks = []
+        for scene in scenes:
+            job = Job(scene, method, self._steps[scene])
+            task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
+            asks.append(Ask(scene, job_key(job, _TIMED if self._timed else ""), task))
+        found = dict(answers(asks, self._pool, self._notes, alone=self._timed))
+        return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]

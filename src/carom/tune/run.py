@@ -15,13 +15,15 @@ from carom.runs.asked import require_asked
 from carom.runs.engines import SettingsAt, engines
 from carom.runs.environment import Environment, environment
 from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
-from carom.runs.journal import Journal
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey
 from carom.runs.pool import DEFAULT_TIME_LIMIT_S, LocalPool, Pool
 from carom.runs.reference import reference_of, reference_trace
 from carom.runs.timing import Measure
 from carom.scene import Scene
 from carom.trace import Setting, Trace
-from carom.tune.judge import JudgedJob, Jury
+from carom.tune.judge import Jury
+from carom.tune.merit import Judged
 from carom.tune.search import Found, KnobSearch
 from carom.tune.space import Space, values_of
 
@@ -112,7 +114,7 @@ def tune(
     scenes: Sequence[Scene],
     options: TuneOptions | None = None,
     *,
-    journal: Journal[JudgedJob] | None = None,
+    notes: Notes[JobKey, Judged] | None = None,
     progress: Progress | None = None,
     told: Callable[[Found], None] | None = None,
     command: str = "",
@@ -123,7 +125,7 @@ def tune(
         engine: Name of an adapter.
         scenes: What to try them on.
         options: What is asked for.
-        journal: What is judged already, and where more of it goes.
+        notes: What is judged already, and where more of it goes.
         progress: Called with (done, all, what) after each trial.
         told: Called with the best settings so far, whenever there are better ones.
         command: The command that makes this again, for the result.
@@ -146,7 +148,7 @@ def tune(
         if not able:
             raise InputError(f"{engine} can run none of these scenes: {next(iter(left_out.values()), 'there is none')}")
         steps = {scene: asked.step_of(scene) for scene in able}
-        jury = Jury(steps, horizons, pool, journal, timed=asked.timing)
+        jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
         space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
         search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, told)
         best = search.run(asked.trials, asked.seed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -15,7 +15,8 @@ from typer.testing import CliRunner
 from carom.adapter import Capabilities, Profile
 from carom.bench import growth
 from carom.cli import app
-from carom.runs.job import Answer, Method, Task, UnsupportedError
+from carom.runs.job import Answer, Method, Status, Task, UnsupportedError
+from carom.runs.journal import Entry
 from carom.runs.pool import InProcess
 
 T = TypeVar("T")
@@ -43,10 +44,10 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
         def __init__(self, *_limits: float | None) -> None:
             super().__init__()
 
-        def ask(self, task: Task[T]) -> Answer[T]:
-            assert isinstance(task, growth.GrowthTask)
-            ran.append((task.engine, task.discs))
-            return super().ask(task)
+        def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+            grown: list[object] = [*tasks]
+            ran.extend((task.engine, task.discs) for task in grown if isinstance(task, growth.GrowthTask))
+            return super().ask_each(tasks)
 
     monkeypatch.setattr(growth, "LocalPool", Pool)
     return ran
@@ -62,17 +63,18 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
 
     path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
     with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
-        growth.growth(engines, sizes=sizes, journal=journal, progress=interrupt)
+        growth.growth(engines, sizes=sizes, notes=journal, progress=interrupt)
     assert ran == [("pit", 2), ("pymunk", 2), ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
-        entries = [replace(run, sitting="2000-01-01T00:00:00+00:00") for run in journal.entries.values()]
-        journal.add(entries)
+        values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
+        earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
+        keys = list(journal.entries)
+        journal.add([Entry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
-        found = growth.growth(engines, sizes=sizes, journal=journal)
+        found = growth.growth(engines, sizes=sizes, notes=journal)
     assert ran[3:] == [("pymunk", 3), ("pit", 4), ("pymunk", 4)]
     pit, pymunk = (curve.points for curve in found.curves)
-    taken = [run.answer.value for run in entries]
-    assert [value.timing.advance_s for value in taken if value] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
+    assert [value.timing.advance_s for value in earlier] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
     assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
     assert math.isnan(pymunk[1].ratio)
 
@@ -81,10 +83,10 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
     """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
-        first = growth.growth(["pit"], sizes=[2], budget_s=1e-9, journal=journal)
+        first = growth.growth(["pit"], sizes=[2], budget_s=1e-9, notes=journal)
     assert "raise --budget" in first.curves[0].points[0].reason
     with growth.growth_journal(path, resume=True) as journal:
-        second = growth.growth(["pit"], sizes=[2], journal=journal)
+        second = growth.growth(["pit"], sizes=[2], notes=journal)
     assert second.curves[0].points[0].reason == ""
     assert ran == [("pit", 2)]
 

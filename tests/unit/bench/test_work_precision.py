@@ -23,7 +23,7 @@ from carom.bench.convergence import Convergence
 from carom.bench.growth import GrowthPoint, growth, same_method
 from carom.bench.noise import NoiseProbe, Spread
 from carom.bench.points import Bench, Point, cheapest, pareto_front
-from carom.bench.rounds import CellTiming, time_scene, timing_journal
+from carom.bench.rounds import CellTiming, TimeScene, timing_journal
 from carom.bench.work_precision import work_precision
 from carom.cli import app
 from carom.cli.bench import step_series
@@ -85,14 +85,14 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
             score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
             timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
         ):
-            return work_precision([scene], plan, InProcess(), journal=journal, timings=timings)
+            return work_precision([scene], plan, InProcess(), notes=journal, timings=timings)
 
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
     assert len(measured_in(tmp_path / "journal.jsonl")) == 12
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
-        bench = work_precision([scene], replace(plan, timing=False), InProcess(), journal=journal)
+        bench = work_precision([scene], replace(plan, timing=False), InProcess(), notes=journal)
     assert bench.scenes[0].noise is None
     found = {curve.engine: curve for curve in first.scenes[0].curves}
     assert found["pic"].order.verdict is Convergence.EXACT
@@ -111,7 +111,8 @@ def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
     """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
     coarse, fine = (Method("pit", "tuned"), 1 / 60), (Method("pit", "tuned"), 1e-5)
     with Lane() as lane:
-        timing = time_scene(scene, [coarse, fine], lane, rounds=3, budget_s=0.5)
+        timing = TimeScene(scene, (coarse, fine), rounds=3, budget_s=0.5).answer(lane).value
+    assert timing is not None
     assert "budget" in dict(timing.untimed)[fine]
 
 
@@ -121,7 +122,8 @@ def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> No
     """An abort in the timing pass is a reason of one configuration; the others are timed."""
     aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
     with Lane() as lane:
-        timing = time_scene(scene, [aborts, pit], lane, rounds=3)
+        timing = TimeScene(scene, (aborts, pit), rounds=3).answer(lane).value
+    assert timing is not None
     assert "SIGABRT" in dict(timing.untimed)[aborts]
     assert dict(timing.timings)[pit].rounds == 3
 
@@ -245,7 +247,7 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
     plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
-        work_precision([scene], plan, InProcess(), journal=journal)
+        work_precision([scene], plan, InProcess(), notes=journal)
         ran = next(iter(journal.entries.values()))
         assert ran.answer.value is not None
         unmeasured = replace(ran.answer.value, total=replace(ran.answer.value.total, velocity=math.nan))

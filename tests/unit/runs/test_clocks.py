@@ -12,7 +12,7 @@ import pytest
 from carom import Scene
 from carom.adapter import AdapterError, Capabilities, Engine, Observation, Profile
 from carom.bench import rounds
-from carom.bench.rounds import time_scene
+from carom.bench.rounds import TimeScene
 from carom.registry import load_adapter
 from carom.runs.job import Method, UnsupportedError
 from carom.runs.pool import InProcess
@@ -82,7 +82,8 @@ def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPat
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(rounds, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
-    timing = time_scene(SCENE, asked, InProcess(), rounds=3)
+    timing = TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value
+    assert timing is not None
     timed = {method.engine for (method, _), _ in timing.timings}
     untimed = {method.engine: why for (method, _), why in timing.untimed}
     assert "pit" in timed

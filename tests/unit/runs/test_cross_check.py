@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -73,10 +74,10 @@ def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
 class HangsWhenTimed(InProcess):
     """A pool in which no engine but PIT answers when it is timed."""
 
-    def ask(self, task: Task[Any]) -> Answer[Any]:
-        if isinstance(task, Measure) and task.engine != "pit":
-            return Answer(Status.TIMED_OUT, "no answer within 3 s")
-        return super().ask(task)
+    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        if any(isinstance(task, Measure) and task.engine != "pit" for task in tasks):
+            return iter([Answer(Status.TIMED_OUT, "no answer within 3 s")] * len(tasks))
+        return super().ask_each(tasks)
 
 
 def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
@@ -343,8 +344,8 @@ def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monk
         if done == 3:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt), observed_journal(path, options) as journal:
-        execute.execute(plan, InProcess(), journal=journal, progress=end)
+    with pytest.raises(KeyboardInterrupt), observed_journal(path, options.stamp) as journal:
+        execute.execute(plan, InProcess(), notes=journal, progress=end)
     before = len(path.read_bytes().splitlines()) - 1
     ran: list[Job] = []
     carry_out = Observe.carry_out
@@ -354,8 +355,8 @@ def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monk
         return carry_out(task)
 
     monkeypatch.setattr(Observe, "carry_out", noted)
-    with observed_journal(path, options, resume=True) as journal:
-        again = execute.execute(plan, InProcess(), journal=journal)
+    with observed_journal(path, options.stamp, resume=True) as journal:
+        again = execute.execute(plan, InProcess(), notes=journal)
     assert before == 3
     assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
     for one, other in zip(whole.rows, again.rows, strict=True):
@@ -370,8 +371,8 @@ def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
     """A journal of other steps is refused, and the message says which; how many jobs run at a time does not matter."""
     path = tmp_path / "journal.jsonl"
     options = Options(["pit"], [0.1], jobs=1, timing=False)
-    with observed_journal(path, options) as journal:
-        execute.execute(plan_of([catalogue()["paper/late"]], options, InProcess()), InProcess(), journal=journal)
-    observed_journal(path, replace(options, jobs=2), resume=True).close()
+    with observed_journal(path, options.stamp) as journal:
+        execute.execute(plan_of([catalogue()["paper/late"]], options, InProcess()), InProcess(), notes=journal)
+    observed_journal(path, replace(options, jobs=2).stamp, resume=True).close()
     with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
-        observed_journal(path, replace(options, dts=[0.2]), resume=True)
+        observed_journal(path, replace(options, dts=[0.2]).stamp, resume=True)

@@ -18,23 +18,24 @@ from carom.comparator import Errors
 from carom.errors import InputError
 from carom.runs import journal as journal_module
 from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.journal import JOURNAL_FORMAT, canonical
-from carom.runs.observed import Observed, observed_journal
+from carom.runs.journal import JOURNAL_FORMAT, Entry, canonical
+from carom.runs.keys import JobKey, job_key
+from carom.runs.observed import observed_journal
 from carom.runs.plan import Options
-from carom.runs.scoring import JobKey, Measures, Scored, job_key, score_journal
+from carom.runs.scoring import Measures, score_journal
 from carom.scenes import all_scenes
 from carom.stress.campaign import stress_journal
 from carom.stress.spots import Spot, SpotEnding
 
-KEY = JobKey("ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
+KEY = JobKey("mine", "ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 
 
 def measures(value: float = 0.1) -> Measures:
     return Measures(Errors(*[value] * len(fields(Errors))), 3, 2, 1, 0, 0, 2.0, "completed")
 
 
-def result(dt_s: float = 1 / 60, value: float = 0.1) -> Scored:
-    return Scored(replace(KEY, dt_s=dt_s), "mine", Answer(Status.RAN, value=measures(value)))
+def result(dt_s: float = 1 / 60, value: float = 0.1) -> Entry[JobKey, Measures]:
+    return Entry(replace(KEY, dt_s=dt_s), Answer(Status.RAN, value=measures(value)))
 
 
 def kept(folder: Path, *dts: float) -> Path:
@@ -47,7 +48,7 @@ def kept(folder: Path, *dts: float) -> Path:
 
 def test_an_entry_whose_line_would_be_too_long_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It counts in this run, and a resume, which would refuse its line, finds it anew; the others stand."""
-    path, long = tmp_path / "journal.jsonl", replace(result(1 / 30), scene="x" * 5000)
+    path, long = tmp_path / "journal.jsonl", Entry(replace(KEY, scene="x" * 5000), Answer(Status.RAN, value=measures()))
     monkeypatch.setattr(journal_module, "LONGEST_LINE", 4000)
     with score_journal(path) as journal:
         journal.add([result(1 / 60), long, result(1 / 120)])
@@ -98,10 +99,10 @@ def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
     assert trace.spins is not None
     assert len(trace.spins) > 100
     job, path = Job(scene, Method("pit", "tuned"), 1 / 4000), tmp_path / "journal.jsonl"
-    written = Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=trace))
-    with observed_journal(path, Options()) as journal:
+    written = Entry(job_key(job), Answer(Status.RAN, value=trace))
+    with observed_journal(path, Options().stamp) as journal:
         journal.add([written])
-    with observed_journal(path, Options(), resume=True) as journal:
+    with observed_journal(path, Options().stamp, resume=True) as journal:
         (read,) = journal.entries.values()
     assert read.answer.value is not None
     assert read.answer.value.spins is not None
@@ -116,7 +117,7 @@ def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
 def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:
     """A crash is a line, too: status and reason come back, and there are no numbers."""
     path = tmp_path / "journal.jsonl"
-    crashed = Scored(KEY, "mine", Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
+    crashed: Entry[JobKey, Measures] = Entry(KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
     with score_journal(path) as journal:
         journal.add([crashed])
     with score_journal(path, resume=True) as journal:
@@ -131,23 +132,26 @@ SPOTS = (
 )
 
 
+CELLS = tuple(Entry((spot.kind, spot.line, spot.method), Answer(Status.RAN, value=spot)) for spot in SPOTS)
+
+
 def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
     """What a campaign has written down is taken up again, equal in every field."""
     path = tmp_path / "journal.jsonl"
-    with stress_journal(path, {"quick": True}, resume=False) as journal:
-        journal.add(SPOTS)
+    with stress_journal(path, {"quick": True}) as journal:
+        journal.add(CELLS)
     with stress_journal(path, {"quick": True}, resume=True) as journal:
-        assert tuple(journal.entries.values()) == SPOTS
+        assert tuple(journal.entries.values()) == CELLS
 
 
 def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
     """A journal of another campaign, of another kind or of none is refused, and the message says in what it differs."""
     path = tmp_path / "journal.jsonl"
-    with stress_journal(path, {"quick": True}, resume=False) as journal:
-        journal.add(SPOTS)
+    with stress_journal(path, {"quick": True}) as journal:
+        journal.add(CELLS)
     with pytest.raises(InputError, match="its quick is True, and this one's False; name another folder"):
         stress_journal(path, {"quick": False}, resume=True)
-    with pytest.raises(InputError, match="its journal is Spot, and this one's Scored"):
+    with pytest.raises(InputError, match="its journal is spots, and this one's scores"):
         score_journal(path, resume=True)
     path.write_text("anything\n[1]\n")
     with pytest.raises(InputError, match="is no journal of this work"):
@@ -178,7 +182,7 @@ def test_a_journal_without_an_entry_leaves_nothing_behind(tmp_path: Path) -> Non
 def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
     """A process killed while it wrote what its journal is of leaves a journal that can be gone on with."""
     path = tmp_path / "journal.jsonl"
-    path.write_text('{"journal": "Sco')
+    path.write_text('{"journal": "sco')
     with score_journal(path, resume=True) as journal:
         journal.add([result(0.1)])
     assert steps_in(path) == [0.1]
@@ -317,10 +321,10 @@ def test_no_sign_in_a_name_breaks_a_line(tmp_path: Path, sign: str) -> None:
     """What some programs end a line at, and what commands a terminal, is an escape; the name comes back."""
     path = tmp_path / "journal.jsonl"
     with score_journal(path) as journal:
-        journal.add([replace(result(0.1), scene=f"a{sign}b")])
+        journal.add([Entry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures()))])
     assert len(path.read_text(encoding="utf-8").splitlines()) == 2
     with score_journal(path, resume=True) as journal:
-        assert [entry.scene for entry in journal.entries.values()] == [f"a{sign}b"]
+        assert [entry.key.scene for entry in journal.entries.values()] == [f"a{sign}b"]
 
 
 @pytest.mark.parametrize(
@@ -343,13 +347,14 @@ def test_a_line_of_no_sense_is_refused_in_a_sentence(tmp_path: Path, line: str) 
 def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, status: Status) -> None:
     """With `retry` a crash, a time-out and an adapter's error count as not run; what ran, or can't be run, counts."""
     path, answer = tmp_path / "journal.jsonl", Answer(status, "why", measures() if status is Status.RAN else None)
-    broken, spot = Scored(KEY, "mine", answer), replace(SPOTS[0], reason=answer.said)
+    broken, spot = Entry(KEY, answer), replace(SPOTS[0], status=status)
+    cell = replace(CELLS[0], answer=Answer(Status.RAN, value=spot))
     with score_journal(path) as journal:
         journal.add([broken])
     with score_journal(path, resume=True, retry=True) as journal:
         assert list(journal.entries.values()) == ([] if status.broken else [broken])
     with stress_journal(tmp_path / "stress.jsonl", {}, resume=False) as spots:
-        spots.add([spot])
+        spots.add([cell])
     with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as spots:
-        assert list(spots.entries.values()) == ([] if status.broken else [spot])
+        assert list(spots.entries.values()) == ([] if status.broken else [cell])
     assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one

@@ -9,11 +9,13 @@ import pytest
 from tests.stage import disc_at, staged
 
 from carom import Scene
-from carom.runs import scoring
-from carom.runs.job import Job, Method, Status
+from carom.runs import desk
+from carom.runs.desk import batches
+from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import canonical
+from carom.runs.keys import job_key
 from carom.runs.pool import InProcess, LocalPool
-from carom.runs.scoring import Scored, batches, job_key, score_journal, sweep
+from carom.runs.scoring import Measures, ScoreJob, score_journal, steps_of, sweep
 
 
 @pytest.fixture
@@ -33,10 +35,10 @@ def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
 def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> None:
     """Every job is in one message; a message is of one engine, and no longer than a worker's fair share."""
     jobs = jobs_of(scene, ("pit", "pic"), 150)
-    found = batches(jobs)
-    assert sorted(map(id, (job for batch in found for job in batch))) == sorted(map(id, jobs))
-    assert all(len({job.engine for job in batch}) == 1 for batch in found)
-    assert max(map(len, found)) == scoring.BATCH_JOBS
+    found = batches((k, ScoreJob(job), steps_of(job)) for k, job in enumerate(jobs))
+    assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
+    assert all({task.engine for _, task in message} == {engine} for engine, message in found)
+    assert max(len(message) for _, message in found) == desk.BATCH_QUESTIONS
 
 
 @pytest.mark.long
@@ -46,18 +48,18 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     jobs = jobs_of(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
     with LocalPool(2) as pool:
         found = sweep(jobs, pool)
-    by_engine: dict[str, list[Scored]] = {}
+    by_engine: dict[str, list[Answer[Measures]]] = {}
     for job in jobs:
         by_engine.setdefault(job.engine, []).append(found[job_key(job)])
-    assert {engine: {result.answer.status for result in results} for engine, results in by_engine.items()} == {
+    assert {engine: {result.status for result in results} for engine, results in by_engine.items()} == {
         "aborts": {Status.CRASHED},
         "exits": {Status.CRASHED},
         "raises": {Status.FAILED},
         "missing": {Status.UNAVAILABLE},
         "pit": {Status.RAN},
     }
-    assert all("SIGABRT" in result.answer.reason for result in by_engine["aborts"])
-    assert all("exit code 7" in result.answer.reason for result in by_engine["exits"])
+    assert all("SIGABRT" in result.reason for result in by_engine["aborts"])
+    assert all("exit code 7" in result.reason for result in by_engine["exits"])
 
 
 @pytest.mark.long
@@ -67,8 +69,8 @@ def test_a_cell_that_hangs_is_ended_and_so_is_the_next(scene: Scene) -> None:
     jobs = jobs_of(scene, ("hangs",), 2)
     with LocalPool(1, time_limit_s=0.5) as pool:
         found = sweep(jobs, pool)
-    assert [found[job_key(job)].answer.status for job in jobs] == [Status.TIMED_OUT, Status.TIMED_OUT]
-    assert "0.5 s" in found[job_key(jobs[0])].answer.reason
+    assert [found[job_key(job)].status for job in jobs] == [Status.TIMED_OUT, Status.TIMED_OUT]
+    assert "0.5 s" in found[job_key(jobs[0])].reason
 
 
 def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
@@ -86,7 +88,7 @@ def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -
     assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
     assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
     assert canonical(tmp_path / "parts.jsonl") == canonical(tmp_path / "whole.jsonl")
-    assert calls[0] == (len(jobs[::3]), len(jobs))
+    assert calls[0] == (1, len(jobs))
     assert calls[-1] == (len(jobs), len(jobs))
 
 
@@ -123,7 +125,7 @@ def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
 
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
     jobs = [*jobs_of(scene, ("pit", "pic"), 32), *jobs_of(scene, ("aborts",), 2)]
-    monkeypatch.setattr(scoring, "BATCH_JOBS", 8)
+    monkeypatch.setattr(desk, "BATCH_QUESTIONS", 8)
     with LocalPool(2) as here, score_journal(tmp_path / "here.jsonl") as journal:
         sweep(jobs, here, journal)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:  # type: ignore[no-untyped-call] # distributed has no types

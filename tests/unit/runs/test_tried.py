@@ -19,10 +19,10 @@ from carom.report.render import markdown
 from carom.runs.engines import engine_of
 from carom.runs.execute import execute
 from carom.runs.job import Job, Method
-from carom.runs.observed import observed_journal
+from carom.runs.keys import job_key
+from carom.runs.observed import DRAWN, observed_journal
 from carom.runs.plan import Options, plan_of
 from carom.runs.pool import InProcess
-from carom.runs.scoring import job_key
 from carom.runs.tried import tried_by
 from carom.trace import Setting
 
@@ -127,12 +127,12 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
     assert job_key(job) != job_key(other)
     path = tmp_path / "journal.jsonl"
     asked = [Options(["pymunk"], [1 / 60], ["tuned"], settings={"iterations": n}, timing=False) for n in (5, 6)]
-    with observed_journal(path, asked[0]) as journal, InProcess() as pool:
-        execute(plan_of([scene], asked[0], pool), pool, journal=journal)
+    with observed_journal(path, asked[0].stamp) as journal, InProcess() as pool:
+        execute(plan_of([scene], asked[0], pool), pool, notes=journal)
     with pytest.raises(InputError, match=r"its settings is \{'iterations': 5\}, and this one's \{'iterations': 6\}"):
-        observed_journal(path, asked[1], resume=True)
-    with observed_journal(path, asked[0], resume=True) as journal:
-        assert job_key(other) in {entry.key for entry in journal.entries.values()}
+        observed_journal(path, asked[1].stamp, resume=True)
+    with observed_journal(path, asked[0].stamp, resume=True) as journal:
+        assert job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}
 
 
 @pytest.mark.parametrize(

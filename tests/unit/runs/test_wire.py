@@ -13,13 +13,14 @@ from pydantic import ValidationError
 from carom import solve_pit
 from carom.errors import InputError
 from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.journal import Journal
+from carom.runs.journal import Entry, Journal
+from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import Observe
-from carom.runs.observed import Observed, observed_journal
+from carom.runs.observed import observed_journal
 from carom.runs.plan import Options
-from carom.runs.scoring import job_key
 from carom.runs.worker import codec_of
 from carom.scenes import all_scenes
+from carom.trace import Trace
 
 SCENE = all_scenes()["paper/missed"].scene
 
@@ -70,15 +71,15 @@ def test_an_array_that_must_be_there_is_not_null() -> None:
 def journal_lines(tmp_path: Path) -> tuple[Path, list[Any]]:
     """A journal of one run, and what its two lines hold."""
     path, job = tmp_path / "journal.jsonl", Job(SCENE, Method("pit", "tuned"), 1 / 60)
-    entry = Observed(job_key(job), drawn=False, answer=Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
-    with observed_journal(path, Options()) as journal:
+    entry = Entry(job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
+    with observed_journal(path, Options().stamp) as journal:
         journal.add([entry])
     return path, [json.loads(line) for line in path.read_text().splitlines()]
 
 
-def reopened(path: Path, lines: list[Any]) -> Journal[Observed]:
+def reopened(path: Path, lines: list[Any]) -> Journal[JobKey, Trace]:
     path.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
-    return observed_journal(path, Options(), resume=True)
+    return observed_journal(path, Options().stamp, resume=True)
 
 
 def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lines: tuple[Path, list[Any]]) -> None:
