@@ -219,7 +219,9 @@ def test_a_step_that_is_no_step_is_refused(scene: Scene, dt: float) -> None:
 
 def test_unknown_names_are_refused_with_what_there_is(scene: Scene) -> None:
     """An unknown engine or profile is refused with the names that exist."""
-    with pytest.raises(UnknownNameError, match=r"no engine is named 'pimunk'; there are: .*pymunk"):
+    with pytest.raises(
+        UnknownNameError, match=r"no engine is named 'pimunk'; did you mean 'pymunk'\? there are: .*pymunk"
+    ):
         carom.cross_check([scene], ["pimunk"])
     with pytest.raises(UnknownNameError, match="profile 'fast'; there are: default, tuned"):
         carom.cross_check([scene], ["pit"], profiles=["fast"])
