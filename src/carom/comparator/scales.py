@@ -43,7 +43,10 @@ class Scales:
 def scales_of(scene: Scene, reference: Trace) -> Scales:
     """Return the scene's own length, speed and time."""
     start = scene.arrays
-    speed = float(np.max(np.hypot(*np.concatenate([start.velocity_m_s, *velocities(reference.impacts, "after")]).T)))
+    # A falling disc is fastest just before it lands, or at the end.
+    turned = (*velocities(reference.impacts, "before"), *velocities(reference.impacts, "after"))
+    speeds = np.concatenate([start.velocity_m_s, *turned, reference.final_velocity_m_s])
+    speed = float(np.max(np.hypot(*speeds.T)))
     rims = np.concatenate([start.surface_speed_m_s, *rim_speeds(reference, "after")])
     farthest = float(np.max(np.abs(np.concatenate([start.position_m, reference.final_position_m]))))
     return Scales(

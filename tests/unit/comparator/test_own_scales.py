@@ -12,10 +12,10 @@ from tests.planted.carom_planted import state_at
 from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
 from tests.stage import disc_at, staged
 
-from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.adapter import Contact, Observation
 from carom.comparator import Grade, Verdict
-from carom.comparator.scales import own_scales_of
+from carom.comparator.scales import own_scales_of, scales_of
 from carom.runs.collect import ImpactCollector
 
 BESIDE = {
@@ -198,3 +198,15 @@ def test_a_grade_that_is_a_lucky_phase_says_so() -> None:
     score = compare(reference, pit, sampling=pit)
     assert score.grade is Grade.EXACT
     assert score.findings[0].reason.endswith("PIT's impacts are as right at 1 of 16 phases of the step")
+
+
+@pytest.mark.parametrize(("duration_s", "fastest"), [(0.75, 4.0), (1.25, 6.0)])
+def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: float, fastest: float) -> None:
+    """Dropped by 1 m at 8 m/s^2 a disc lands after 0.5 s at 4 m/s and leaves at half of that; one beside it falls on.
+
+    At 1.25 s the second falls at 10 m/s downwards, from 4 m/s upwards.
+    """
+    ball, beside = disc_at(0, 1.5), disc_at(9, 9, 0, 4)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = staged("drop", ball, beside, floor, wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=duration_s)
+    assert scales_of(scene, solve_pic(scene)).speed_m_s == fastest

@@ -1,0 +1,246 @@
+"""Whole scenes in each engine by its own interface alone: no adapter, nothing of Carom.
+
+What is told of an engine in a report is compared with these runs. `default` is the engine as shipped, elastic and
+undamped; `tuned` is what `docs/engines.md` says of the profile, written down once more.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Place and velocity of each disc at each boundary of a step: shape (steps + 1, n, 4), metres and metres a second.
+States = NDArray[np.float64]
+Vector = tuple[float, float]
+
+#: Longer and deeper than any of the scenes: no disc comes to the edge of what stands for a half-plane.
+WALL_M = 64.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A disc: place, velocity, radius and mass, which is infinite of one that can't move."""
+
+    place: Vector
+    velocity: Vector
+    radius: float
+    mass: float
+
+    def is_fast(self, dt_s: float) -> bool:
+        """Whether it moves by more than its radius in a step."""
+        return math.hypot(*self.velocity) * dt_s > self.radius
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is to be run: discs, half-planes as point and normal, restitutions of discs and of walls, and gravity."""
+
+    discs: tuple[Body, ...]
+    walls: tuple[tuple[Vector, Vector], ...]
+    restitution: float
+    wall_restitution: float
+    gravity: Vector
+
+
+def _corners(normal: Vector, size: float) -> list[Vector]:
+    """Return the corners of a block below the origin whose face is the wall's."""
+    nx, ny = normal
+    return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
+
+
+def pymunk(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
+    """Run pymunk; restitutions are multiplied, so a disc has the root of the pairs' and a wall the quotient."""
+    engine: Any = importlib.import_module("pymunk")
+    space = engine.Space()
+    space.gravity = stage.gravity
+    if profile == "tuned":
+        space.iterations, space.collision_bias = 20, 1.0
+    of_disc = math.sqrt(stage.restitution)
+    bodies = []
+    for disc in stage.discs:
+        fixed = math.isinf(disc.mass)
+        body = engine.Body(body_type=engine.Body.STATIC) if fixed else engine.Body(disc.mass, math.inf)
+        body.position, body.velocity = disc.place, disc.velocity
+        circle = engine.Circle(body, disc.radius)
+        circle.elasticity = of_disc
+        space.add(body, circle)
+        bodies.append(body)
+    for point, normal in stage.walls:
+        body = engine.Body(body_type=engine.Body.STATIC)
+        corners = [(point[0] + x, point[1] + y) for x, y in _corners(normal, WALL_M)]
+        block = engine.Poly(body, corners)
+        block.elasticity = stage.wall_restitution / of_disc
+        space.add(body, block)
+
+    def read() -> list[list[float]]:
+        return [[*body.position, *body.velocity] for body in bodies]
+
+    return _driven(lambda: space.step(dt_s), read, steps)
+
+
+def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
+    """Run PyBullet with spheres and planes; restitutions are multiplied."""
+    engine: Any = importlib.import_module("pybullet")
+    client = engine.connect(engine.DIRECT)
+    tuned = profile == "tuned"
+    exact = {
+        "contactERP": 0.0,
+        "contactSlop": 0.0,
+        "restitutionVelocityThreshold": 0.0,
+        "deterministicOverlappingPairs": 1,
+        "solverResidualThreshold": 0.0,
+        "numSolverIterations": 50,
+    }
+    engine.setPhysicsEngineParameter(fixedTimeStep=dt_s, physicsClientId=client, **(exact if tuned else {}))
+    of_disc = math.sqrt(stage.restitution)
+    undamped = {"linearDamping": 0.0} if tuned else {"linearDamping": 0.0, "angularDamping": 0.0}
+
+    def added(shape: int, mass: float, place: Vector, restitution: float) -> int:
+        body: int = engine.createMultiBody(
+            mass, shape, basePosition=[*place, 0.0], useMaximalCoordinates=tuned, physicsClientId=client
+        )
+        said = dict(undamped, restitution=restitution, lateralFriction=0.0)
+        if tuned:
+            said["contactProcessingThreshold"] = 0.0
+        engine.changeDynamics(body, -1, physicsClientId=client, **said)
+        return body
+
+    bodies = []
+    for disc in stage.discs:
+        ball = engine.createCollisionShape(engine.GEOM_SPHERE, radius=disc.radius, physicsClientId=client)
+        fixed = math.isinf(disc.mass)
+        body = added(ball, 0.0 if fixed else disc.mass, disc.place, of_disc)
+        if not fixed:
+            engine.resetBaseVelocity(body, [*disc.velocity, 0.0], [0, 0, 0], client)
+            if tuned and disc.is_fast(dt_s):
+                swept = 0.95 * disc.radius
+                engine.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
+        bodies.append(body)
+    for point, normal in stage.walls:
+        plane = engine.createCollisionShape(engine.GEOM_PLANE, planeNormal=[*normal, 0.0], physicsClientId=client)
+        added(plane, 0.0, point, stage.wall_restitution / of_disc)
+    engine.setGravity(*stage.gravity, 0.0, physicsClientId=client)
+
+    def read() -> list[list[float]]:
+        places = [engine.getBasePositionAndOrientation(body, client)[0][:2] for body in bodies]
+        speeds = [engine.getBaseVelocity(body, client)[0][:2] for body in bodies]
+        return np.hstack([places, speeds]).tolist()  # type: ignore[no-any-return] # of two axes
+
+    states = _driven(lambda: engine.stepSimulation(client), read, steps)
+    engine.disconnect(client)
+    return states
+
+
+def mujoco(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
+    """Run MuJoCo with spheres and planes: a contact spring as shipped, or a damper that bounces in one step."""
+    engine: Any = importlib.import_module("mujoco")
+    tuned = profile == "tuned"
+
+    def solref(restitution: float) -> str:
+        if tuned:
+            return f"0 {-(1.0 + restitution) / dt_s!r}"
+        loss = -math.log(restitution)
+        return f"-1000 {-2.0 * (loss / math.hypot(math.pi, loss)) * math.sqrt(1000.0)!r}"
+
+    shared = 'condim="1"' + (' solimp="0.9999 0.9999 0.001 0.5 2"' if tuned else "")
+    joint = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>' if tuned else "<freejoint/>"
+    parts = []
+    for disc in stage.discs:
+        size = f'type="sphere" size="{disc.radius!r}" solref="{solref(stage.restitution)}" {shared}'
+        if math.isinf(disc.mass):
+            parts.append(f'<geom pos="{disc.place[0]!r} {disc.place[1]!r} 0" {size}/>')
+        elif tuned:
+            inertial = f'<inertial pos="0 0 0" mass="{disc.mass!r}" diaginertia="1 1 1"/>'
+            parts.append(f"<body>{inertial}{joint}<geom {size}/></body>")
+        else:
+            parts.append(f'<body>{joint}<geom mass="{disc.mass!r}" {size}/></body>')
+    for (px, py), (nx, ny) in stage.walls:
+        plane = f'type="plane" size="0 0 1" pos="{px!r} {py!r} 0" zaxis="{nx!r} {ny!r} 0" priority="1"'
+        parts.append(f'<geom {plane} solref="{solref(stage.wall_restitution)}" {shared}/>')
+    gravity = f"{stage.gravity[0]!r} {stage.gravity[1]!r} 0"
+    flags = '<flag autoreset="disable" speculative="enable"/>' if tuned else ""
+    exact = 'jacobian="dense" tolerance="0"' if tuned else ""
+    option = f'<option timestep="{dt_s!r}" gravity="{gravity}" {exact}>{flags}</option>'
+    model = engine.MjModel.from_xml_string(f"<mujoco>{option}<worldbody>{''.join(parts)}</worldbody></mujoco>")
+    data = engine.MjData(model)
+    per_place, per_speed = (2, 2) if tuned else (7, 6)
+    movable = [k for k, disc in enumerate(stage.discs) if not math.isinf(disc.mass)]
+    for at, k in enumerate(movable):
+        data.qpos[per_place * at : per_place * at + 2] = stage.discs[k].place
+        data.qvel[per_speed * at : per_speed * at + 2] = stage.discs[k].velocity
+
+    def read() -> list[list[float]]:
+        rows = [[*disc.place, 0.0, 0.0] for disc in stage.discs]
+        for at, k in enumerate(movable):
+            rows[k] = [*data.qpos[per_place * at : per_place * at + 2], *data.qvel[per_speed * at : per_speed * at + 2]]
+        return rows
+
+    return _driven(lambda: engine.mj_step(model, data), read, steps)
+
+
+def box2d(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
+    """Run Box2D; of two restitutions the larger counts. `tuned` counts time in units of 2^20 s."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # its SWIG types have no __module__
+        engine: Any = importlib.import_module("Box2D")
+    tuned = profile == "tuned"
+    unit = 2.0**-20 if tuned else 1.0
+    world = engine.b2World(gravity=tuple(g / unit**2 for g in stage.gravity))
+    world.continuousPhysics = not tuned or any(disc.is_fast(dt_s) for disc in stage.discs)
+    # Category 1 is of discs with each other, 2 of discs and walls.
+    apart = bool(stage.walls) and stage.wall_restitution < stage.restitution
+    shapes = [(1, stage.restitution), (2, 0.0)] if apart else [(3, stage.restitution)]
+    bodies = []
+    for disc in stage.discs:
+        if math.isinf(disc.mass):
+            body = world.CreateStaticBody(position=disc.place)
+        else:
+            velocity = tuple(v / unit for v in disc.velocity)
+            body = world.CreateDynamicBody(position=disc.place, linearVelocity=velocity, fixedRotation=True)
+            body.bullet, body.sleepingAllowed = tuned and disc.is_fast(dt_s), tuned
+        for bits, restitution in shapes:
+            circle = engine.b2CircleShape(radius=disc.radius)
+            body.CreateFixture(
+                shape=circle, density=1, friction=0, restitution=restitution, categoryBits=bits, maskBits=bits
+            )
+        if not math.isinf(disc.mass):
+            body.massData = engine.b2MassData(mass=disc.mass, center=(0, 0), I=1.0)
+        bodies.append(body)
+    for point, normal in stage.walls:
+        block = engine.b2PolygonShape(vertices=_corners(normal, WALL_M))
+        if tuned:
+            block.radius = 0.0  # a skin of 1 cm is shipped
+        body = world.CreateStaticBody(position=point)
+        bits = 2 if apart else 3
+        body.CreateFixture(
+            shape=block, friction=0, restitution=stage.wall_restitution, categoryBits=bits, maskBits=bits
+        )
+
+    def read() -> list[list[float]]:
+        return [[*body.position, *(v * unit for v in body.linearVelocity)] for body in bodies]
+
+    velocity_iterations, position_iterations = (50, 0) if tuned else (8, 3)
+    return _driven(lambda: world.Step(dt_s * unit, velocity_iterations, position_iterations), read, steps)
+
+
+def _driven(step: Callable[[], object], read: Callable[[], list[list[float]]], steps: int) -> States:
+    seen = [read()]
+    for _ in range(steps):
+        step()
+        seen.append(read())
+    return np.array(seen, dtype=np.float64)
+
+
+ENGINES: Mapping[str, Callable[[Stage, str, float, int], States]] = {
+    "pymunk": pymunk,
+    "pybullet": pybullet,
+    "mujoco": mujoco,
+    "box2d": box2d,
+}
