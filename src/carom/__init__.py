@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from carom.physics.time_of_impact import time_of_impact as time_of_impact
     from carom.registry import EngineInfo as EngineInfo
     from carom.report.demo import demo as demo
+    from carom.report.notebook import plot_beside as plot_beside
     from carom.report.playback import replay as replay
     from carom.runs.engines import engines as engines
     from carom.runs.execute import cross_check as cross_check
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
     from carom.trace import Outcome as Outcome
     from carom.trace import Trace as Trace
 
+    def scene(name: str) -> Scene:
+        """Return a scene of the catalogue; the module of this name is what is called."""
+
+
 _HOMES = {
     "carom.comparator": ("Score", "compare", "horizon"),
     "carom.comparator.horizon": ("Horizon",),
@@ -48,6 +53,7 @@ _HOMES = {
     "carom.physics.time_of_impact": ("time_of_impact",),
     "carom.registry": ("EngineInfo",),
     "carom.report.demo": ("demo",),
+    "carom.report.notebook": ("plot_beside",),
     "carom.report.playback": ("replay",),
     "carom.runs.engines": ("engines",),
     "carom.runs.execute": ("cross_check", "run"),
@@ -70,6 +76,8 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         globals()[name] = value = getattr(importlib.import_module(_HOME[name]), name)
         return value
+    if name == "scene":  # the module: calling it gives a scene of the catalogue
+        return importlib.import_module("carom.scene")
     message = f"module 'carom' has no attribute {name!r}"
     raise AttributeError(message)
 

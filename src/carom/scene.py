@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
 import math
+import sys
 from collections.abc import Generator
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
+from types import ModuleType
 from typing import Annotated, Any, Self
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
+from carom.arguments import shown
 from carom.data_files import read_data
 from carom.disc_arrays import DiscArrays
 from carom.display import Drawn
@@ -31,7 +35,17 @@ from carom.fields import (
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
 from carom.sizes import span_problems
 
-__all__ = ["Disc", "Need", "Scene", "Wall", "load_scene", "save_scene", "scene_schema", "steps_to_cover"]
+__all__ = [
+    "Disc",
+    "Need",
+    "Scene",
+    "Wall",
+    "as_scene",
+    "load_scene",
+    "save_scene",
+    "scene_schema",
+    "steps_to_cover",
+]
 
 #: What a file may hold of each; a scene that a program makes may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
@@ -221,6 +235,34 @@ class Scene(Drawn, Model):
             InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.limits.MOST_STEPS` steps.
         """
         return steps_to_cover(self.duration_s, dt_s)
+
+
+def as_scene(scene: Scene | str) -> Scene:
+    """Return a scene that is given as one, or by its full name in the catalogue.
+
+    Raises:
+        UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
+        InputError: It is neither a scene nor a name.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, str):
+        # The catalogue is made of scenes: it is found by name when it is asked for, so that nothing here imports it.
+        found: Scene = importlib.import_module("carom.scenes").scene_named(scene)
+        return found
+    raise InputError(
+        f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}; carom.load_scene reads a file"
+    )
+
+
+class _Callable(ModuleType):
+    """This module, which has the name that people call for a scene by: ``carom.scene("paper/missed")``."""
+
+    def __call__(self, name: str) -> Scene:
+        return as_scene(name)
+
+
+sys.modules[__name__].__class__ = _Callable
 
 
 def steps_to_cover(duration_s: float, dt_s: float) -> int:

@@ -12,7 +12,7 @@ from carom.comparator.align import Reach, by_pair
 from carom.comparator.local_truth.near import RESTING_STEPS
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
-from carom.scene import Disc, Scene
+from carom.scene import Disc, Scene, as_scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
@@ -64,7 +64,7 @@ class Horizon:
 
 
 def horizon(
-    scene: Scene,
+    scene: Scene | str,
     *,
     tolerance: float = BELIEVED,
     max_impacts: int | None = None,
@@ -73,7 +73,7 @@ def horizon(
     """Return how far float64 PIC agrees with the certified run of a scene.
 
     Args:
-        scene: The scene.
+        scene: The scene, or its name in the catalogue.
         tolerance: As in `Horizon`.
         max_impacts: Look no further than this impact; None for no limit.
         time_budget_s: Seconds for the certified run; None for no limit.
@@ -82,6 +82,8 @@ def horizon(
         InputError: The tolerance is not above 0, or the scene has immovable discs under gravity.
         MissingExtraError: python-flint is not installed.
     """
+    if isinstance(scene, str):
+        scene = as_scene(scene)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
     return horizon_of(certified, solve_pic(scene, max_impacts=max_impacts), tolerance=tolerance)
 

@@ -15,9 +15,7 @@ from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.playback import Replay, replay
 from carom.runs.engines import engines
-from carom.runs.execute import run
 from carom.runs.job import PIT_METHOD
-from carom.scenes import catalogue
 from carom.solvers.pic import solve_pic
 
 __all__ = ["Demo", "demo"]
@@ -80,11 +78,10 @@ def demo(path: str | Path | None = None) -> Demo:
 
 def _missed() -> Replay:
     """Return the replay of the first engine that misses an impact; PIT does by the scene's design."""
-    scene = catalogue()[_SCENE].scene
-    reference, dt = solve_pic(scene), 1.0 / scene.frame_rate_hz
+    reference = solve_pic(_SCENE)
     for name in _methods():
         try:
-            found = replay(reference, run(scene, name, dt=dt, profile=_PROFILE))
+            found = replay(reference, name, profile=_PROFILE)
         except CaromError:  # an engine that is not there, or fails here, is not what this is about
             continue
         if found.score.missed:

@@ -15,8 +15,9 @@ from carom.errors import InputError, MissingExtraError
 from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.grid import Mark, mark_of, mark_of_grade
-from carom.report.picture import draw_start, draw_trace
+from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE, drawing, new_figure, render
+from carom.runs.engines import EngineList
 from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.results import Results
 from carom.scene import Scene
@@ -26,7 +27,7 @@ from carom.trace import Trace
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["html_of", "plot"]
+__all__ = ["html_of", "plot", "plot_beside"]
 
 _SIZE_IN = (5.0, 3.6)
 #: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
@@ -76,6 +77,37 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
         axes = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
     _draw(thing, axes)
     return axes
+
+
+def plot_beside(*traces: Trace) -> list[Axes]:
+    """Draw traces of one scene beside each other, to one scale, on axes of a new figure, and return these.
+
+    Args:
+        traces: At least one; what lies beyond the picture of the first by more than some of its extent is cut off.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+        InputError: There is no trace, or two are of different scenes, or a number of one is NaN or infinite.
+    """
+    require_report_extra()
+    if not traces or not all(isinstance(trace, Trace) for trace in traces):
+        raise InputError("plot_beside takes traces, one at least")
+    for trace in traces:
+        if trace.scene != traces[0].scene:
+            raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
+        if broken := not_finite(trace):
+            raise InputError(f"{broken}: a trace with a number that is none can't be drawn")
+    from matplotlib import pyplot as plt
+
+    width, height = _SIZE_IN
+    size = (width * len(traces), height)
+    several = list(plt.subplots(1, len(traces), figsize=size, layout="constrained", squeeze=False)[1][0])
+    draw_traces(several, traces)
+    for axes, trace in zip(several, traces, strict=True):
+        axes.set_title(f"{trace.method} {trace.profile_shown}".strip())
+        if not axes.get_xlabel():
+            _in_metres(axes)
+    return several
 
 
 @singledispatch
@@ -133,6 +165,8 @@ def _has_picture(thing: object) -> bool:
         return _has_picture(thing.trace)
     if isinstance(thing, Trace):
         return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not not_finite(thing)
+    if isinstance(thing, EngineList):
+        return False
     return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
 
 

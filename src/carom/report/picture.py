@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["draw_pair", "draw_start", "draw_trace", "draw_walls", "limits_of"]
+__all__ = ["draw_pair", "draw_start", "draw_trace", "draw_traces", "draw_walls", "limits_of"]
 
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -64,13 +64,22 @@ def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: 
 
 def draw_trace(axes: Axes, trace: Trace) -> None:
     """Draw the paths of a trace, its impacts and its walls: in the plane, or against time where all is on one line."""
-    scene, paths = trace.scene, observed_paths(trace)
-    limits, axis = limits_of(scene, paths, paths), _line_of_motion(paths, scene)
-    if axis is not None:
-        _draw_over_time(axes, scene, paths, axis, limits)
-        return
-    draw_walls(axes, scene, limits)
-    _draw_paths(axes, scene, paths, [], dotted=len(paths.stands) > _MOST_STANDS)
+    draw_traces([axes], [trace])
+
+
+def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
+    """Draw traces of one scene, each on axes of its own, to one scale; all against time where the first is in line."""
+    scene, paths = traces[0].scene, [observed_paths(trace) for trace in traces]
+    corners = [limits_of(scene, paths[0], other) for other in paths]
+    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    axis = _line_of_motion(paths[0], scene)
+    dotted = max(len(one.stands) for one in paths) > _MOST_STANDS
+    for axes, one in zip(several, paths, strict=True):
+        if axis is not None:
+            _draw_over_time(axes, scene, one, axis, limits)
+        else:
+            draw_walls(axes, scene, limits)
+            _draw_paths(axes, scene, one, [], dotted=dotted)
 
 
 def draw_start(axes: Axes, scene: Scene) -> None:

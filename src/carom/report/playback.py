@@ -24,8 +24,11 @@ from carom.report.render.html import replay_page
 from carom.report.replay import impact_rows, packed, replay_data, run_command
 from carom.report.svg import SERIES, WALL, drawing
 from carom.report.tracks import observed_tracks, reference_tracks
+from carom.runs.execute import run
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Row
+from carom.scene import Scene, as_scene
+from carom.solvers.pic import solve_pic
 from carom.text import visible
 from carom.trace import Trace
 
@@ -118,17 +121,35 @@ class Replay:
             return write_file(path, made.read_bytes())
 
 
-def replay(reference: Trace, observed: Trace, *, score: Score | None = None) -> Replay:
+def replay(
+    reference: Trace | Scene | str,
+    observed: Trace | str,
+    *,
+    score: Score | None = None,
+    dt: float | None = None,
+    profile: str = "tuned",
+) -> Replay:
     """Return a run beside its reference, to be looked at in a notebook or saved.
 
     Args:
-        reference: What must happen, as a rule from `carom.solve_pic`.
-        observed: The run.
+        reference: What must happen, as a rule from `carom.solve_pic`; or a scene, or its name in the catalogue.
+        observed: The run; or the name of an engine, which then runs the scene.
         score: How they compare; found by `carom.compare` where it is not given.
+        dt: Step of an engine that is named, seconds; the scene's frame by default.
+        profile: Its profile.
 
     Raises:
-        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite.
+        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite; or
+            `dt` is given with a run.
+        UnknownNameError, AdapterError: The engine that is named can't run the scene: see `carom.run`.
     """
+    if isinstance(observed, str):
+        scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
+        observed = run(scene, observed, dt=dt, profile=profile)
+    elif dt is not None:
+        raise InputError("dt is the step of an engine that is named; a run that is given has its own")
+    if not isinstance(reference, Trace):
+        reference = solve_pic(reference)
     if broken := not_finite(observed):
         raise InputError(f"{broken} in the run: what has no place can't be played")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.report import wording
 from carom.report.grid import mark_of, mark_of_grade
+from carom.report.lists import engine_lines
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.certified.result import proven_decimal
 from carom.trace import Trace, pair_name
@@ -27,7 +28,10 @@ _NAME_WIDTH = 40
 
 
 def summary(thing: object) -> str:
-    """Return a scene, trace, score, certified trace or results in no more than `MOST_LINES` lines of `WIDTH`."""
+    """Return a scene, trace, score, certified trace or results in no more than `MOST_LINES` lines of `WIDTH`.
+
+    A list of engines has a line each.
+    """
     lines = next(_OF[kind.__name__] for kind in type(thing).__mro__ if kind.__name__ in _OF)(thing)
     return "\n".join(printable(line, WIDTH) for line in lines)
 
@@ -171,6 +175,7 @@ def _of_certified(certified: CertifiedTrace) -> list[str]:
 
 
 _OF: dict[str, Callable[[Any], list[str]]] = {
+    "EngineList": engine_lines,
     "Scene": _of_scene,
     "Trace": _of_trace,
     "Score": _of_score,

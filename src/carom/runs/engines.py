@@ -15,6 +15,7 @@ from types import MappingProxyType
 from typing import Any, ClassVar
 
 from carom.adapter import CodedAdapter, unsupported_reason
+from carom.display import Shown
 from carom.errors import AdapterError
 from carom.registry import (
     EngineInfo,
@@ -32,7 +33,7 @@ from carom.runs.pool import Asker, LocalPool, Pool
 from carom.runs.raised import raised
 from carom.trace import Setting
 
-__all__ = ["Describe", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
+__all__ = ["Describe", "EngineList", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
 
 
 #: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
@@ -84,7 +85,11 @@ class Describe:
 _KNOWN: dict[tuple[str, str], EngineInfo] = {}
 
 
-def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> list[EngineInfo]:
+class EngineList(Shown, list[EngineInfo]):
+    """What is known of adapters, which prints as a line each."""
+
+
+def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> EngineList:
     """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
 
     Args:
@@ -116,7 +121,7 @@ def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> 
                 _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
-    return sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name))
+    return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
 
 
 def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:

@@ -9,10 +9,9 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from carom.arguments import shown
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
-from carom.errors import AdapterError, InputError
+from carom.errors import AdapterError
 from carom.registry import engine_named, require_named
 from carom.runs.asked import require_one
 from carom.runs.desk import Ask, answers
@@ -30,7 +29,7 @@ from carom.runs.reference import Reference, reference_of, reference_trace, will_
 from carom.runs.results import Results, Row
 from carom.runs.timing import Measure, Timing
 from carom.runs.tried import tried_by
-from carom.scene import Scene
+from carom.scene import Scene, as_scene
 from carom.scenes import CatalogueScene, deviation
 from carom.trace import Setting, Trace
 
@@ -46,10 +45,10 @@ Key = tuple[str, Method, float]
 
 
 def run(
-    scene: Scene,
+    scene: Scene | str,
     engine: str,
     *,
-    dt: float,
+    dt: float | None = None,
     profile: str = "tuned",
     settings: Mapping[str, Setting] = MappingProxyType({}),
     time_limit_s: float = DEFAULT_TIME_LIMIT_S,
@@ -57,20 +56,20 @@ def run(
     """Run a scene on an engine, in a process of its own, and return what happened.
 
     Args:
-        scene: The scene.
+        scene: The scene, or its name in the catalogue.
         engine: Name of an adapter, as `carom.engines()` lists it, or the ``engine.toml`` of a program.
-        dt: Step, seconds.
+        dt: Step, seconds; the scene's frame by default.
         profile: Name of one of its profiles.
         settings: Settings to try in place of the profile's own, by name.
         time_limit_s: The engine is ended after so many seconds.
 
     Raises:
-        UnknownNameError: There is no such engine, profile or setting.
+        UnknownNameError: There is no such scene, engine, profile or setting.
         InputError: `dt` or `time_limit_s` is not a positive number, or a setting not of its kind.
         AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"scene must be a Scene, got {shown(scene)}; carom.load_scene reads a file")
+    scene = as_scene(scene)
+    dt = 1.0 / scene.frame_rate_hz if dt is None else dt
     require_one("dt", dt)
     require_one("time_limit_s", time_limit_s)
     require_named(engine := engine_named(engine))
@@ -84,7 +83,7 @@ def run(
 
 
 def cross_check(
-    scenes: Iterable[Scene | CatalogueScene],
+    scenes: Iterable[Scene | CatalogueScene | str],
     engine_names: Sequence[str] | None = None,
     *,
     progress: Progress | None = None,
@@ -95,7 +94,7 @@ def cross_check(
     """Run every scene on every engine with every profile at every step, and score each run against PIC.
 
     Args:
-        scenes: Scenes, of one's own or of the catalogue; no two of one name.
+        scenes: Scenes, of one's own or of the catalogue, these also by name, group or pattern; no two of one name.
         engine_names: Names of adapters, or manifests; every one that is installed by default.
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.

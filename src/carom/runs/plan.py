@@ -22,7 +22,7 @@ from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Pool
 from carom.runs.reference import CERTIFY_SECONDS
 from carom.runs.tried import tried_by
 from carom.scene import Scene
-from carom.scenes import CatalogueScene, KnownAnswer
+from carom.scenes import CatalogueScene, KnownAnswer, find_scenes
 from carom.trace import Setting, Trace
 
 __all__ = [
@@ -150,18 +150,19 @@ def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -
     return tuple(offered if ALL_PROFILES in asked else asked) or DEFAULT_PROFILES
 
 
-def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
+def sorted_out(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Scene, ...], dict[str, KnownAnswer]]:
     """Return the scenes, and the known answers of those of the catalogue by name.
 
     Raises:
         InputError: There is no scene, or two have one name.
     """
-    if isinstance(scenes, Scene | CatalogueScene) or not isinstance(scenes, Iterable):
+    if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
         raise InputError(f"scenes must be a list, also where there is one of them, got {type(scenes).__name__}")
-    entries = list(scenes)
+    given = list(scenes)
+    entries = [one for entry in given for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
-            raise InputError(f"scenes[{k}] must be a Scene, or one of the catalogue, got {shown(entry)}")
+            raise InputError(f"scenes[{k}] must be a Scene, or one of the catalogue or its name, got {shown(entry)}")
     answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
     plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
     if not plain:
@@ -172,7 +173,7 @@ def sorted_out(scenes: Iterable[Scene | CatalogueScene]) -> tuple[tuple[Scene, .
     return plain, answers
 
 
-def plan_of(scenes: Iterable[Scene | CatalogueScene], options: Options, pool: Pool) -> Plan:
+def plan_of(scenes: Iterable[Scene | CatalogueScene | str], options: Options, pool: Pool) -> Plan:
     """Return the plan of a cross-check.
 
     Args:

@@ -1,6 +1,6 @@
 """The catalogue: scenes with known answers that no code of Carom's made."""
 
-from carom.scenes.catalogue import all_scenes, catalogue, find_scenes
+from carom.scenes.catalogue import all_scenes, catalogue, find_scenes, scene_named
 from carom.scenes.complaint import Complaint, Symptom
 from carom.scenes.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
 
@@ -16,4 +16,5 @@ __all__ = [
     "catalogue",
     "deviation",
     "find_scenes",
+    "scene_named",
 ]

@@ -9,6 +9,7 @@ from functools import cache
 from types import MappingProxyType, ModuleType
 
 from carom.errors import UnknownNameError
+from carom.scene import Scene
 from carom.scenes import (
     engines,
     gravity,
@@ -25,7 +26,7 @@ from carom.scenes import (
 )
 from carom.scenes.entry import CatalogueScene, Tag
 
-__all__ = ["all_scenes", "catalogue", "find_scenes"]
+__all__ = ["all_scenes", "catalogue", "find_scenes", "scene_named"]
 
 _TAG_PREFIX = "tag:"
 
@@ -69,6 +70,18 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
             raise UnknownNameError(f"no scene is named {pattern!r}; {_hint(pattern)}")
         found.update((entry.name, entry) for entry in matches)
     return list(found.values())
+
+
+def scene_named(name: str) -> Scene:
+    """Return the scene of a full name.
+
+    Raises:
+        UnknownNameError: There is none; the message names the nearest one, or what a group or pattern stands for.
+    """
+    if (entry := all_scenes().get(name)) is not None:
+        return entry.scene
+    several = ", ".join(found.name for found in find_scenes([name]))
+    raise UnknownNameError(f"{name!r} is no one scene; it stands for: {several}")
 
 
 def _matches(entry: CatalogueScene, pattern: str) -> bool:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
+from carom.scene import Scene, as_scene
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
@@ -22,7 +23,7 @@ from carom.trace import IMPACT_DTYPE, Trace
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from carom.scene import Disc, Scene
+    from carom.scene import Disc
     from carom.solvers.run import Progress, Run, Start
     from carom.solvers.units import Units
 
@@ -55,7 +56,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
 
 def solve_pic(
-    scene: Scene,
+    scene: Scene | str,
     *,
     max_impacts: int | None = None,
     until_s: float | None = None,
@@ -68,7 +69,8 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene; discs and walls of any number. With gravity, some hundred discs, see `docs/gravity.md`.
+        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity, some hundred discs,
+            see `docs/gravity.md`.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none". How many each disc had is counted always.
@@ -83,6 +85,8 @@ def solve_pic(
     Raises:
         InputError: An option is outside its range, or not there under gravity.
     """
+    if isinstance(scene, str):
+        scene = as_scene(scene)
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )

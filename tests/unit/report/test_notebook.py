@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
@@ -184,3 +185,25 @@ def test_no_report_is_imported_until_something_is_shown() -> None:
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
+    """Both show the same part of the plane, also where one of the two goes farther than the other."""
+    far = carom.solve_pit(scene, frame_rate_hz=1)  # looks so seldom that the discs pass through
+    several = carom.plot_beside(carom.solve_pic(scene), far)
+    assert len(several) == 2
+    assert {axes.get_xlim() for axes in several} == {several[0].get_xlim()}
+    assert {axes.get_ylim() for axes in several} == {several[0].get_ylim()}
+    (low, high) = several[0].get_xlim()
+    assert low < min(far.final_position_m[:, 0])
+    assert max(far.final_position_m[:, 0]) < high
+    assert [axes.get_title() for axes in several] == ["pic", "pit"]
+    plt.close("all")
+
+
+def test_traces_of_two_scenes_are_not_drawn_beside_each_other(scene: Scene) -> None:
+    """One scale for two scenes would say nothing; nor are there pictures of no trace."""
+    with pytest.raises(InputError, match="the traces are of two scenes"):
+        carom.plot_beside(carom.solve_pic(scene), carom.solve_pic("paper/missed"))
+    with pytest.raises(InputError, match="one at least"):
+        carom.plot_beside()

@@ -124,3 +124,18 @@ def test_traces_of_two_scenes_are_refused(shown: Replay) -> None:
     other: Scene = find_scenes(["paper/late"])[0].scene
     with pytest.raises(InputError, match="only traces of one scene"):
         carom.replay(shown.reference, carom.solve_pic(other))
+
+
+def test_an_engine_is_named_in_place_of_its_run() -> None:
+    """A scene by name and an engine by name make a replay of its run at the scene's frame, or at the step asked for."""
+    shown = carom.replay("paper/missed", "pit")
+    assert shown.reference == carom.solve_pic("paper/missed")
+    assert shown.observed.dt_s == 1 / shown.reference.scene.frame_rate_hz
+    assert len(shown.score.missed) == 1
+    assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
+
+
+def test_a_run_that_is_given_has_a_step_of_its_own(shown: Replay) -> None:
+    """A step beside a run that is there already would be of no effect, and is refused."""
+    with pytest.raises(InputError, match="dt is the step of an engine that is named"):
+        carom.replay(shown.reference, shown.observed, dt=0.1)

@@ -244,7 +244,7 @@ def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
         ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
         ({"jobs": 0}, "jobs must be a whole number, 1 or more, got 0"),
         ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
-        ({"scenes": ["paper/late"]}, "scenes[0] must be a Scene, or one of the catalogue, got 'paper/late'"),
+        ({"scenes": [7]}, "scenes[0] must be a Scene, or one of the catalogue or its name, got 7"),
     ],
 )
 def test_what_is_no_list_is_refused_by_name_and_value(scene: Scene, given: dict[str, Any], said: str) -> None:

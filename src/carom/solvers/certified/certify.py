@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
+from carom.scene import Scene, as_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from carom.scene import Scene
     from carom.solvers.certified.result import CertifiedTrace
 
 __all__ = ["MAX_PRECISION_BITS", "TIE_BITS", "certify"]
@@ -22,7 +22,7 @@ TIE_BITS = 512
 
 
 def certify(
-    scene: Scene,
+    scene: Scene | str,
     *,
     digits: int = 15,
     max_impacts: int | None = None,
@@ -38,7 +38,8 @@ def certify(
     is reported. An interrupt (Ctrl-C) ends it, too; what was certified until then is returned in every case.
 
     Args:
-        scene: The scene; discs and walls of any number; under gravity, no immovable discs beside movable ones.
+        scene: The scene, or its name in the catalogue; discs and walls of any number; under gravity, no immovable discs
+            beside movable ones.
         digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
             positions of the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
@@ -63,6 +64,8 @@ def certify(
         number("time_budget_s", time_budget_s, positive=True)
     count("max_precision_bits", max_precision_bits, least=64)
     count("tie_bits", tie_bits, least=64)
+    if isinstance(scene, str):
+        scene = as_scene(scene)
     _refuse_quartics(scene)
     try:
         import flint  # noqa: F401 - what follows needs it

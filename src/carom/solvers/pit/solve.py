@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.extension import Patience, extension_available, extension_notes
+from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
@@ -16,7 +17,6 @@ from carom.trace import Outcome, Trace
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
     from carom.solvers.pit import frame_loop
     from carom.solvers.pit.frames import PlainFrameLoop
     from carom.solvers.run import Progress, Start
@@ -148,19 +148,21 @@ def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight else ())
 
 
-def solve_pit(scene: Scene, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:
+def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:
     """Run a scene by PIT.
 
     Frame k stands at ``k / frame_rate_hz``, from 0 to the last one before `scene.duration_s`.
 
     Args:
-        scene: The scene.
+        scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames a second; the scene's own by default.
         skipping: Whether to leave out tests that can find nothing; only the work counts differ.
 
     Raises:
         InputError: The frame rate is not a positive number, or gives frames without end.
     """
+    if isinstance(scene, str):
+        scene = as_scene(scene)
     rate, _ = frames_of(scene, frame_rate_hz)
     clock = FrameClock.at_rate(rate)
     run = pit_run(scene, clock, skipping=skipping)

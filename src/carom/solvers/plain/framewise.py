@@ -7,30 +7,28 @@ out as those of the event-driven form, which finds them by other means, identica
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from carom.scene import Scene, as_scene
 from carom.solvers.pic import pic_run
 from carom.solvers.request import frames_of
 from carom.trace import Outcome, Trace
 
-if TYPE_CHECKING:
-    from carom.scene import Scene
-
 __all__ = ["solve_pic_framewise"]
 
 
-def solve_pic_framewise(scene: Scene, *, frame_rate_hz: float | None = None) -> Trace:
+def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
 
     Under gravity the run is the event-driven one: a disc's state is that at its last impact, so frames change nothing.
 
     Args:
-        scene: The scene.
+        scene: The scene, or its name in the catalogue.
         frame_rate_hz: Frames a second; the scene's own by default.
 
     Raises:
         InputError: The frame rate is not a positive number, or gives frames without end.
     """
+    if isinstance(scene, str):
+        scene = as_scene(scene)
     rate, frames = frames_of(scene, frame_rate_hz)
     run = pic_run(scene, all_pairs=True)
     outcome = Outcome.COMPLETED
