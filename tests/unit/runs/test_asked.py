@@ -72,10 +72,6 @@ def test_usual_values_are_taken() -> None:
 def test_calls_refuse_likewise() -> None:
     """A name in place of a scene, and wrong limits of single calls, are refused in a sentence, too."""
     for act, words in (
-        (
-            lambda: carom.run("paper/mised", "pit", dt=0.1),
-            "no scene is named 'paper/mised'; did you mean 'paper/missed'?",
-        ),
         (lambda: carom.run(7, "pit", dt=0.1), "scene must be a Scene or the name of one in the catalogue, got 7"),  # type: ignore[arg-type] # what is refused
         (lambda: growth(["pit"], sizes=[0]), "a number of discs must be a whole number, 1 or more, got 0"),
         (lambda: growth("pit"), "engines must be a list"),
