@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import advise, bench, certify, demo, diff, engines, run, scenes, shared, stress, tune
+from carom.cli import advise, bench, certify, demo, diff, engines, explain, run, scenes, shared, stress, tune
 
 __all__ = ["app", "command"]
 
@@ -34,6 +34,7 @@ for one in (
     tune.tune,
     scenes.scenes,
     engines.engines,
+    explain.explain,
 ):
     # Its first sentence whole: by default the list of commands cuts it at 45 characters.
     app.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
