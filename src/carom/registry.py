@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.program.adapter import ProgramAdapter, program_adapter
-from carom.program.manifest import MANIFEST, load_manifest
+
+if TYPE_CHECKING:
+    from carom.program.adapter import ProgramAdapter
 
 __all__ = [
     "ENTRY_POINT_GROUP",
@@ -117,11 +118,15 @@ class AdapterPoint:
 @cache
 def _program(manifest: str) -> ProgramAdapter:
     """Return the adapter of a manifest, the same one each time: it keeps its program running for the next world."""
+    from carom.program.adapter import program_adapter
+
     return program_adapter(manifest)
 
 
 def _manifest_name(path: Path) -> str:
     """Return the name that a manifest gives its engine, or, of one that can't be read, its folder's or its own."""
+    from carom.program.manifest import MANIFEST, load_manifest
+
     try:
         return load_manifest(path).name
     except AdapterError:
@@ -180,6 +185,8 @@ def _name_of(distribution: metadata.Distribution) -> str:
 
 
 def _manifest_in(path: Path) -> Path:
+    from carom.program.manifest import MANIFEST
+
     return path / MANIFEST if path.is_dir() else path
 
 
@@ -196,6 +203,8 @@ def engine_named(word: str) -> str:
     """
     if not (word.endswith(".toml") or "/" in word or os.sep in word or word in {os.curdir, os.pardir}):
         return word
+    from carom.program.manifest import load_manifest
+
     path = _manifest_in(Path(word)).resolve()
     name = load_manifest(path).name
     known = os.environ.get(MANIFESTS, "")

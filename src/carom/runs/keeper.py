@@ -1,9 +1,9 @@
 """The keeper of a worker process: it ends the worker with everything that it started, and outlives nobody.
 
-Run as ``python -m carom.runs.keeper MEMORY_BYTES`` by `carom.runs.process` only. It forks before it loads anything: the
-child becomes the worker (`carom.runs.worker`), which keeps standard input, output and error; the keeper watches. When
-the worker ends, or whoever asked wants no more answers (SIGTERM, or the other end of standard input is closed) or is
-gone, the keeper kills what is left and ends as the worker did.
+Run as ``python -m carom.runs.keeper MEMORY_BYTES`` by `carom.runs.process`, or forked by `carom.runs.template`. It
+forks before it loads an adapter: the child becomes the worker (`carom.runs.worker`), which keeps standard input, output
+and error; the keeper watches. When the worker ends, or whoever asked wants no more answers (SIGTERM, or the other end
+of standard input is closed) or is gone, the keeper kills what is left and ends as the worker did.
 
 On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,
 too, and a worker whose keeper was killed is killed. Elsewhere what has left the worker's process group is not found.
@@ -21,7 +21,7 @@ import signal
 import sys
 from contextlib import suppress
 
-__all__ = ["main"]
+__all__ = ["PR_SET_PDEATHSIG", "keep", "main", "on_linux"]
 
 #: From <linux/prctl.h>.
 PR_SET_PDEATHSIG = 1
@@ -34,9 +34,19 @@ _HEARD = (signal.SIGCHLD, signal.SIGCONT, signal.SIGTERM)
 
 def main() -> None:
     """Keep a worker."""
-    keeper, parent, memory_bytes = os.getpid(), os.getppid(), int(sys.argv[1])
-    _on_linux(PR_SET_CHILD_SUBREAPER, 1)
-    _on_linux(PR_SET_PDEATHSIG, signal.SIGCONT)  # else one that its worker has stopped would never see it
+    keep(os.getppid(), int(sys.argv[1]))
+
+
+def keep(parent: int, memory_bytes: int) -> None:
+    """Keep a worker; this returns in the worker alone, when nothing more is asked.
+
+    Args:
+        parent: The process that this one ends with.
+        memory_bytes: Most that the worker may take.
+    """
+    keeper = os.getpid()
+    on_linux(PR_SET_CHILD_SUBREAPER, 1)
+    on_linux(PR_SET_PDEATHSIG, signal.SIGCONT)  # else one that its worker has stopped would never see it
     woken, wake = os.pipe()
     os.set_blocking(wake, False)
     signal.set_wakeup_fd(wake, warn_on_full_buffer=False)
@@ -50,7 +60,7 @@ def main() -> None:
         signal.signal(number, signal.SIG_DFL)
     os.close(woken)
     os.close(wake)
-    _on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
+    on_linux(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != keeper:  # killed before that was said
         os._exit(1)
     os.setsid()
@@ -139,7 +149,8 @@ def _limit(memory_bytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_DATA, (most, most))
 
 
-def _on_linux(option: int, value: int) -> None:
+def on_linux(option: int, value: int) -> None:
+    """Set an option of this process, see prctl(2), where there are such."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(option, value, 0, 0, 0)
 

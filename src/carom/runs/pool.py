@@ -17,6 +17,7 @@ from carom.cores import available_cores, available_memory
 from carom.limits import require_megabytes
 from carom.runs.job import Answer, Task
 from carom.runs.process import ClosedError, Worker
+from carom.runs.template import Template
 from carom.runs.worker import answer
 
 __all__ = ["DEFAULT_TIME_LIMIT_S", "Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
@@ -94,9 +95,16 @@ class Lane(Asker):
     Args:
         time_limit_s: A task that gives no answer for so long is ended, and its answer says so.
         memory_limit_mb: Megabytes that a process may take; by default `memory_share` of this one lane.
+        template: What forks the processes, where there is one.
     """
 
-    def __init__(self, time_limit_s: float = DEFAULT_TIME_LIMIT_S, memory_limit_mb: float | None = None) -> None:
+    def __init__(
+        self,
+        time_limit_s: float = DEFAULT_TIME_LIMIT_S,
+        memory_limit_mb: float | None = None,
+        template: Template | None = None,
+    ) -> None:
+        self._template = template
         self._time_limit_s = time_limit_s
         if memory_limit_mb is not None:
             require_megabytes("the memory limit", memory_limit_mb)
@@ -116,7 +124,7 @@ class Lane(Asker):
             if self._closed:
                 raise ClosedError
             if engine not in self._workers:
-                self._workers[engine] = Worker(self._memory_bytes)
+                self._workers[engine] = Worker(self._memory_bytes, self._template)
             return self._workers[engine]
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
@@ -164,7 +172,8 @@ class LocalPool(Pool):
     ) -> None:
         lanes = jobs or available_cores()
         share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
-        self._lanes = [Lane(time_limit_s, share_mb) for _ in range(lanes)]
+        self._template = Template.forked()
+        self._lanes = [Lane(time_limit_s, share_mb, self._template) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
 
     def close(self) -> None:
@@ -176,6 +185,8 @@ class LocalPool(Pool):
         for thread in self._threads:
             if thread.is_alive():  # a signal may have come before it was started
                 thread.join()
+        if self._template is not None:
+            self._template.close()
 
     def renew(self) -> None:
         """End the processes; the next tasks start anew."""

@@ -23,6 +23,7 @@ from pydantic import ValidationError
 from carom.errors import AdapterError
 from carom.runs.folder import Folder
 from carom.runs.job import Answer, Status, Task
+from carom.runs.template import Template
 from carom.runs.wire import Codec
 from carom.runs.worker import TASK_END, codec_of
 from carom.text import last_words
@@ -55,12 +56,13 @@ class Worker:
 
     Args:
         memory_bytes: Most that the process, or one that it starts, may take.
+        template: What forks the process, where there is one.
     """
 
-    def __init__(self, memory_bytes: int) -> None:
+    def __init__(self, memory_bytes: int, template: Template | None = None) -> None:
         if os.name != "posix":
             raise AdapterError("engines run in worker processes, which need a POSIX system: Linux, or macOS")
-        self._memory_bytes = memory_bytes
+        self._memory_bytes, self._template = memory_bytes, template
         self._process: _Process | None = None
         self._closed = False
         self._lock = threading.Lock()  # of the process, between the thread that asks and the one that closes
@@ -95,7 +97,7 @@ class Worker:
         if self._closed:
             raise ClosedError
         if self._process is None:
-            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes)
+            self._process = _Process(os.fspath(self._folder.path), self._memory_bytes, self._template)
         return self._process
 
     def _receive(self, process: _Process, codec: Codec[tuple[int, Answer[T]]], time_limit_s: float) -> Answer[T]:
@@ -161,20 +163,12 @@ class _Process:
         ended: Whether no further answer can come: it has ended, or closed its end, or answered too much.
     """
 
-    def __init__(self, folder: str, memory_bytes: int) -> None:
+    def __init__(self, folder: str, memory_bytes: int, template: Template | None) -> None:
         # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
         # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
-        self._popen = subprocess.Popen(  # noqa: S603 - our own interpreter and our own module
-            [sys.executable, "-m", "carom.runs.keeper", str(memory_bytes)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            bufsize=0,
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": path},
-            start_new_session=True,  # Ctrl-C in the terminal reaches the parent alone
-        )
+        forked = template.start(folder, path, memory_bytes) if template is not None else None
+        self._popen = forked or _fresh(folder, path, memory_bytes)
         requests, answers, printed = self._popen.stdin, self._popen.stdout, self._popen.stderr
         assert requests and answers and printed  # noqa: S101, PT018 - they were opened with pipes
         self._requests, self._answers, self._printed = requests.fileno(), answers.fileno(), printed.fileno()
@@ -267,6 +261,20 @@ class _Process:
         self._popen.kill()  # its worker ends with it
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)
+
+
+def _fresh(folder: str, path: str, memory_bytes: int) -> subprocess.Popen[bytes]:
+    """Return a keeper in an interpreter of its own."""
+    return subprocess.Popen(  # noqa: S603 - our own interpreter and our own module
+        [sys.executable, "-m", "carom.runs.keeper", str(memory_bytes)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        bufsize=0,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": path},
+        start_new_session=True,  # Ctrl-C in the terminal reaches the parent alone
+    )
 
 
 def _shown(line: bytes) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -47,11 +48,13 @@ ACTS = {
     "ends": "os._exit(0)",
     "fails-to-fail": "raise Mute()",
     "fails-in-surrogates": "raise ValueError('\\ud800' * 10_000)",
+    "kills-its-template": "os.kill(parent(os.getppid()), signal.SIGKILL); sleep()",
+    "tells": "tell()",
     "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
 }
 
 SOURCE = """
-import ctypes, os, signal, sys, threading, time
+import ctypes, json, os, resource, signal, sys, threading, time
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +80,25 @@ def thread(act):
 
 def others():
     return [int(name) for name in os.listdir("/proc/self/fd") if int(name) > 2]
+
+def parent(pid):
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+def tell():
+    named = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    Path(here.parent / "seen").write_text(json.dumps({
+        "files": [os.path.basename(os.readlink(f"/proc/self/fd/{k}")).partition(":")[0] for k in sorted(others())
+                  if os.path.exists(f"/proc/self/fd/{k}")],
+        "signals": [int(number) for number, how in named.items() if callable(how) or how is signal.SIG_IGN],
+        "limits": resource.getrlimit(resource.RLIMIT_DATA),
+        "path": os.environ["PYTHONPATH"].split(os.pathsep)[-1:],
+        "variables": sorted({**os.environ}),
+        "leads": os.getsid(0) == os.getpid(), "keeper leads": os.getsid(os.getppid()) == os.getppid(),
+        "engines": sorted({"pymunk", "mujoco", "pybullet", "Box2D"} & sys.modules.keys()),
+        "work": os.path.basename(os.getcwd()),
+        "threads": threading.active_count(),
+        "keeper": Path(f"/proc/{os.getppid()}/cmdline").read_text(),
+    }))
 
 def write(file, data):
     try:
@@ -132,6 +154,13 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
     made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
     install(SOURCE + made, {name: name.replace("-", "_") for name in ACTS})
+
+
+@pytest.fixture
+def forking(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pools fork their workers, as in the command `carom`: the threads of the test's own runner start none."""
+    monkeypatch.setattr("carom.runs.template._allowed", True)
+    monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
 @pytest.fixture
@@ -194,15 +223,21 @@ SAYS = {
     "ends": (Status.CRASHED, "exit code 0"),
     "fails-to-fail": (Status.FAILED, "Mute: its message can't be made: RuntimeError"),
     "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
+    "tells": (Status.RAN, ""),
     "litters": (Status.RAN, ""),
 }
 
 
 @LINUX
 @pytest.mark.long
-@pytest.mark.parametrize("name", ACTS)
-def test_an_act_is_a_row(run: Callable[..., dict[str, Row]], name: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize("start", ["fresh", "forked"])
+@pytest.mark.parametrize("name", SAYS)
+def test_an_act_is_a_row(
+    run: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
     """Each act ends in a row that says what happened; the other row stands, and no process or folder is left."""
+    if start == "forked":
+        request.getfixturevalue("forking")
     row = run(name)[name]
     status, words = SAYS[name]
     assert row.status is status, row.reason
@@ -237,6 +272,44 @@ def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
         assert time.monotonic() < until
         time.sleep(0.05)
     return process
+
+
+def seen(tmp_path: Path) -> dict[str, object]:
+    """Return what an adapter finds of its process, and clear it."""
+    found: dict[str, object] = json.loads((tmp_path / "seen").read_text())
+    (tmp_path / "seen").unlink()
+    return found
+
+
+@LINUX
+def test_a_forked_worker_is_as_a_fresh_one(
+    run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """It has the same files, signals, limits, paths and variables, a session of its own, and no engine but its own."""
+    secret = os.open(tmp_path / "secret", os.O_CREAT | os.O_RDWR)
+    os.set_inheritable(secret, True)
+    rows = run("tells")
+    fresh = seen(tmp_path)
+    request.getfixturevalue("forking")
+    forked_rows, forked = run("tells"), seen(tmp_path)
+    os.close(secret)
+    for pair in (rows, forked_rows):
+        assert pair["tells"].status is Status.RAN, pair["tells"].reason
+    assert fresh.pop("keeper") != forked.pop("keeper")  # an interpreter of its own, or a copy of this one
+    assert forked == fresh
+
+
+@LINUX
+@pytest.mark.usefixtures("installed", "forking")
+def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
+    """An adapter that kills the template costs the runs that were going on; those after it start by themselves."""
+    with LocalPool(1, PATIENT_S) as pool:
+        asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
+        (row,) = execute(plan_of([scene()], asked, pool), pool).rows
+        asked = Options(("tells",), [0.1], ["tuned"], timing=False, samples=False)
+        (after,) = execute(plan_of([scene()], asked, pool), pool).rows
+    assert (row.status, after.status) == (Status.CRASHED, Status.RAN), (row.reason, after.reason)
+    assert nothing_is_left(tmp_path)
 
 
 @LINUX
