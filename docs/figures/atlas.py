@@ -23,7 +23,7 @@ from typing import Any
 
 from carom.report.document import Code, Column, Document, Section, Table, Text
 from carom.report.records import raw_records
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.report.wording import count, listed, number, percent
 from carom.scenes import all_scenes
 

@@ -13,7 +13,7 @@ from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Adapter
 from carom.report.cross_check import cross_check_document
 from carom.report.grid import Mark, build_grid
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.runs.job import Method
 from carom.runs.observe import observe_run
 from carom.runs.plan import missing_profile_reason

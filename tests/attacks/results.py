@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.report.diff import diff
 from carom.report.diff_document import diff_document
 from carom.report.records import records
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import Entry
 from carom.runs.keys import job_key

@@ -28,7 +28,7 @@ from carom.report import write_report
 from carom.report.cross_check import cross_check_document
 from carom.report.grid import build_grid
 from carom.report.records import records
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.report.replay import scene_replays
 from carom.runs.job import Status
 from carom.runs.pool import InProcess

@@ -9,7 +9,7 @@ from docs.figures import atlas
 
 from carom import cross_check
 from carom.report.records import raw_records, records
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 

@@ -12,7 +12,7 @@ from tests.hazards.spread import OFF, Spread
 
 from carom.adapter import Adapter
 from carom.report.document import Column, Document, Section, Table
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.report.wording import number, percent
 from carom.scenes.catalogue import find_scenes
 

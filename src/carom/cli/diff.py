@@ -58,8 +58,8 @@ def diff(
     from carom.folders import write_file
     from carom.report.diff import diff as held_against
     from carom.report.diff_document import diff_document
-    from carom.report.render import html
-    from carom.report.render import markdown as markdown_of
+    from carom.report.render.html import html
+    from carom.report.render.markdown import markdown as markdown_of
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:

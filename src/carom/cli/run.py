@@ -113,7 +113,6 @@ def run(
     from carom.folders import claimed
     from carom.report import require_report_extra
     from carom.report.cross_check import PURPOSE
-    from carom.runs.explain import explain as explained
     from carom.runs.plan import Options, plan_of
     from carom.runs.pool import LocalPool
     from carom.runs.tried import asked_settings
@@ -143,6 +142,8 @@ def run(
     with LocalPool(jobs, time_limit, memory_limit) as pool, folder:
         plan = plan_of(named, options, pool)
         if explain:
+            from carom.runs.explain import explain as explained
+
             for line in explained(plan):
                 shared.say(line)
             return

@@ -201,12 +201,15 @@ def resumable(journal: Path) -> Iterator[None]:
 @contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total, _what: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bar
 
     columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
-    with Bar(*columns, console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task("", total=None)
 
         def show(done: int, total: int, what: str) -> None:
@@ -238,7 +241,7 @@ def plain_where_needed() -> None:
 
 def print_document(document: Document, *, full: bool = False) -> None:
     """Print a document: the answer, and the evidence where it is asked for in full."""
-    from carom.report.render import terminal
+    from carom.report.render.terminal import terminal
 
     out = console()
     for item in terminal(document, out.width, full=full):

@@ -32,7 +32,7 @@ from carom.report.bench_tables import (
 from carom.report.document import IN_FULL, ON_PAPER, TERMINAL, Block, Document, Figure, Figures, Lines, Section, Text
 from carom.report.files import as_json, fields_of, require_report_extra
 from carom.report.made import making, stamp_lines
-from carom.report.render import html
+from carom.report.render.html import html
 from carom.report.svg import alone
 
 __all__ = ["bench_document", "write_bench"]

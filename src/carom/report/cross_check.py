@@ -17,9 +17,7 @@ from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
 from carom.report.overview import first_replay, overview
 from carom.report.price import price_section, prices
-from carom.report.records import junit, record, records
 from carom.report.reference import known_section, reference_section
-from carom.report.render import html, markdown
 from carom.report.replay import packed, replay_data
 from carom.report.steps import steps_section
 from carom.report.trend import trend_sections
@@ -75,6 +73,8 @@ def reportable(results: Results) -> Results:
 
 
 def _reportable(results: Results, row: Row) -> Row:
+    from carom.report.records import record
+
     try:
         record(row)
         if row.trace is not None and row.score is not None:
@@ -108,6 +108,10 @@ def write_report(
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         InputError: The folder can't be written into, or holds files that are no report of Carom's.
     """
+    from carom.report.records import junit, records
+    from carom.report.render.html import html
+    from carom.report.render.markdown import markdown
+
     if document is None:
         results = reportable(results)
         document = cross_check_document(results)

@@ -16,7 +16,7 @@ from carom.report.bench_tables import METHOD
 from carom.report.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Lines, Section, Table
 from carom.report.files import as_json, require_report_extra
 from carom.report.made import making, stamp_lines
-from carom.report.render import html
+from carom.report.render.html import html
 from carom.report.svg import aim, alone, drawing, finish, framed, line_style, plain_number, png, render
 
 if TYPE_CHECKING:

@@ -31,7 +31,8 @@ from carom.report.document import (
 )
 from carom.report.files import as_json
 from carom.report.made import making
-from carom.report.render import html, markdown
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
 from carom.runs.job import Method, Status
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 

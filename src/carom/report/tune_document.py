@@ -17,7 +17,7 @@ from carom.report import wording
 from carom.report.document import Cell, Code, Column, Document, Lines, Section, Table, Text
 from carom.report.grid import mark_of_grade
 from carom.report.made import making
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.runs.job import Method
 from carom.trace import Setting, setting_text
 from carom.tune.merit import Judged

@@ -286,6 +286,8 @@ def _keep(message: bytes, files: Sequence[int], others: Sequence[int]) -> NoRetu
         keep(template, memory_bytes)
         sys.stdout.flush()
         code = 0
+    except SystemExit as end:
+        code = end.code if isinstance(end.code, int) else int(end.code is not None)
     except BaseException:  # noqa: BLE001 - as a fresh interpreter would tell of it
         sys.excepthook(*sys.exc_info())
     finally:

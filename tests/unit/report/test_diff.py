@@ -24,7 +24,8 @@ from carom.report.diff_document import MOST_ROWS, diff_document
 from carom.report.grid import Mark
 from carom.report.records import records
 from carom.report.records_line import records_schema
-from carom.report.render import html, markdown
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Results, Row

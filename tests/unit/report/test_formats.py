@@ -30,9 +30,9 @@ from carom.report.cross_check import cross_check_document
 from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.records import junit, raw_records, read_records
 from carom.report.records_line import text_of
-from carom.report.render import html as html_of
-from carom.report.render import markdown as markdown_of
-from carom.report.render import terminal
+from carom.report.render.html import html as html_of
+from carom.report.render.markdown import markdown as markdown_of
+from carom.report.render.terminal import terminal
 from carom.runs.job import Status
 from carom.runs.results import Results, violates
 from carom.scenes import find_scenes

@@ -22,7 +22,9 @@ from carom.report.overview import overview
 from carom.report.price import price_chart, price_section, prices
 from carom.report.records import records
 from carom.report.records_line import OF_SPINS
-from carom.report.render import html, markdown, terminal
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.report.render.terminal import terminal
 from carom.report.tables import cell_sections, spread_section
 from carom.report.wording import number
 from carom.runs.job import Method

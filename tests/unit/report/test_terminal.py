@@ -12,7 +12,7 @@ import carom
 from carom.cli.ascii_signs import ERRORS
 from carom.report.cross_check import cross_check_document
 from carom.report.document import Document
-from carom.report.render import terminal
+from carom.report.render.terminal import terminal
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 

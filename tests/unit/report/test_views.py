@@ -24,7 +24,9 @@ from carom.report.grid import GridCell, Mark, build_grid, reasons_of
 from carom.report.paths import exact_paths, observed_paths
 from carom.report.price import prices
 from carom.report.records import junit
-from carom.report.render import html, markdown, terminal
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.report.render.terminal import terminal
 from carom.report.replay import impact_rows
 from carom.report.tables import run_time_section, settings_section
 from carom.report.trend import build_trend

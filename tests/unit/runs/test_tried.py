@@ -15,7 +15,7 @@ from carom.errors import InputError, UnknownNameError
 from carom.report.cross_check import cross_check_document
 from carom.report.diff import diff
 from carom.report.records import junit, records
-from carom.report.render import markdown
+from carom.report.render.markdown import markdown
 from carom.runs.engines import engine_of
 from carom.runs.execute import execute
 from carom.runs.job import Job, Method

@@ -8,7 +8,7 @@ import pytest
 
 from carom import load_scene, run
 from carom.errors import InputError, UnknownNameError
-from carom.report.render import terminal
+from carom.report.render.terminal import terminal
 from carom.report.stress_document import stress_document, write_stress
 from carom.stress import campaign
 from carom.stress.campaign import JOURNAL, listing, stress

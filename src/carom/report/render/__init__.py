@@ -1,7 +1,4 @@
-"""The renderers of a document, each for one medium: they decide how it looks, and nothing of what it says."""
+"""The renderers of a document, each for one medium: they decide how it looks, and nothing of what it says.
 
-from carom.report.render.html import html
-from carom.report.render.markdown import markdown
-from carom.report.render.terminal import terminal
-
-__all__ = ["html", "markdown", "terminal"]
+Each is imported from its module, so that a terminal's table loads no page, and a page no terminal.
+"""
