@@ -1,43 +1,49 @@
-"""The command line: parse, call, print; a module a command. What is imported here is all that `carom --help` needs."""
+"""The command line: parse, call, print; a module a command. Of a command that is named, no other's module is loaded."""
 
 from __future__ import annotations
 
+import importlib
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from carom.cli import advise, bench, certify, demo, diff, engines, explain, run, scenes, shared, stress, tune
+from carom.cli import shared
 
 __all__ = ["app", "command"]
 
-app = typer.Typer(
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `carom --help`
-    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
-    help="Cross-check disc collisions: collision times and post-impact velocities of physics engines, "
-    "scored against the analytic result.",
-    epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable "
-    "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
-)
+#: In the order of `carom --help`. Each is the function of its own name in the module of that name.
+COMMANDS = ("demo", "run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "explain")
 
-for one in (
-    demo.demo,
-    run.run,
-    diff.diff,
-    bench.bench,
-    advise.advise,
-    certify.certify,
-    stress.stress,
-    tune.tune,
-    scenes.scenes,
-    engines.engines,
-    explain.explain,
-):
-    # Its first sentence whole: by default the list of commands cuts it at 45 characters.
-    app.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
+
+def _app(names: Sequence[str]) -> typer.Typer:
+    """Return the command line with these commands; Typer reads the options of each that it is given."""
+    found = typer.Typer(
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,  # boxes around a help text would cost more processor time than all else of `--help`
+        context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120},
+        help="Cross-check disc collisions: collision times and post-impact velocities of physics engines, "
+        "scored against the analytic result.",
+        epilog="Exit codes: 0 conforms, 1 a violation, 2 bad usage or bad scene, 3 a requested engine is unavailable "
+        "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
+    )
+    for name in names:
+        one = getattr(importlib.import_module(f"carom.cli.{name}"), name)
+        # Its first sentence whole: by default the list of commands cuts it at 45 characters.
+        found.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
+    found.callback()(_options)
+    return found
+
+
+def __getattr__(name: str) -> Any:
+    if name == "app":  # the whole
+        globals()["app"] = whole = _app(COMMANDS)
+        return whole
+    message = f"module {__name__!r} has no attribute {name!r}"
+    raise AttributeError(message)
 
 
 def _print_version(wanted: bool) -> None:
@@ -48,7 +54,6 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and leave.")
@@ -66,7 +71,8 @@ def command() -> str | int | None:
     out = sys.stdout
     try:
         try:
-            app()
+            asked = sys.argv[1:2]
+            _app(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
