@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import subprocess
 import sys
@@ -15,8 +16,10 @@ from carom import __main__, cli
 
 
 @pytest.fixture(autouse=True)
-def handlers() -> Iterator[None]:
+def handlers(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Each is heard, though a shell has what it starts in the background ignore Ctrl-C; and afterwards as before."""
+    monkeypatch.setattr("carom.runs.template.allow", lambda: None)  # the test's process is no command
+    there_were = gc.get_threshold()
     __main__.CAME.clear()
     there = {number: signal.getsignal(number) for number in __main__.SIGNALS}
     for number in there:
@@ -24,6 +27,7 @@ def handlers() -> Iterator[None]:
     yield
     for number, handler in there.items():
         signal.signal(number, handler)
+    gc.set_threshold(*there_were)
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
@@ -37,7 +41,7 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
     def hears() -> None:
         signal.raise_signal(number)
 
-    monkeypatch.setattr(cli, "app", app)
+    monkeypatch.setattr(cli, "app_of", lambda _names: app)
     monkeypatch.setattr("sys.argv", ["carom"])
     with pytest.raises(SystemExit) as end:
         __main__.main()

@@ -12,13 +12,13 @@ import typer
 
 from carom.cli import shared
 
-__all__ = ["app", "command"]
+__all__ = ["app", "app_of", "command"]
 
 #: In the order of `carom --help`. Each is the function of its own name in the module of that name.
 COMMANDS = ("demo", "run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "explain")
 
 
-def _app(names: Sequence[str]) -> typer.Typer:
+def app_of(names: Sequence[str]) -> typer.Typer:
     """Return the command line with these commands; Typer reads the options of each that it is given."""
     found = typer.Typer(
         no_args_is_help=True,
@@ -40,7 +40,7 @@ def _app(names: Sequence[str]) -> typer.Typer:
 
 def __getattr__(name: str) -> Any:
     if name == "app":  # the whole
-        globals()["app"] = whole = _app(COMMANDS)
+        globals()["app"] = whole = app_of(COMMANDS)
         return whole
     message = f"module {__name__!r} has no attribute {name!r}"
     raise AttributeError(message)
@@ -72,7 +72,7 @@ def command() -> str | int | None:
     try:
         try:
             asked = sys.argv[1:2]
-            _app(asked if asked and asked[0] in COMMANDS else COMMANDS)()
+            app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
         except SystemExit as end:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
