@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.adapter import Accuracy, Capabilities, Engine, Knob, Profile, Scene, Setting
+from carom.adapter import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
 
 if TYPE_CHECKING:
     from carom.adapter import World
@@ -37,6 +37,7 @@ class EngineAdapter:
         world: Makes a world of a scene and settings; raises AdapterError where one is outside what the engine can do.
         code: Writes what `world` makes as code of the engine's own (`carom.adapter.CodedAdapter`); None where there is
             none.
+        read: Reads a file of the engine's as a scene (`carom.adapter.ReadingAdapter`); None likewise.
     """
 
     name: str
@@ -46,6 +47,7 @@ class EngineAdapter:
     profiles: Mapping[str, Profile]
     world: Callable[[Scene, Settings], World]
     code: Callable[[Scene, Settings, str], str] | None = None
+    read: Callable[[bytes, str, float], Imported] | None = None
 
     def prepare(self, scene: Scene, settings: Settings) -> World:
         """Build a world.

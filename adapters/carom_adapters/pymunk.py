@@ -33,6 +33,7 @@ from carom.adapter import (
 )
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.pymunk_space import scene_of
 
 if TYPE_CHECKING:
     import pymunk
@@ -340,4 +341,5 @@ adapter = EngineAdapter(
     },
     world=PymunkWorld,
     code=_code,
+    read=scene_of,
 )

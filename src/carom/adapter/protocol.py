@@ -25,9 +25,11 @@ __all__ = [
     "ContactTimes",
     "CuttableWorld",
     "Engine",
+    "Imported",
     "Knob",
     "Observation",
     "Profile",
+    "ReadingAdapter",
     "Stamp",
     "TimedWorld",
     "World",
@@ -353,4 +355,35 @@ class CodedAdapter(Adapter, Protocol):
 
         Raises:
             AdapterError: The scene or a setting is outside what the engine can do.
+        """
+
+
+@dataclass(frozen=True)
+class Imported:
+    """A scene that was made of an engine's own file.
+
+    Attributes:
+        scene: The scene, in the units of the file.
+        dropped: What of the file the scene has no place for, each in a few words; not empty where anything is lost.
+    """
+
+    scene: Scene
+    dropped: tuple[str, ...] = ()
+
+
+@runtime_checkable
+class ReadingAdapter(Adapter, Protocol):
+    """An adapter that reads files of its engine as scenes: ``carom import``."""
+
+    def read(self, content: bytes, name: str, duration_s: float) -> Imported:
+        """Return what a file holds as a scene, and all that is lost by that. Called in a worker process.
+
+        Args:
+            content: What the file holds. It may come from anybody: nothing of it may be run.
+            name: What to call the scene.
+            duration_s: How long the scene is, seconds; a file of an engine says no such thing.
+
+        Raises:
+            AdapterError: It is no such file, or asks for what must not be run; the message names it.
+            SceneError: What is left is no scene.
         """

@@ -14,8 +14,14 @@ from carom.cli import shared
 
 __all__ = ["app", "app_of", "command"]
 
-#: In the order of `carom --help`. Each is the function of its own name in the module of that name.
-COMMANDS = ("demo", "run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "explain")
+#: In the order of `carom --help`. Each is the function of its own name in the module of that name, or of `_SPELT`.
+COMMANDS = (
+    *("demo", "run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "explain"),
+    "import",
+)
+
+#: Module and function of a command whose name is a keyword of Python's.
+_SPELT = {"import": ("importing", "import_file")}
 
 
 def app_of(names: Sequence[str]) -> typer.Typer:
@@ -31,9 +37,10 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
     )
     for name in names:
-        one = getattr(importlib.import_module(f"carom.cli.{name}"), name)
+        module, function = _SPELT.get(name, (name, name))
+        one = getattr(importlib.import_module(f"carom.cli.{module}"), function)
         # Its first sentence whole: by default the list of commands cuts it at 45 characters.
-        found.command(short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
+        found.command(name, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
     return found
 

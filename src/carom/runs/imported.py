@@ -1,0 +1,108 @@
+"""Files of engines as scenes, read by the engine's adapter in a worker process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+from carom.adapter import Imported, ReadingAdapter
+from carom.arguments import number
+from carom.errors import AdapterError, InputError
+from carom.registry import load_adapter, why_unavailable
+from carom.runs.door import plain_text
+from carom.runs.job import Status, UnavailableError
+from carom.runs.pool import LocalPool
+from carom.scene import Scene
+
+__all__ = ["READERS", "import_scene"]
+
+#: Whose adapter reads a file, by the file's ending.
+READERS = {".pkl": "pymunk", ".pickle": "pymunk"}
+
+#: A space of a hundred thousand discs has some 30 MB.
+MOST_BYTES = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class _Read:
+    """Ask an adapter to read a file of its engine."""
+
+    least_limit_s: ClassVar[float] = 20.0
+    engine: str
+    content: bytes
+    name: str
+    duration_s: float
+
+    def carry_out(self) -> Imported:
+        """Return the scene, and what was dropped.
+
+        Raises:
+            UnavailableError: The engine is not installed.
+            AdapterError: The adapter reads no files, or refuses this one.
+            SceneError: What is left is no scene.
+        """
+        adapter = load_adapter(self.engine)
+        if reason := why_unavailable(adapter):
+            raise UnavailableError(reason)
+        if not isinstance(adapter, ReadingAdapter):
+            raise AdapterError("its adapter reads no files")
+        found = adapter.read(self.content, self.name, self.duration_s)
+        return Imported(found.scene, tuple(plain_text(one, "what was dropped") for one in found.dropped))
+
+
+def import_scene(
+    path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
+) -> Imported:
+    """Return the scene that a file of an engine holds, in metres, and all of the file that it has no place for.
+
+    Args:
+        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``). It is read in a process of its own, in which
+            nothing but the engine's own types is made; see ``docs/security.md``.
+        name: What to call the scene; the file's name by default.
+        duration_s: How long it is to be, seconds.
+        pixels_per_metre: How many of the file's units of length a metre is.
+
+    Raises:
+        InputError: The ending is of no file that can be read, the file can't be read, or a number is out of range.
+        AdapterError: The engine is not installed, or its adapter refuses the file; the message says why.
+    """
+    path = Path(path)
+    if (engine := READERS.get(path.suffix)) is None:
+        raise InputError(f"{path} ends in none of {', '.join(READERS)}, the files of engines that can be read")
+    number("duration_s", duration_s, positive=True)
+    number("pixels_per_metre", pixels_per_metre, positive=True)
+    try:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path} can't be read: {error.strerror or error}") from None
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{path} has more than {MOST_BYTES} bytes")
+    with LocalPool(1) as pool:
+        answer = pool.ask(_Read(engine, content, name or path.stem, duration_s))
+    if answer.value is None:
+        why = answer.reason if answer.status is Status.FAILED else answer.said
+        raise AdapterError(f"{path}: {why}")
+    return Imported(_in_metres(answer.value.scene, pixels_per_metre), answer.value.dropped)
+
+
+def _in_metres(scene: Scene, unit: float) -> Scene:
+    """Return a scene whose lengths were given in units of which a metre has so many."""
+    if unit == 1.0:
+        return scene
+
+    def vector(pair: tuple[float, float]) -> tuple[float, float]:
+        return (pair[0] / unit, pair[1] / unit)
+
+    discs = [
+        {
+            **dict(disc),
+            "position_m": vector(disc.position_m),
+            "velocity_m_s": vector(disc.velocity_m_s),
+            "radius_m": disc.radius_m / unit,
+        }
+        for disc in scene.discs
+    ]
+    walls = [{**dict(wall), "point_m": vector(wall.point_m)} for wall in scene.walls]
+    return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})

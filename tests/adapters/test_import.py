@@ -1,0 +1,203 @@
+"""A pickled space becomes a scene by pymunk's own loader, what is lost is named, and nothing of a file is run."""
+
+from __future__ import annotations
+
+import math
+import os
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymunk
+import pytest
+from tests.adapters.test_code import CORNER
+from typer.testing import CliRunner
+
+import carom
+from carom.cli import app
+from carom.errors import AdapterError, InputError
+from carom.registry import load_adapter
+from carom.runs.imported import import_scene
+
+
+def saved(space: pymunk.Space, folder: Path, protocol: int = pickle.DEFAULT_PROTOCOL) -> Path:
+    path = folder / "space.pkl"
+    path.write_bytes(pickle.dumps(space, protocol))
+    return path
+
+
+def ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasticity: float = 1.0) -> pymunk.Body:
+    body = pymunk.Body(2.0, pymunk.moment_for_circle(2.0, 0.0, radius))
+    body.position = (x, y)
+    circle = pymunk.Circle(body, radius)
+    circle.elasticity = elasticity
+    space.add(body, circle)
+    return body
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) -> None:
+    """The space that the printed settings build, pickled by pymunk's own means, is the scene that it was built from."""
+    adapter = load_adapter("pymunk")
+    text = adapter.code(CORNER, adapter.profiles["tuned"].settings(1 / 60), "")  # type: ignore[attr-defined]
+    build = text.partition("for _ in range(steps)")[0]
+    path = tmp_path / "space.pkl"
+    end = f"import pickle\npickle.dump(space, open({str(path)!r}, 'wb'), {protocol})\n"
+    subprocess.run([sys.executable, "-c", build + end], check=True)
+    found = import_scene(path, duration_s=CORNER.duration_s)
+    scene = found.scene
+    assert scene.gravity_m_s2 == CORNER.gravity_m_s2
+    for disc, meant in zip(scene.discs, CORNER.discs, strict=True):
+        assert (disc.position_m, disc.velocity_m_s) == (meant.position_m, meant.velocity_m_s)
+        assert (disc.radius_m, disc.mass_kg, disc.spin_rad_s) == (meant.radius_m, meant.mass_kg, meant.spin_rad_s)
+        if not meant.immovable:  # over m r^2 and times it again: two roundings
+            assert disc.inertia_factor == pytest.approx(meant.inertia_factor, rel=2**-51)
+    for wall, meant_wall in zip(scene.walls, CORNER.walls, strict=True):
+        # A polygon's corners are some metres out, each rounded by a unit of 2**-50 of that.
+        np.testing.assert_allclose(wall.normal, meant_wall.normal, rtol=0, atol=2**-48)
+        off = np.subtract(wall.point_m, meant_wall.point_m) @ np.array(meant_wall.normal)
+        assert abs(off) <= 2**-48 * (1 + math.hypot(*wall.point_m))
+    coefficients = ("restitution", "wall_restitution", "friction", "wall_friction")
+    for name in coefficients:  # a root, squared
+        assert getattr(scene, name) == pytest.approx(getattr(CORNER, name), rel=2**-50)
+    assert found.dropped == tuple(
+        f"of shape {k}, a Poly: its ends; it is the face towards the discs, without end" for k in (3, 4)
+    )
+
+
+def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
+    """Joints, damping, sensors, movable polygons, compounds, filters, moving kinematic bodies: each is a line."""
+    space = pymunk.Space()
+    space.damping = 0.9
+    first, second = ball(space, 0, 0, elasticity=0.5), ball(space, 3, 0)
+    for circle in first.shapes:
+        circle.filter = pymunk.ShapeFilter(group=7)
+    space.add(pymunk.PinJoint(first, second))
+    box = pymunk.Body(1, 1)
+    space.add(box, pymunk.Poly.create_box(box))
+    pair = pymunk.Body(1, 1)
+    pair.position = (9, 9)
+    space.add(pair, pymunk.Circle(pair, 1), pymunk.Circle(pair, 1, (2, 0)))
+    for circle in ball(space, 20, 0).shapes:
+        circle.sensor = True
+    lift = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    lift.velocity = (0, 1)
+    space.add(lift, pymunk.Segment(lift, (0, -5), (1, -5), 0.1))
+    between = pymunk.Segment(space.static_body, (1.5, -1), (1.5, 1), 0.1)
+    space.add(between)
+    found = import_scene(saved(space, tmp_path))
+    assert [disc.position_m for disc in found.scene.discs] == [(0.0, 0.0), (3.0, 0.0)]
+    assert found.scene.walls == ()
+    assert found.scene.restitution == 0.5
+    told = "\n".join(found.dropped)
+    for what in (
+        "a PinJoint",
+        "the damping of the space, 0.9",
+        "a Poly: it moves",
+        "its body has 2 shapes",
+        "a sensor",
+        "its kinematic body moves by itself",
+        "a disc lies behind each of its faces",
+        "of disc 0: its filter",
+    ):
+        assert what in told
+
+
+def test_pixels_become_metres_and_the_run_stays_the_same(tmp_path: Path) -> None:
+    """A space in pixels is the scene in metres: lengths over the pixels of a metre, times and masses as they are."""
+    space = pymunk.Space()
+    space.gravity = (0.0, 900.0)
+    body = ball(space, 128.0, 64.0, 32.0)
+    body.velocity = (640.0, 0.0)
+    floor = pymunk.Segment(space.static_body, (0, 512), (800, 512), 0.0)
+    floor.elasticity = 0.5
+    space.add(floor)
+    scene = import_scene(saved(space, tmp_path), pixels_per_metre=64.0).scene
+    (disc,), (wall,) = scene.discs, scene.walls
+    assert (disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg) == ((2.0, 1.0), (10.0, 0.0), 0.5, 2.0)
+    assert (wall.point_m[1], wall.normal) == (8.0, (0.0, -1.0))
+    assert scene.gravity_m_s2 == (0.0, 900.0 / 64.0)
+    assert (disc.inertia_factor, scene.wall_restitution) == (0.5, 0.5)
+
+
+class Bomb:
+    """A pickle that would run a command when it is read."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return (os.system, (f"touch {self.path}",))
+
+
+def dotted() -> bytes:
+    """Return a pickle that asks for a part of an admitted type by a dotted name."""
+    return pickle.PROTO + b"\x04" + b"\x8c\x0cpymunk.space" + b"\x8c\x1aSpace.__init__.__globals__" + b"\x93."
+
+
+@pytest.mark.parametrize("kind", ["bomb", "dotted", "callback"])
+def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Path, kind: str) -> None:
+    """A file that asks for anything else is refused with that name, from Python as by the command."""
+    mark, path = tmp_path / "ran", tmp_path / "space.pkl"
+    space = pymunk.Space()
+    body = ball(space, 0, 0)
+    body.velocity_func = carom_function
+    content, name = {
+        "bomb": (pickle.dumps(Bomb(mark)), "posix.system"),
+        "dotted": (dotted(), "pymunk.space.Space.__init__.__globals__"),
+        "callback": (pickle.dumps(space), f"{__name__}.carom_function"),
+    }[kind]
+    path.write_bytes(content)
+    result = CliRunner().invoke(app, ["import", str(path)])
+    assert result.exit_code == 2
+    assert f"the file asks for {name}, which is neither pymunk's nor a plain type" in result.output
+    assert not mark.exists()
+
+
+def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: float, dt: float) -> None:
+    """A callback of somebody's own, which a pickle names."""
+    pymunk.Body.update_velocity(body, gravity, damping, dt)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"no pickle", "it is no pickle of a pymunk.Space"),
+        (pickle.dumps([1, 2]), "it holds a list, where a pymunk.Space must be"),
+        (pickle.dumps(pymunk.Space()), "must hold at least one disc"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: bytes, words: str) -> None:
+    """What is no space, or has no disc, is told so by the file's name."""
+    path = tmp_path / "space.pkl"
+    path.write_bytes(content)
+    with pytest.raises(AdapterError, match=words):
+        import_scene(path)
+
+
+def test_arguments_of_an_import_are_refused_by_name(tmp_path: Path) -> None:
+    """An ending, a file that is not there, and a number that is none."""
+    with pytest.raises(InputError, match=r"ends in none of \.pkl"):
+        import_scene(tmp_path / "space.txt")
+    with pytest.raises(InputError, match="can't be read"):
+        import_scene(tmp_path / "space.pkl")
+    with pytest.raises(InputError, match="pixels_per_metre"):
+        import_scene(tmp_path / "space.pkl", pixels_per_metre=0.0)
+
+
+def test_the_command_writes_a_scene_that_loads(tmp_path: Path) -> None:
+    """`carom import FILE TO` writes the scene, names what was dropped, and never takes another file's place."""
+    space = pymunk.Space()
+    space.damping = 0.5
+    ball(space, 0, 0)
+    path, to = saved(space, tmp_path), tmp_path / "mine.toml"
+    result = CliRunner().invoke(app, ["import", str(path), str(to), "--duration", "2"])
+    assert result.exit_code == 0, result.output
+    assert "dropped: the damping of the space, 0.5" in result.output
+    scene = carom.load_scene(to)
+    assert (scene.name, scene.duration_s, len(scene.discs)) == ("space", 2.0, 1)
+    assert CliRunner().invoke(app, ["import", str(path), str(to)]).exit_code == 2
+    assert CliRunner().invoke(app, ["import", str(path)]).output.count("[[discs]]") == 1
