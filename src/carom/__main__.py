@@ -16,6 +16,9 @@ SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "S
 #: them takes a fifteenth of the processor time of a short command.
 _COLLECTED_FROM = 50_000
 
+#: A signal that was lost comes again after so long, seconds: where it could not be heard is left in microseconds.
+AGAIN_S = 0.01
+
 #: Those that have come.
 CAME: list[signal.Signals] = []
 
@@ -35,6 +38,7 @@ def main() -> None:
     for number in heard:
         signal.signal(number, _end)
     gc.set_threshold(_COLLECTED_FROM, *gc.get_threshold()[1:])
+    lost, sys.unraisablehook = sys.unraisablehook, _hear_again
     # Pydantic reads the entry points of all that is installed, and raises where one distribution's are spoilt.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
@@ -54,6 +58,8 @@ def main() -> None:
         sys.stderr.write(f"carom: ended by {CAME[-1].name}\n")
         code = 128 + CAME[-1]
         _hear_no_more(heard)
+    finally:
+        sys.unraisablehook = lost
     sys.exit(code)
 
 
@@ -80,10 +86,24 @@ def _end(number: int, _frame: object) -> None:
     raise Ended(number)
 
 
+def _hear_again(lost: sys.UnraisableHookArgs) -> None:
+    """Have a signal that Python ignored, as it says with a traceback, come again; show what else was ignored."""
+    if not isinstance(lost.exc_value, Ended):
+        sys.__unraisablehook__(lost)
+    elif hasattr(signal, "setitimer"):
+        signal.signal(signal.SIGALRM, lambda _, frame: _end(CAME[-1], frame))
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+
+
 def _hear_no_more(heard: list[signal.Signals]) -> None:
-    """Leave signals to the system: all is tidied up, and nothing is left that one could break off."""
+    """Leave signals to the system: all is tidied up, and nothing is left that one could break off.
+
+    One that has come changes nothing by coming again, the exit code least of all.
+    """
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
     for number in heard:
-        signal.signal(number, signal.SIG_DFL)
+        signal.signal(number, signal.SIG_IGN if number in CAME else signal.SIG_DFL)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, values_in
 from carom.text import shortened
 
-__all__ = ["read_data"]
+__all__ = ["read_data", "without_doubles"]
 
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}".encode())
@@ -49,7 +49,7 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
         raise InputError(f"holds a key of more than {MOST_KEY_PARTS} parts with full stops between them")
     try:
         text = data.decode("utf-8")
-        found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=_without_doubles)
+        found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=without_doubles)
     except UnicodeDecodeError as error:
         raise InputError(f"is not {name}: byte {error.start} is not UTF-8 text") from None
     except RecursionError:
@@ -64,7 +64,12 @@ def read_data(path: Path, kind: str) -> dict[str, Any]:
     return found
 
 
-def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of JSON, as `json.loads` asks for it by ``object_pairs_hook``.
+
+    Raises:
+        InputError: It has a key twice, which readers of JSON take differently.
+    """
     found = dict(pairs)
     if len(found) < len(pairs):
         names = [name for name, _ in pairs]

@@ -14,7 +14,10 @@ __all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Pro
 
 
 class CaromError(Exception):
-    """Base of every deliberate error."""
+    """Base of every deliberate error; its message has no control character, whatever it quotes."""
+
+    def __str__(self) -> str:
+        return visible(super().__str__())
 
 
 class InputError(CaromError, ValueError):
@@ -70,4 +73,4 @@ class SceneError(InputError):
             lines.append(f"and {hidden} others at least" if hidden > 0 else "and more of them")
         elif hidden > 0:
             lines.append(f"and {hidden} more")
-        return "\n".join(f"{self.source}: {line}" if self.source else line for line in lines)
+        return visible("\n".join(f"{self.source}: {line}" if self.source else line for line in lines))

@@ -147,3 +147,18 @@ def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> 
     assert CliRunner().invoke(app, ["certify", *files, "--out", str(tmp_path / "out")]).exit_code == 0
     found = [path.name.lower() for path in (tmp_path / "out").glob("*.json")]
     assert len(set(found)) == len(names)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="address space is limited on Linux")
+def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> None:
+    """Where NumPy gets no memory, that is no violation; help and version do without."""
+    command = 'ulimit -v 100000; exec "$0" -m carom "$@"'
+    run = ("run", "paper/late", "-e", "pit", "--no-timing", "--report", str(tmp_path / "report"))
+    done = subprocess.run(["sh", "-c", command, sys.executable, *run], capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("carom: ")
+    assert "(ulimit -v)" in done.stderr
+    for words in (("--help",), ("run", "--help"), ("--version",)):
+        helped = subprocess.run(["sh", "-c", command, sys.executable, *words], capture_output=True, check=False)
+        assert helped.returncode == 0

@@ -80,3 +80,20 @@ def test_a_scene_error_survives_pickling() -> None:
     assert copy.source == error.source
     assert copy.more == error.more
     assert str(copy) == str(error)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InputError("no such\x1b[31m name\u202e"),
+        AdapterError("no such\x1b[31m name\u202e"),
+        MissingExtraError("no such\x1b[31m name\u202e"),
+        UnknownNameError("no such\x1b[31m name\u202e"),
+        SceneError([Problem(("name",), "no such\x1b[31m name\u202e")], "a\x07.toml"),
+    ],
+)
+def test_a_message_has_no_control_character(error: CaromError) -> None:
+    """What it quotes is shown by its escapes, in Python's own traceback too, and tells a terminal nothing."""
+    assert str(error).isprintable()
+    assert "no such\\u001b[31m name\\u202e" in str(error)
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)  # noqa: S301 - written the moment before

@@ -47,7 +47,22 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
         __main__.main()
     assert end.value.code == 128 + number
     assert capsys.readouterr().err == f"carom: ended by {number.name}\n"
-    assert signal.getsignal(number) is signal.SIG_DFL
+    assert signal.getsignal(number) is signal.SIG_IGN
+    assert signal.getsignal(signal.SIGQUIT) is signal.SIG_DFL
+
+
+def test_a_second_ctrl_c_while_python_ends_changes_nothing(tmp_path: Path) -> None:
+    """Two of them end a command as one does, whenever the second comes: here after all is tidied up."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import atexit, signal; from carom import __main__, cli\n"
+        "cli.command = lambda: signal.raise_signal(signal.SIGINT)\n"
+        "atexit.register(lambda: signal.raise_signal(signal.SIGINT))\n"
+        "signal.signal(signal.SIGINT, signal.SIG_DFL)\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (130, "carom: ended by SIGINT\n")
 
 
 def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -101,6 +116,22 @@ def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.Mon
     with pytest.raises(SystemExit) as end:
         __main__.main()
     assert end.value.code == 130
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
+def test_a_signal_that_python_ignores_comes_again(tmp_path: Path) -> None:
+    """One that comes where nothing can hear it, in a destructor say, ends the command, with a sentence and no more."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import signal, time; from carom import __main__, cli\n"
+        "class Lost:\n"
+        "    def __del__(self): signal.raise_signal(signal.SIGHUP)\n"
+        "def command(): Lost(); time.sleep(60)\n"
+        "cli.command = command\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=50)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGHUP, "carom: ended by SIGHUP\n")
 
 
 def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:

@@ -10,7 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
-from carom.cli import shared
+from carom.cli import address_space, shared
+from carom.errors import CaromError
 
 __all__ = ["app", "app_of", "command"]
 
@@ -78,6 +79,8 @@ def command() -> str | int | None:
     out = sys.stdout
     try:
         try:
+            if not {"-h", "--help", "--version"} & {*sys.argv}:  # which do without NumPy
+                address_space.require_address_space()
             asked = sys.argv[1:2]
             app_of(asked if asked and asked[0] in COMMANDS else COMMANDS)()
             code: str | int | None = 0
@@ -85,6 +88,11 @@ def command() -> str | int | None:
             if isinstance(signal := getattr(end.__context__, "__cause__", None), KeyboardInterrupt):
                 raise signal from None  # Typer says nothing of it, and takes each for Ctrl-C
             code = end.code if sys.stdout is out else 0  # Typer puts another in its place where the pipe is closed
+        except (CaromError, ImportError, MemoryError, RuntimeError) as error:
+            if not isinstance(error, CaromError) and not address_space.limit_mb():
+                raise
+            shared.say(f"carom: {address_space.told(error)}", apart=True)
+            code = shared.EXIT_BAD_INPUT
         out.flush()  # here, where what goes wrong can still be told
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         code = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
@@ -137,6 +138,9 @@ class ProgramAdapter:
         """
         known = {name: None for profile in self._manifest.profiles.values() for name in profile.settings}
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
+        for name, setting in settings.items():
+            if isinstance(setting, float) and not math.isfinite(setting):
+                raise AdapterError(f"{self.engine.name}: {name} must be finite, as JSON's numbers are, got {setting}")
         require_supported(self.engine.name, scene, self.capabilities, float(settings["dt_s"]))
         if self._program is None or self._program.ended:
             self._program = self._started()

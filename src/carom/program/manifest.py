@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import tomllib
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from carom.adapter import Accuracy, Capabilities, ContactTimes, Knob, Stamp
 from carom.arguments import shown
@@ -56,6 +57,13 @@ def _enums_by_name(table: object) -> object:
     return found
 
 
+def _finite(setting: Setting) -> Setting:
+    """Refuse a setting that JSON has no number for: the program would get a text."""
+    if isinstance(setting, float) and not math.isfinite(setting):
+        raise ValueError(f"must be finite, as JSON's numbers are, got {setting}")
+    return setting
+
+
 _Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
 _Accuracy = Annotated[Accuracy, _known(Accuracy)]
 _Knob = Annotated[Knob, _known(Knob)]
@@ -72,7 +80,7 @@ class ProgramProfile(_Table):
     """
 
     description: str
-    settings: dict[str, Setting] = {}
+    settings: dict[str, Annotated[Setting, AfterValidator(_finite)]] = {}
     accuracy: _Accuracy = Accuracy()
     located: bool = False
     capabilities: _Capabilities | None = None

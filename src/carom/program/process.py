@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import select
 import subprocess
@@ -11,7 +12,8 @@ from typing import IO, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from carom.errors import AdapterError
+from carom.data_files import without_doubles
+from carom.errors import AdapterError, InputError
 from carom.fields import said_of
 from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
 from carom.text import last_words
@@ -80,6 +82,7 @@ class Program:
         line = self._exchange(request.model_dump_json().encode() + b"\n")
         if line is None:
             raise AdapterError(f"{self.name}: {self._obituary()} when asked to {request.do!r}")
+        self._require_single_keys(line, request)
         try:
             if (error := Reply.model_validate_json(line).error) is not None:
                 said = self._last_said() if error.kind == "failed" else ""
@@ -95,6 +98,16 @@ class Program:
             )
             told = f"{self.name} answered {request.do!r} with nonsense: {field} {said}; it wrote {line[:SHOWN]!r}"
             raise AdapterError(f"{told}; see docs/engine-protocol.md#the-requests") from error
+
+    def _require_single_keys(self, line: bytes, request: Request) -> None:
+        """Refuse an answer that has a key twice: what reads it would take one of the two, and not say which."""
+        try:
+            json.loads(line, object_pairs_hook=without_doubles)
+        except InputError as error:
+            told = f"{self.name} answered {request.do!r} with nonsense: the line {error}; it wrote {line[:SHOWN]!r}"
+            raise AdapterError(f"{told}; see docs/engine-protocol.md#the-requests") from error
+        except (ValueError, RecursionError):
+            return  # what is no JSON is told by whoever reads it
 
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the line that answers it; None where there is none.

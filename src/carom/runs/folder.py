@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import stat
 import tempfile
 from contextlib import suppress
 from functools import cache
@@ -59,12 +60,54 @@ def _clear_abandoned() -> None:
 
 
 def _remove(root: Path) -> None:
-    """Remove a folder; its lock goes last, so that what could not be removed is found again."""
-    with suppress(RecursionError):  # folders in folders beyond what Python goes down to
-        for where, folders, _ in os.walk(root):
-            for folder in (os.path.join(where, name) for name in folders):
-                if not os.path.islink(folder):
-                    os.chmod(folder, 0o700)  # an engine can have forbidden to list it
-        shutil.rmtree(root / WORK, ignore_errors=True)
-    if not (root / WORK).exists():
+    """Remove a folder; its lock goes last, so that what could not be removed is found again.
+
+    Folders within it are moved up into it before they are emptied, so that it does not matter how deep they lie, and
+    nothing that a link leads to is touched.
+    """
+    try:
+        top = os.open(root, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except OSError:  # an engine can have removed it, or put another thing there, which is not Carom's
+        return
+    try:
+        todo = [name for name in os.listdir(top) if not name.startswith(LOCK)]
+        moved = len(todo)
+        while todo:
+            name = todo.pop()
+            with suppress(OSError):
+                if not _is_folder(name, top):
+                    os.unlink(name, dir_fd=top)
+                    continue
+                folder = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=top)
+                try:
+                    for entry in os.listdir(folder):
+                        if _is_folder(entry, folder):
+                            while _is_there(f"{moved}", top):  # of a removal that was broken off
+                                moved += 1
+                            os.rename(entry, f"{moved}", src_dir_fd=folder, dst_dir_fd=top)
+                            todo.append(f"{moved}")
+                        else:
+                            os.unlink(entry, dir_fd=folder)
+                finally:
+                    os.close(folder)
+                os.rmdir(name, dir_fd=top)
+    finally:
+        os.close(top)
+    if all(name.startswith(LOCK) for name in os.listdir(root)):
         shutil.rmtree(root, ignore_errors=True)
+
+
+def _is_folder(name: str, within: int) -> bool:
+    """Whether a name is that of a folder, and no link to one; what an engine has forbidden of it is allowed again."""
+    found = stat.S_ISDIR(os.stat(name, dir_fd=within, follow_symlinks=False).st_mode)
+    if found:
+        os.chmod(name, 0o700, dir_fd=within)
+    return found
+
+
+def _is_there(name: str, within: int) -> bool:
+    try:
+        os.stat(name, dir_fd=within, follow_symlinks=False)
+    except FileNotFoundError:
+        return False
+    return True

@@ -115,11 +115,11 @@ class Journal(Notes[K, T], Closing):
         super().__init__()
         self.path = path
         self._codec = Codec[Entry[K, T]](kind)
-        if not (resume or retry) and path.exists() and path.stat().st_size:
-            raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
-            _lock(self._file, path)
+            _lock(self._file, path)  # first: what another process is writing now is no result to go on with
+            if not (resume or retry) and os.fstat(self._file).st_size:
+                raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
             found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)

@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -25,7 +25,7 @@ from carom.runs.folder import Folder
 from carom.runs.job import Answer, Status, Task
 from carom.runs.template import Template
 from carom.runs.wire import Codec
-from carom.runs.worker import TASK_END, codec_of
+from carom.runs.worker import TASK_END, UNHEARD, codec_of
 from carom.text import last_words
 
 __all__ = ["ClosedError", "Worker"]
@@ -117,7 +117,7 @@ class Worker:
             process.exchange(wait_s)
             left_s -= min(time.monotonic() - began_s, wait_s)
         if line is None:
-            answer: Answer[T] = Answer(Status.CRASHED, process.obituary())
+            answer: Answer[T] = process.obituary()
         else:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
@@ -237,15 +237,19 @@ class _Process:
         said = last_words(printed.decode(errors="replace"))
         return f"it last printed: {said}" if said else ""
 
-    def obituary(self) -> str:
-        """Return how it ended, and what it last printed."""
+    def obituary(self) -> Answer[Any]:
+        """Return how it ended, and what it last printed; one that closed what it answers by has not crashed."""
         try:
             code = self._popen.wait(GRACE_S)
         except subprocess.TimeoutExpired:
-            return "the engine's process closed what it answers by, and ran on"
-        how = f"the engine's process was ended by {_signal_name(-code)}" if code < 0 else f"exit code {code}"
+            return Answer(Status.FAILED, "the engine closed what its process answers by, and ran on")
+        status, how = Status.CRASHED, f"exit code {code}"
+        if code < 0:
+            how = f"the engine's process was ended by {_signal_name(-code)}"
+        elif code == UNHEARD:
+            status, how = Status.FAILED, f"the engine closed what its process answers by, which then ended ({how})"
         said = self.last_said()
-        return f"{how}; {said}" if said else how
+        return Answer(status, f"{how}; {said}" if said else how)
 
     def end(self) -> None:
         """End the process with all that it started."""

@@ -25,7 +25,7 @@ def raised(error: BaseException) -> str:
     theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
     deepest = [place for place in places if theirs in (None, place.filename)][-1:]
     where = "".join(f" ({Path(place.filename).name}, line {place.lineno})" for place in deepest)
-    return f"{type(error).__name__}: {words_of(error)}{visible(where)}"
+    return f"{visible(type(error).__name__)}: {words_of(error)}{visible(where)}"
 
 
 def words_of(error: BaseException) -> str:
@@ -33,5 +33,5 @@ def words_of(error: BaseException) -> str:
     try:
         text = str(error)
     except Exception as second:  # noqa: BLE001 - an adapter's own error class can fail at this, too
-        return f"its message can't be made: {type(second).__name__}"
+        return f"its message can't be made: {visible(type(second).__name__)}"
     return visible(text[:MOST_REASON])[:MOST_REASON]

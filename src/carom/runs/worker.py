@@ -25,10 +25,13 @@ from carom.runs.job import Answer, Status, Task, UnavailableError, UnsupportedEr
 from carom.runs.raised import raised, words_of
 from carom.runs.wire import Codec
 
-__all__ = ["TASK_END", "answer", "codec_of", "main"]
+__all__ = ["TASK_END", "UNHEARD", "answer", "codec_of", "main"]
 
 #: Parts what one task has printed from what the next one does: ASCII's record separator.
 TASK_END = b"\x1e"
+
+#: Exit code of a worker that can't answer, since the engine has closed what it answers by: sysexits' EX_IOERR.
+UNHEARD = 74
 
 #: How long a process may outlive its keeper where the system does not end it, seconds; looking costs microseconds.
 KEEPER_CHECK_S = 0.5
@@ -88,12 +91,16 @@ def main() -> None:
             if os.getpid() != this:  # a copy that the engine has made of this process; it has nothing to say
                 os._exit(1)
             printed_from_c.fflush(None)  # what an engine printed from C is still in its buffer
-            sys.stdout.flush()
-            with suppress(OSError):  # an engine can have closed it
+            with suppress(AttributeError, OSError, ValueError):  # an engine can have closed it, or put it away
+                sys.stdout.flush()
+            with suppress(OSError):
                 os.write(2, TASK_END)
             # Each answer leaves as soon as there is one: what a crash takes with it is one task, and it has a name.
-            answers.write(line)
-            answers.flush()
+            try:
+                answers.write(line)
+                answers.flush()
+            except OSError:
+                os._exit(UNHEARD)
             number += 1
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import shutil
 import subprocess
 import sys
@@ -97,6 +98,14 @@ def test_every_request_has_its_answer(tmp_path: Path) -> None:
         ("if do == 'step': answer = {}", f"seconds is required, but missing; it wrote b'{{}}'; {REQUESTS}"),
         ("if do == 'step': answer = {'seconds': 'soon'}", "seconds must be a valid number, got 'soon'"),
         ("if do == 'step': answer = {'seconds': -1}", "seconds must be greater than or equal to 0, got -1"),
+        (
+            "if do == 'step': print('{\"seconds\": 1, \"seconds\": 2}', flush=True)",
+            "the line is ambiguous: one object has the key 'seconds' twice; it wrote b'{\"seconds\": 1, \"seco",
+        ),
+        (
+            'if do == \'step\': print(\'{"seconds": 1, "more": [{"a": 1, "a": 1}]}\', flush=True)',
+            "one object has the key 'a' twice",
+        ),
         ("if do == 'step': answer = []", "the line must be an object, got []"),
         (
             "if do == 'step': print('debug', flush=True)",
@@ -138,6 +147,16 @@ def test_a_program_that_had_to_be_killed_is_told_for_what(
     with pytest.raises(AdapterError, match=told) as caught:
         world_of(tmp_path, instead).advance(1)
     assert "signal" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: Path) -> None:
+    """No program is sent a text for a number: infinity is refused by the setting's name, from Python too."""
+    path = manifest_of(tmp_path)
+    path.write_text(path.read_text() + "[profiles.default.settings]\nslop = 0.1\n")
+    adapter = program_adapter(path)
+    with pytest.raises(AdapterError, match=r"slop must be (finite, as JSON's numbers are|a number), got"):
+        adapter.prepare(still(), {"dt_s": 0.5, "slop": value})
 
 
 def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:

@@ -43,6 +43,9 @@ ACTS = {
     "kills-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()",
     "holds-the-lock": "note(os.getpid()); ctypes.PyDLL(None).sleep(3600)",
     "closes-all": "note(os.getpid()); os.closerange(0, 256); sleep()",
+    "closes-its-answers": "os.closerange(3, 256)",
+    "closes-its-output": "sys.stdout.close()",
+    "has-no-output": "sys.stdout = None",
     "takes-memory": "self.hoard = [bytearray(2**34)]",
     "leaves": "sys.exit(0)",
     "ends": "os._exit(0)",
@@ -50,6 +53,8 @@ ACTS = {
     "fails-in-surrogates": "raise ValueError('\\ud800' * 10_000)",
     "kills-its-template": "os.kill(parent(os.getppid()), signal.SIGKILL); sleep()",
     "tells": "tell()",
+    "leaves-a-link": "cwd = os.getcwd(); os.chdir('/'); os.rmdir(cwd); os.symlink(here, cwd)",
+    "digs-deep": "[(os.mkdir('deep'), os.chdir('deep')) for _ in range(1500)]; os.chdir('/')",
     "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
 }
 
@@ -217,13 +222,18 @@ SAYS = {
     "stops-its-keeper": (Status.TIMED_OUT, "no answer within"),
     "kills-its-keeper": (Status.CRASHED, "ended by SIGKILL"),
     "holds-the-lock": (Status.TIMED_OUT, "no answer within"),
-    "closes-all": (Status.CRASHED, "closed what it answers by, and ran on"),
+    "closes-all": (Status.FAILED, "closed what its process answers by, and ran on"),
+    "closes-its-answers": (Status.FAILED, "closed what its process answers by, which then ended"),
+    "closes-its-output": (Status.RAN, ""),
+    "has-no-output": (Status.RAN, ""),
     "takes-memory": (Status.FAILED, "--memory-limit"),
     "leaves": (Status.CRASHED, "exit code 0"),
     "ends": (Status.CRASHED, "exit code 0"),
     "fails-to-fail": (Status.FAILED, "Mute: its message can't be made: RuntimeError"),
     "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
     "tells": (Status.RAN, ""),
+    "leaves-a-link": (Status.RAN, ""),
+    "digs-deep": (Status.RAN, ""),
     "litters": (Status.RAN, ""),
 }
 

@@ -358,3 +358,17 @@ def test_what_was_broken_off_is_run_again_where_it_is_asked_for(tmp_path: Path, 
     with stress_journal(tmp_path / "stress.jsonl", {}, resume=True, retry=True) as spots:
         assert list(spots.entries.values()) == ([] if status.broken else [cell])
     assert path.read_bytes().count(b"\n") == 2  # what is not counted stays until there is a later one
+
+
+def test_who_comes_second_is_told_that_another_writes(tmp_path: Path) -> None:
+    """Of two runs on one folder the loser hears of the other, whether or not that has written a result by then."""
+    path = tmp_path / "journal.jsonl"
+    with score_journal(path) as first:
+        for written in (False, True):
+            if written:
+                first.add([result()])
+            for resume in (False, True):
+                with pytest.raises(InputError, match="is being written by another process"):
+                    score_journal(path, resume=resume)
+    with pytest.raises(InputError, match="holds results already"):
+        score_journal(path)

@@ -1,0 +1,65 @@
+"""Little address space (`ulimit -v`) is told in a sentence, though a library of NumPy ends the process without any."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from carom.errors import CaromError, InputError
+
+__all__ = ["limit_mb", "require_address_space", "told"]
+
+#: Part of the limit within which all must load: the smallest run of one scene was seen to take a third more than that.
+LOADED = 0.75
+
+
+def limit_mb() -> float:
+    """Return the limit on this process's address space, megabytes; 0 where there is none."""
+    try:
+        import resource
+    except ImportError:  # not a POSIX system
+        return 0.0
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
+
+
+def told(error: BaseException) -> str:
+    """Return what to say of an error that came up within the limit."""
+    if isinstance(error, CaromError):
+        return str(error)
+    return f"{type(error).__name__}: {error}, within {limit_mb():.0f} MB of address space (ulimit -v); raise the limit"
+
+
+def require_address_space() -> None:
+    """Try, where address space is limited, in a process of its own what nobody could tell of in this one.
+
+    OpenBLAS takes its memory when it is loaded, and where it gets none it ends the process, with exit code 1.
+
+    Raises:
+        InputError: What all studies need can't be loaded within the limit.
+    """
+    if not limit_mb() or "numpy" in sys.modules:
+        return
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # each thread takes tens of megabytes
+    child = os.fork()
+    if not child:
+        code = 1
+        try:
+            import resource
+
+            resource.setrlimit(resource.RLIMIT_AS, (round(LOADED * 1e6 * limit_mb()),) * 2)
+            null = os.open(os.devnull, os.O_RDWR)
+            os.dup2(null, 1)
+            os.dup2(null, 2)
+            import numpy as np
+
+            import carom.runs.execute  # noqa: F401 - loaded, and nothing else
+
+            np.ones((2, 2)) @ np.ones((2, 2))
+            code = 0
+        finally:
+            os._exit(code)
+    _, status = os.waitpid(child, 0)
+    if status:
+        within = f"{limit_mb():.0f} MB of address space (ulimit -v)"
+        raise InputError(f"NumPy can't be loaded within {within}; raise the limit")
