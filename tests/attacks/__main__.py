@@ -16,6 +16,8 @@ from pathlib import Path
 from random import Random
 
 from tests.attacks import (
+    clocks,
+    clusters,
     digests,
     disks,
     hostile,
@@ -92,12 +94,19 @@ ATTACKS = {
     ),
     "options": Attack("values of options", "taken, or refused in a sentence with exit code 2", 2_000, options.attack),
     "kills": Attack(
-        "run, bench, timing pass and stress killed outright",
+        "run, bench, timing pass, stress, tune, advise, certify and diff killed outright",
         "taken up, the end is the same; no process, no folder left",
         200,
         kills.attack,
     ),
-    "hostile": Attack("acts of hostile adapters", "a truthful row, the others stand, nothing left", 46, hostile.attack),
+    "clocks": Attack("clocks of engines", "a time, or a sentence; the others are timed", 500, clocks.attack),
+    "clusters": Attack(
+        "a cluster that loses its worker or its scheduler",
+        "the work done, or a sentence; taken up, the same journal to the bit",
+        30,
+        clusters.attack,
+    ),
+    "hostile": Attack("acts of hostile adapters", "a truthful row, the others stand, nothing left", 56, hostile.attack),
     "wild-numbers": Attack(
         "numbers that an engine hands over", "its own row alone, and a report that is strict JSON", 2_000, wild.attack
     ),

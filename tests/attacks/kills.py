@@ -51,7 +51,31 @@ def _stress(folder: Path) -> Any:
     return [json.dumps(found["lines"], sort_keys=True), scenes]
 
 
-#: By name: the command, the option of its folder, and what must be equal.
+def _tuned(folder: Path) -> Any:
+    """Return what a search has tried, and its page without its date, its time, and its command, which names the folder."""
+    page = (folder / "tune.md").read_text().splitlines()
+    own = ("| Date |", "| Whole run |", "carom tune")
+    return [_bench(folder), *(line for line in page if not any(word in line for word in own))]
+
+
+def _said(folder: Path) -> Any:
+    """Return what a command that keeps nothing has printed."""
+    return (folder / SAID).read_text()
+
+
+def _certified(folder: Path) -> Any:
+    """Return what was proven; nothing else may lie there."""
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != SAID}
+
+
+def _compared(folder: Path) -> Any:
+    """Return a comparison, as it was printed and as its page."""
+    return [_said(folder), (folder / "page.html").read_bytes()]
+
+
+#: Where the output of a command goes, in its folder.
+SAID = "printed.txt"
+#: By name: the command, the option of its folder, and what must be equal. What has no journal begins again.
 WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
     "run": (("run", "paper/late", "-e", "pit", "-e", "pic", "--no-timing", "--fail-on", "never"), "--report", _run),
     "bench": (
@@ -61,49 +85,86 @@ WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
     ),
     "timing": (("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"), "--out", _timed),
     "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _stress),
+    "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _tuned),
+    "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _said),
+    "certify": (("certify", "paper/late", "classics/bank-shot", "--digits", "30"), "--out", _certified),
+    "diff": (("diff", "old", "new", "--engine", "pit=pic", "--fail-on", "never"), "--page", _compared),
 }
+#: Those that go on with what is there.
+RESUMED = ("run", "bench", "timing", "stress", "tune")
+#: What two reports are made of, for `diff`.
+REPORTS = {"old": "pit", "new": "pic"}
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Kill each command a few times, then let it end."""
     temporary = folder / "temporary"
+    temporary.mkdir(exist_ok=True)
+    _reports(folder)
     while True:
-        for name, (command, option, equal) in WORK.items():
+        for name, (_, _, equal) in WORK.items():
             rmtree(folder / "work", ignore_errors=True)
-            temporary.mkdir(exist_ok=True)
             began = time.monotonic()
             alone, out = folder / "work" / "alone", folder / "work" / "killed"
-            done = carom(folder, *command, option, str(alone))
+            done = _worked(name, folder, alone)
             took_s = time.monotonic() - began
             if done.returncode:
                 yield f"{name}: exit code {done.returncode}: {done.stderr[-300:]}"
                 continue
             for _ in range(KILLS):
-                carom(folder, *command, option, str(out), "--resume", kill_after_s=rng.uniform(0.0, took_s))
+                _worked(name, folder, out, kill_after_s=rng.uniform(0.0, took_s))
                 yield _orphans(name)
-            done = carom(folder, *command, option, str(out), "--resume")
+            done = _worked(name, folder, out)
             if done.returncode or equal(out) != equal(alone):
                 yield f"{name}: taken up {KILLS} times it is not what one left alone is: {done.stderr[-300:]}"
             yield left_over(MARK, temporary)
 
 
-def carom(folder: Path, *arguments: str, kill_after_s: float | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a command with a folder of its own for temporary files; kill it outright after a while if it still runs."""
+def _reports(folder: Path) -> None:
+    """Make the two reports that are compared."""
+    for name, engine in REPORTS.items():
+        if not (folder / name / "results.jsonl").exists():
+            asked = ("run", "paper", "-e", engine, "--no-timing", "--fail-on", "never", "--dt", "1/60")
+            carom(folder, *asked, "--report", str(folder / name))
+
+
+def _worked(
+    name: str, folder: Path, out: Path, *, kill_after_s: float | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Do a piece of work into a folder, or go on with it."""
+    command, option, _ = WORK[name]
+    words = [str(folder / word) if name == "diff" and word in REPORTS else word for word in command]
+    if name == "diff":
+        words += [option, str(out / "page.html")]
+    elif option:
+        words += [option, str(out)]
+    if name in RESUMED:
+        words.append("--resume")
+        return carom(folder, *words, kill_after_s=kill_after_s)
+    out.mkdir(parents=True, exist_ok=True)
+    (out / SAID).unlink(missing_ok=True)
+    return carom(folder, *words, kill_after_s=kill_after_s, said=None if option == "--out" else out / SAID)
+
+
+def carom(
+    folder: Path, *arguments: str, kill_after_s: float | None = None, said: Path | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run a command with a folder of its own for temporary files; kill it outright after a while if it still runs.
+
+    What it prints goes into a file, or nowhere.
+    """
     name, _, value = MARK.partition("=")
     environment = {**os.environ, name: value, "TMPDIR": str(folder / "temporary")}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "carom", *arguments],
-        env=environment,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        _, said = process.communicate(timeout=300.0 if kill_after_s is None else kill_after_s)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        _, said = process.communicate()
-    return subprocess.CompletedProcess(arguments, process.returncode, "", said)
+    with Path(os.devnull if said is None else said).open("w") as out:
+        process = subprocess.Popen(
+            [sys.executable, "-m", "carom", *arguments], env=environment, stdout=out, stderr=subprocess.PIPE, text=True
+        )
+        try:
+            _, told = process.communicate(timeout=300.0 if kill_after_s is None else kill_after_s)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            _, told = process.communicate()
+    return subprocess.CompletedProcess(arguments, process.returncode, "", told)
 
 
 def _orphans(name: str) -> str:

@@ -27,8 +27,9 @@ QUICK = {
     "wild-numbers": 12,
     "journal-types": 60,
     "results": 40,
+    "clocks": 20,
 }
-SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
+SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes and limits are Linux's")
@@ -37,7 +38,7 @@ SLOW = {"options": 8, "kills": 3, "hostile": 2, "disks": 2, "digests": 2}
 )
 def test_a_few_tries_lose_nothing(name: str, tries: int, tmp_path: Path) -> None:
     """What the campaign does for hours holds for a few tries, from the same seeds each time."""
-    if name == "digests" and importlib.util.find_spec("distributed") is None:
+    if name in {"digests", "clusters"} and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     known, path = set(adapter_points()), [*sys.path]
     assert [*islice(campaign.ATTACKS[name].tries(Random(name), tmp_path), tries)] == [""] * tries

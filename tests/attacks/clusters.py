@@ -1,0 +1,120 @@
+"""A Dask cluster that loses its worker or its scheduler at any moment: the end is a sentence, and what is done is kept.
+
+The rest, taken up in this process, gives the journal of a sweep that was left alone, to the bit.
+"""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from unittest import mock
+
+from tests.attacks.digests import drawn
+from tests.attacks.guard import HangError, within
+
+from carom.runs import cluster
+from carom.runs.cluster import ClusterError, ClusterPool
+from carom.runs.job import Job, Method
+from carom.runs.journal import canonical
+from carom.runs.pool import InProcess, Pool
+from carom.runs.scoring import score_journal, sweep
+
+#: Long enough for a process to start on a machine that is busy.
+PATIENT_S = 120.0
+#: A cluster without a worker is given up after so long here, seconds.
+WORKERLESS_S = 3.0
+#: Work that takes some seconds on a cluster of one worker.
+DTS = tuple(0.1 / k for k in range(1, 13))
+
+
+@dataclass(frozen=True)
+class Processes:
+    """A scheduler and one worker, as somebody starts them from a shell, and the scheduler's address."""
+
+    address: str
+    scheduler: subprocess.Popen[bytes]
+    worker: subprocess.Popen[bytes]
+
+
+@contextmanager
+def started(folder: Path) -> Iterator[Processes]:
+    """Start a cluster of one worker; at the end both are killed."""
+    log, dask = folder / "scheduler.log", [sys.executable, "-m", "dask"]
+    running: list[subprocess.Popen[bytes]] = []
+    with log.open("w") as file:
+        try:
+            listens = ["--port", "0", "--host", "127.0.0.1", "--no-dashboard"]
+            running.append(subprocess.Popen([*dask, "scheduler", *listens], stderr=file, cwd=folder))
+            address = _told(log, r"tcp://127.0.0.1:\d+")
+            works = [address, "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+            running.append(subprocess.Popen([*dask, "worker", *works], stderr=file, cwd=folder))
+            _told(log, "Register worker")
+            yield Processes(address, *running)
+        finally:
+            for process in running:
+                process.kill()
+                process.wait(PATIENT_S)
+
+
+def _told(log: Path, words: str) -> str:
+    """Wait until a log holds some words, and return them."""
+    until = time.monotonic() + PATIENT_S
+    while not (found := re.search(words, log.read_text())):
+        if time.monotonic() > until:
+            raise TimeoutError(f"the cluster did not start: {log.read_text()[-300:]}")
+        time.sleep(0.1)
+    return found[0]
+
+
+def attack(rng: Random, folder: Path) -> Iterator[str]:
+    """Kill a worker or a scheduler at a moment drawn by lot."""
+    while True:
+        yield _lost(rng, rng.choice(("worker", "scheduler")), folder)
+
+
+def _lost(rng: Random, which: str, folder: Path) -> str:
+    """Return what is wrong after a cluster went away; empty where nothing is."""
+    number, path, after_s = rng.randrange(2**32), folder / "journal.jsonl", rng.uniform(0.0, 4.0)
+    path.unlink(missing_ok=True)
+    _sweep(number, InProcess(), path)
+    alone = canonical(path)
+    path.unlink()
+    try:
+        with (
+            TemporaryDirectory(dir=folder) as place,
+            started(Path(place)) as processes,
+            mock.patch.object(cluster, "WORKERLESS_S", WORKERLESS_S),
+            within(PATIENT_S),
+        ):
+            killer = threading.Timer(after_s, getattr(processes, which).kill)
+            try:
+                with ClusterPool(processes.address) as pool:
+                    killer.start()
+                    _sweep(number, pool, path)
+            finally:
+                killer.cancel()
+    except ClusterError as error:
+        if "--resume" not in str(error):
+            return f"{which} killed after {after_s:.2f} s, scene {number}: it does not say how to go on: {error}"
+    except HangError:
+        return f"{which} killed after {after_s:.2f} s, scene {number}: no end after {PATIENT_S:g} s"
+    except Exception as error:  # noqa: BLE001 - this is what is looked for
+        return f"{which} killed after {after_s:.2f} s, scene {number}: {type(error).__name__}: {str(error)[:200]!r}"
+    _sweep(number, InProcess(), path)
+    return "" if canonical(path) == alone else f"{which} killed after {after_s:.2f} s, scene {number}: another journal"
+
+
+def _sweep(number: int, pool: Pool, path: Path) -> None:
+    scene = drawn(number)
+    jobs = [Job(scene, Method(engine, "tuned"), dt_s) for engine in ("pit", "pic") for dt_s in DTS]
+    with score_journal(path, resume=True) as journal:
+        sweep(jobs, pool, journal)
