@@ -52,7 +52,7 @@ def _stress(folder: Path) -> Any:
 
 
 def _tuned(folder: Path) -> Any:
-    """Return what a search has tried, and its page without its date, its time, and its command, which names the folder."""
+    """Return what a search has tried, and its page without its date, its time and its command."""
     page = (folder / "tune.md").read_text().splitlines()
     own = ("| Date |", "| Whole run |", "carom tune")
     return [_bench(folder), *(line for line in page if not any(word in line for word in own))]
