@@ -8,6 +8,7 @@ import pytest
 from docs.figures import atlas
 
 from carom import cross_check
+from carom.report.document import Document, Section
 from carom.report.records import raw_records, records
 from carom.report.render.markdown import markdown
 from carom.runs.pool import InProcess
@@ -77,3 +78,31 @@ def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, A
     assert atlas.choices(fine, methods) == [f"pit tuned, 1/{step} frame: 1 of 1, -"]
     never = atlas.Need("", lambda scene: scene == "paper/late", lambda row: row["grade"] == "exact")
     assert atlas.choices(never, methods) == []
+
+
+def _gas(engine: str, outcome: str = "completed", **steps: Any) -> atlas.Method:
+    """A method that ran the gas; `steps` is what its steps show otherwise than none at all."""
+    none: dict[str, Any] = {"grade": "sampled", "due": 900, "missed": 0, "missed_by_pit": 0, "missed_within": 0}
+    none |= {"invented": 0, "early": 0, "ahead": 0, "late_steps": [0.5, 1.0], "ratio": [0.2, 1.0], "energy": 0.0}
+    row = {"scene": atlas.CHAOTIC, "refinement": 0, "grade": "parted", "outcome": outcome}
+    return atlas.Method(engine, "tuned", ({**row, "local_truth": none | {"until_s": 20.0} | steps},), None)
+
+
+def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
+    """PIT's own misses cost nothing; then misses, inventions, early answers, error, energy; who ended early is last."""
+    ranked = [
+        _gas("same-as-pit", missed=4, missed_by_pit=4, energy=1e-9),
+        _gas("loses", energy=2e-6),
+        _gas("worse", ratio=[0.2, 1.8]),
+        _gas("boundless", ratio=[0.2, None]),
+        _gas("ahead", ahead=1),
+        _gas("early", early=2),
+        _gas("invents", invented=1),
+        _gas("misses", missed=3, missed_by_pit=2),
+        _gas("misses-before", missed=4, missed_by_pit=4, missed_within=2),
+        _gas("ends", outcome="warned"),
+    ]
+    assert [method.name for method, _ in atlas.crowd(ranked[::-1])] == [method.name for method in ranked]
+    page = markdown(Document("Atlas", (), (Section("Crowd", tuple(atlas.crowd_table(ranked))),)))
+    assert "| loses tuned | parted | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20 |" in page
+    assert "not bounded" in page
