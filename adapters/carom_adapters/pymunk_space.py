@@ -5,10 +5,10 @@ from __future__ import annotations
 import io
 import math
 import pickle
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from carom.adapter import AdapterError, Disc, Imported, Scene, Wall
+from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coefficient, wall_towards
 
 if TYPE_CHECKING:
     import pymunk
@@ -157,25 +157,12 @@ class _Reading:
         if body.body_type == body.DYNAMIC:
             self.dropped.append(f"{what}: it moves, and scenes have no movable body but discs")
             return
-        faces = [(gap, point, normal) for point, normal in _faces(shape) if (gap := self._gap(point, normal)) >= 0.0]
-        if not faces:
+        wall = wall_towards([disc for _, disc in self.discs], _faces(shape))
+        if wall is None:
             self.dropped.append(f"{what}: a disc lies behind each of its faces, or in it, and a wall is a half-plane")
             return
-        _, point, normal = max(faces)
-        self.walls.append((shape, Wall(point_m=point, normal=normal)))
+        self.walls.append((shape, wall))
         self.dropped.append(f"of {what}: its ends; it is the face towards the discs, without end")
-
-    def _gap(self, point: Point, normal: Point) -> float:
-        """Return how far the nearest disc is from a face; below 0, beyond rounding, one is behind it."""
-        (px, py), (nx, ny) = point, normal
-        gaps = []
-        for _, disc in self.discs:
-            along = (disc.position_m[0] - px) * nx + (disc.position_m[1] - py) * ny
-            gap = along - disc.radius_m
-            # A centre and a corner are each rounded to half a unit of their own size.
-            rounding = 2.0**-50 * (math.hypot(*disc.position_m) + math.hypot(px, py) + disc.radius_m)
-            gaps.append(0.0 if -rounding <= gap < 0.0 else gap)
-        return min(gaps, default=0.0)
 
     def _coefficients(self, name: str, attribute: str, most: float) -> dict[str, float]:
         """Return the coefficients of pairs of discs and of discs with walls: products, in pymunk."""
@@ -183,20 +170,9 @@ class _Reading:
         of_walls = [float(getattr(shape, attribute)) for shape, _ in self.walls]
         pairs = [a * b for k, a in enumerate(of_discs) for b in of_discs[k + 1 :]]
         walled = [a * b for a in of_discs for b in of_walls]
-        pair = self._one(f"{name} of pairs of discs", pairs or [a * a for a in of_discs], most)
-        return {name: pair, f"wall_{name}": self._one(f"{name} of discs with walls", walled or [pair], most)}
-
-    def _one(self, what: str, values: Sequence[float], most: float) -> float:
-        """Return the one coefficient that there is, or the greatest of several, cut to what scenes have."""
-        if not values:
-            return 0.0
-        found = max(values)
-        if found - min(values) > 2.0**-50 * found:  # more than the rounding of a product and of two roots
-            self.dropped.append(f"{what}: it differs, {min(values):g} to {found:g}, and the greatest is taken")
-        # The product of the roots of 1, each rounded, may be a unit above it.
-        if found > most * (1 + 2.0**-50):
-            self.dropped.append(f"{what}: it is {found:g}, and cut to {most:g}")
-        return min(found, most)
+        pair = one_coefficient(f"{name} of pairs of discs", pairs or [a * a for a in of_discs], most, self.dropped)
+        walls = one_coefficient(f"{name} of discs with walls", walled or [pair], most, self.dropped)
+        return {name: pair, f"wall_{name}": walls}
 
     def _drop_rest(self) -> None:
         space = self.space

@@ -8,6 +8,7 @@ from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.mujoco.code import code
 from carom_adapters.mujoco.limits import CAPABILITIES
+from carom_adapters.mujoco.reader import scene_of
 from carom_adapters.mujoco.world import MujocoWorld
 
 __all__ = ["adapter"]
@@ -110,4 +111,5 @@ adapter = EngineAdapter(
     },
     world=MujocoWorld,
     code=code,
+    read=scene_of,
 )

@@ -36,6 +36,7 @@ from carom.adapter.protocol import (
     TimedWorld,
     World,
 )
+from carom.adapter.reading import one_coefficient, wall_towards
 from carom.adapter.units import scaled, unscaled
 from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene, Wall
@@ -69,6 +70,7 @@ __all__ = [
     "factored_restitutions",
     "flattened",
     "is_fast",
+    "one_coefficient",
     "oriented_contact",
     "pair_of",
     "reach",
@@ -78,4 +80,5 @@ __all__ = [
     "unscaled",
     "unsupported_reason",
     "wall_body",
+    "wall_towards",
 ]

@@ -14,7 +14,7 @@ __all__ = ["import_file"]
 
 @guarded
 def import_file(
-    file: Annotated[Path, typer.Argument(help="A pickled pymunk.Space (.pkl, .pickle).")],
+    file: Annotated[Path, typer.Argument(help="A pickled pymunk.Space (.pkl, .pickle), or an MJCF model (.xml).")],
     to: Annotated[
         Path | None, typer.Argument(help="The scene to write, .toml or .json; printed as TOML by default.")
     ] = None,
@@ -23,7 +23,7 @@ def import_file(
         float, typer.Option("--pixels-per-metre", help="How many of the file's units of length a metre is.")
     ] = 1.0,
 ) -> None:
-    """Make a scene of what another program saved: a pymunk space. What a scene has no place for is named."""
+    """Make a scene of a pymunk space or an MJCF model; what a scene has no place for is named."""
     from carom.errors import InputError
     from carom.runs.imported import import_scene
     from carom.scene import save_scene

@@ -18,7 +18,7 @@ from carom.scene import Scene
 __all__ = ["READERS", "import_scene"]
 
 #: Whose adapter reads a file, by the file's ending.
-READERS = {".pkl": "pymunk", ".pickle": "pymunk"}
+READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 
 #: A space of a hundred thousand discs has some 30 MB.
 MOST_BYTES = 64 * 2**20
@@ -57,8 +57,8 @@ def import_scene(
     """Return the scene that a file of an engine holds, in metres, and all of the file that it has no place for.
 
     Args:
-        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``). It is read in a process of its own, in which
-            nothing but the engine's own types is made; see ``docs/security.md``.
+        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``). It is read in a
+            process of its own, in which nothing but the engine's own types is made; see ``docs/security.md``.
         name: What to call the scene; the file's name by default.
         duration_s: How long it is to be, seconds.
         pixels_per_metre: How many of the file's units of length a metre is.

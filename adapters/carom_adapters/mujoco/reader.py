@@ -1,0 +1,190 @@
+"""An MJCF model as a scene: what of it lies in the plane z = 0, compiled by MuJoCo itself."""
+
+from __future__ import annotations
+
+import importlib
+import math
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+
+from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
+
+__all__ = ["scene_of"]
+
+#: What two numbers that ought to be one may differ by: a quaternion's roundings.
+ROUNDING = 1e-12
+
+#: Kinds of geoms that a scene has a place for.
+PLANE, SPHERE, CYLINDER = "plane", "sphere", "cylinder"
+
+
+def scene_of(content: bytes, name: str, duration_s: float) -> Imported:
+    """Return the discs and walls of a model at its first keyframe, or as built, and what a scene has no place for.
+
+    Raises:
+        AdapterError: It is no MJCF that MuJoCo compiles, or it names other files.
+        SceneError: What is left is no scene: no disc, or bodies that overlap.
+    """
+    mujoco: Any = importlib.import_module("mujoco")
+    text = content.decode("utf-8", errors="replace")
+    _require_alone(text)
+    try:
+        model = mujoco.MjModel.from_xml_string(text)
+        data = mujoco.MjData(model)
+        if model.nkey:
+            mujoco.mj_resetDataKeyframe(model, data, 0)
+        mujoco.mj_forward(model, data)
+    except (ValueError, MemoryError, mujoco.FatalError) as error:
+        raise AdapterError(f"MuJoCo compiles no model of it: {error}") from error
+    return _Reading(mujoco, model, data).scene(name, duration_s)
+
+
+def _require_alone(text: str) -> None:
+    """Refuse a model that names other files: MuJoCo would read whatever a stranger's model names."""
+    try:
+        root = ElementTree.fromstring(text)  # noqa: S314 - in a worker, and expat bounds what entities make
+    except ElementTree.ParseError as error:
+        raise AdapterError(f"it is no XML: {error}") from error
+    for element in root.iter():
+        named = [key for key in element.attrib if key == "file" or key.startswith("file")]
+        if element.tag in {"include", "plugin", "model", "attach"} or named:
+            raise AdapterError(f"its <{element.tag}> names another file or a plug-in, and a model is read alone")
+
+
+class _Reading:
+    """A compiled model as it is read."""
+
+    def __init__(self, mujoco: Any, model: Any, data: Any) -> None:
+        self.mujoco, self.model, self.data = mujoco, model, data
+        self.dropped: list[str] = []
+        self.discs: list[tuple[int, Disc]] = []
+        self.walls: list[tuple[int, Wall]] = []
+
+    def scene(self, name: str, duration_s: float) -> Imported:
+        for geom in range(self.model.ngeom):
+            kind = self.mujoco.mjtGeom(self.model.geom_type[geom]).name.removeprefix("mjGEOM_").lower()
+            what = f"geom {self.model.geom(geom).name or geom}, a {kind}"
+            if kind == PLANE:
+                self._read_plane(geom, what)
+            elif kind in {SPHERE, CYLINDER}:
+                self._read_round(geom, what, kind)
+            else:
+                self.dropped.append(f"{what}: scenes have discs and half-planes")
+        gx, gy, gz = map(float, self.model.opt.gravity)
+        if gz != 0.0:
+            self.dropped.append(f"gravity along z, {gz:g}")
+        for count, word in (
+            (self.model.neq, "equality constraints"),
+            (self.model.nu, "actuators"),
+            (self.model.ntendon, "tendons"),
+        ):
+            if count:
+                self.dropped.append(f"{count} {word}")
+        if np.any(self.model.dof_damping):
+            self.dropped.append("damping of joints")
+        if self.model.npair:
+            self.dropped.append("contacts of listed pairs: those of their geoms are taken")
+        return Imported(
+            Scene(
+                name=name,
+                discs=[disc for _, disc in self.discs],
+                walls=[wall for _, wall in self.walls],
+                gravity_m_s2=(gx, gy),
+                duration_s=duration_s,
+                **self._coefficients("restitution", self._restitution, 1.0),
+                **self._coefficients("friction", self._friction, math.inf),
+            ),
+            tuple(self.dropped),
+        )
+
+    def _read_plane(self, geom: int, what: str) -> None:
+        nx, ny, nz = (float(one) for one in self.data.geom_xmat[geom].reshape(3, 3)[:, 2])
+        if self._moves(geom):
+            self.dropped.append(f"{what}: it moves")
+        elif abs(nz) > ROUNDING:
+            self.dropped.append(f"{what}: its normal is not in the plane z = 0")
+        else:
+            x, y, _ = (float(one) for one in self.data.geom_xpos[geom])
+            self.walls.append((geom, Wall(point_m=(x, y), normal=(nx, ny))))
+
+    def _read_round(self, geom: int, what: str, kind: str) -> None:
+        model, data = self.model, self.data
+        x, y, z = (float(one) for one in data.geom_xpos[geom])
+        radius, axis = float(model.geom_size[geom][0]), data.geom_xmat[geom].reshape(3, 3)[:, 2]
+        if abs(z) > ROUNDING * radius:
+            self.dropped.append(f"{what}: its centre is {z:g} off the plane z = 0")
+        elif kind == CYLINDER and np.hypot(*axis[:2]) > ROUNDING:
+            self.dropped.append(f"{what}: its axis is not z")
+        elif not self._moves(geom):
+            self.discs.append((geom, Disc(position_m=(x, y), radius_m=radius, mass_kg=math.inf)))
+        elif (turns := self._turns(int(model.geom_bodyid[geom]))) is None:
+            self.dropped.append(f"{what}: its body is not one geom that is free in the plane")
+        else:
+            self._read_movable(geom, what, (x, y), radius, turns)
+
+    def _read_movable(self, geom: int, what: str, place: tuple[float, float], radius: float, turns: bool) -> None:
+        model, body = self.model, int(self.model.geom_bodyid[geom])
+        if math.dist(self.data.xipos[body], self.data.geom_xpos[geom]) > ROUNDING * radius:
+            self.dropped.append(f"{what}: it is off the centre of gravity of its body")
+            return
+        motion = np.zeros(6)
+        self.mujoco.mj_objectVelocity(model, self.data, self.mujoco.mjtObj.mjOBJ_BODY, body, motion, 0)
+        mass = float(model.body_mass[body])
+        # Of a sphere or an upright cylinder the axis across the plane is one of the principal ones: its last.
+        factor = float(model.body_inertia[body][2]) / (mass * radius**2) if turns else math.inf
+        if 1.0 < factor < math.inf:
+            self.dropped.append(f"of {what}: its moment of inertia, {factor:g} m r^2, is cut to m r^2")
+            factor = 1.0
+        if motion[5] != 0.0 or np.any(motion[:2]):
+            self.dropped.append(f"of {what}: its motion out of the plane")
+        disc = Disc(
+            position_m=place,
+            velocity_m_s=(float(motion[3]), float(motion[4])),
+            radius_m=radius,
+            mass_kg=mass,
+            spin_rad_s=float(motion[2]) if turns else 0.0,
+            inertia_factor=factor,
+        )
+        self.discs.append((geom, disc))
+
+    def _moves(self, geom: int) -> bool:
+        return bool(self.model.body_weldid[self.model.geom_bodyid[geom]] != 0)
+
+    def _turns(self, body: int) -> bool | None:
+        """Whether a body that is free in the plane can turn there; None of one that is not free, or no single geom."""
+        model, kinds = self.model, self.mujoco.mjtJoint
+        if model.body_geomnum[body] != 1 or model.body_parentid[body] != 0:
+            return None
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        if any(int(parent) == body for parent in model.body_parentid[1:]):
+            return None
+        joints = [
+            (kinds(model.jnt_type[k]).name, tuple(np.abs(model.jnt_axis[k]))) for k in range(first, first + count)
+        ]
+        if [kind for kind, _ in joints] == ["mjJNT_FREE"]:
+            return True
+        across, slides = (0.0, 0.0, 1.0), {axis for kind, axis in joints if kind == "mjJNT_SLIDE"}
+        hinges = [axis for kind, axis in joints if kind == "mjJNT_HINGE"]
+        plain = slides >= {(1.0, 0.0, 0.0), (0.0, 1.0, 0.0)} and slides <= {(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), across}
+        if not plain or any(axis != across for axis in hinges) or len(slides) + len(hinges) != count or len(hinges) > 1:
+            return None
+        return bool(hinges)
+
+    def _restitution(self, geom: int) -> float:
+        """Return what a contact's spring gives back: see `mjcf`'s `_solref`, and of a spring a linear oscillator's."""
+        first, second = (float(one) for one in self.model.geom_solref[geom])
+        if first == 0.0 and second < 0.0:  # a damper alone, for one Euler step
+            return max(-second * float(self.model.opt.timestep) - 1.0, 0.0)
+        ratio = second if first > 0.0 else -second / (2.0 * math.sqrt(-first)) if first < 0.0 else 1.0
+        return 0.0 if ratio >= 1.0 else math.exp(-math.pi * ratio / math.sqrt(1.0 - ratio**2))
+
+    def _friction(self, geom: int) -> float:
+        return float(self.model.geom_friction[geom][0]) if self.model.geom_condim[geom] > 1 else 0.0
+
+    def _coefficients(self, name: str, of: Any, most: float) -> dict[str, float]:
+        """Return the coefficient of pairs of discs, and of discs with walls, which decide alone where they say so."""
+        discs, walls = [of(geom) for geom, _ in self.discs], [of(geom) for geom, _ in self.walls]
+        pair = one_coefficient(f"{name} of pairs of discs", discs, most, self.dropped)
+        return {name: pair, f"wall_{name}": one_coefficient(f"{name} of walls", walls or [pair], most, self.dropped)}
