@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 #:   which these round. place_known_m: what rounding makes of its places.
 #: - price_velocity, price_spin: what PIT pays at worst from the same state.
 #: - restitution: effective less the scene's.
-#: - energy_j: gained against PIC. energy_price_j: by PIT at worst. kinetic_j: of its bodies at its start.
+#: - energy_j: gained against PIC. energy_price_j: by PIT at worst.
 WINDOW_DTYPE = np.dtype(
     [
         ("begin_s", "f8"),
@@ -53,7 +53,6 @@ WINDOW_DTYPE = np.dtype(
         ("restitution", "f8"),
         ("energy_j", "f8"),
         ("energy_price_j", "f8"),
-        ("kinetic_j", "f8"),
     ]
 )
 
@@ -122,8 +121,7 @@ class LocalTruth:
         ahead: How many turns outside of windows answer a meeting that lies ahead, by a margin of length.
         slip_counts: In how many steps of discs velocity or spin changed, and in how many the place did.
         resting_steps: In how many steps of discs a pair rested.
-        sunk_m: The deepest that a resting pair sank, metres; 0 where none did.
-        sunk_radii: The same over the contact distance.
+        sunk_radii: The deepest that a resting pair sank, over its contact distance; 0 where none did.
         sinks_s: When a pair first sank by more in a step than falling for that step explains; NaN where none did.
         polygon: Whether paths under gravity are polygons, each step off by up to half of what a step's fall is.
     """
@@ -136,7 +134,6 @@ class LocalTruth:
     ahead: int
     slip_counts: tuple[int, int]
     resting_steps: int
-    sunk_m: float
     sunk_radii: float
     sinks_s: float
     polygon: bool

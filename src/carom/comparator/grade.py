@@ -82,7 +82,11 @@ def _by_trajectory(evidence: Evidence) -> Grade:
         return Grade.UNGRADED
     if close and _ends_as_well(evidence, evidence.price, THRESHOLDS.close):
         return Grade.CLOSE
-    return Grade.SAMPLED if sampled and _ends_as_well(evidence, evidence.sampling.largest) else Grade.INACCURATE
+    # Where states were looked at, nothing but sampling has led to the end: then any phase's will do.
+    local = evidence.local_truth
+    only_sampled = local is not None and list(Grade).index(local.grade) <= list(Grade).index(Grade.SAMPLED)
+    ends = _ends_as_well(evidence, evidence.price if only_sampled else evidence.sampling.largest)
+    return Grade.SAMPLED if sampled and ends else Grade.INACCURATE
 
 
 def equals_pit(evidence: Evidence) -> bool:

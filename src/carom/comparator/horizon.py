@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import Reach, by_pair
-from carom.comparator.local_truth.near import RESTING_STEPS
+from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene, as_scene

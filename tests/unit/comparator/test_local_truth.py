@@ -6,10 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene
+from carom.bench.gas import gas_scene
 from carom.comparator import Grade, local_truth
 from carom.comparator.local_truth import analysis
+from carom.comparator.local_truth.activity import Activity, activity_of
+from carom.comparator.local_truth.block import Block
+from carom.comparator.local_truth.rest import Rest
 from carom.comparator.local_truth.score import local_score
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
@@ -97,6 +102,39 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
             field for field in one.dtype.names if not np.array_equal(one[field], other[field], equal_nan=True)
         ] == []
     assert (pieces.steps, pieces.until_s) == (whole.steps, whole.until_s)
+
+
+def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a dense gas a window is open at any boundary; states go as blocks end still, and none is worked out thrice."""
+    scene = gas_scene(100, packing=0.5, duration_s=400 / 60)
+    sizes: list[int] = []
+
+    def counted(block: Block, rest: Rest) -> Activity:
+        sizes.append(len(block))
+        return activity_of(block, rest)
+
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    monkeypatch.setattr(analysis, "activity_of", counted)
+    found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
+    begins, ends = found.windows["begin_s"], found.windows["end_s"]
+    middle_s = np.arange(10, 390) / 60
+    assert np.mean([np.any((begins < t) & (ends > t)) for t in middle_s]) > 0.9
+    assert found.steps == 400
+    assert sum(sizes) < 2 * 400
+
+
+def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball that sinks slowly for a whole run has sunk as deep as it has, however often it was looked at."""
+    disc = disc_at(0, 0.5, r=0.5)
+    scene = staged("sinking", disc, wall_at(0, 0, 0, 1), duration_s=10.0, gravity_m_s2=(0.0, -10.0))
+    times = np.arange(601, dtype=np.float64) / 60
+    place = np.stack([np.zeros_like(times), 0.5 - 0.01 * times], axis=1)[:, None]
+    states = States(times, place, np.zeros_like(place))
+    whole = local_truth(scene, states, dt_s=1 / 60)
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    pieces = local_truth(scene, states, dt_s=1 / 60)
+    assert whole.sunk_radii == pytest.approx(0.1 / 0.5, rel=1e-9)
+    assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
 
 def test_a_pass_is_counted_once_however_long_it_lasts() -> None:

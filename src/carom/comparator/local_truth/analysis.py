@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.adapter.checks import MANTISSA_BITS
+from carom.comparator.local_truth.activity import Activity, activity_of
+from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import Law, Pair
-from carom.comparator.local_truth.chains import LONGEST, Chain, chains_of
+from carom.comparator.local_truth.chains import LONGEST, Chain, Chains
 from carom.comparator.local_truth.judge import PASSED, Comparison, judge, pairs_missed_by_pit
-from carom.comparator.local_truth.near import Activity, Block, activity_of
+from carom.comparator.local_truth.rest import Rest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Scene
 from carom.trace import wall_body
@@ -71,6 +71,9 @@ class StepWatch:
         self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
         self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
         self._most = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
+        self._chains = Chains(self._law)
+        #: Steps whose states are gone, whose pairs have been taken in, and up to which free flight has been looked at.
+        self._gone = self._taken = self._flown = 0
         self._found_by_pit: dict[Pair, bool] = {}
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
@@ -78,8 +81,7 @@ class StepWatch:
         self._scale = np.zeros(len(scene.discs))
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
-        self._sunk_m = self._sunk_radii = 0.0
-        self._sinks_s = math.nan
+        self._rest = Rest()
         self._polygon = False
 
     def add(self, time_s: float, position_m: Array, velocity_m_s: Array, spin_rad_s: Array | None = None) -> None:
@@ -108,35 +110,36 @@ class StepWatch:
             ahead=self._ahead,
             slip_counts=(self._turned, self._moved),
             resting_steps=self._resting,
-            sunk_m=self._sunk_m,
-            sunk_radii=self._sunk_radii,
-            sinks_s=self._sinks_s,
+            sunk_radii=self._rest.sunk_radii,
+            sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
         )
 
     def _look(self, *, ends: bool) -> None:
-        """Judge the windows of the block that are complete, and keep the states from which others go on."""
+        """Judge the windows that are settled, and keep the states from which others go on."""
         spins = None if self._spin is None else np.array(self._spin)
         states = States(np.array(self._time_s), np.array(self._place), np.array(self._velocity), spins)
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
-            activity = activity_of(block)
-            chains = chains_of(self._law, activity.due)
-            done = len(block)
-            if not ends:
-                # A chain that reaches the end may go on, and so may one that a chain that goes on could take in.
-                done = min([chain.begin for chain in chains if chain.end >= len(block)], default=done)
-                while late := [chain.begin for chain in chains if chain.begin < done < chain.end]:
-                    done = min(late)
-            finished = [chain for chain in chains if chain.end <= done]
+            activity = activity_of(block, self._rest)
+            for step in range(self._taken - self._gone, len(block)):
+                self._chains.add(self._gone + step, activity.due.get(step, ()))
+            self._taken = self._gone + len(block)
+            finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
             # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
             scale = np.tile(self._scale, (len(block), 1))
-            for chain in sorted(finished, key=lambda chain: chain.end):
+            for chain in finished:
                 judged = judge(block, chain, activity, self._known_of_pit(block, chain), ends=ends)
                 self._keep(block, chain, judged)
                 scale[chain.end :, list(chain.discs)] = judged.speed
                 self._scale[list(chain.discs)] = judged.speed
-            self._between(block, activity, finished, done, np.maximum(scale, block.own_speed))
+            held = [chain.later(-self._gone) for chain in self._chains.held()]
+            flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
+            self._between(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
+        self._flown = self._gone + flown.stop
+        done = min([chain.begin for chain in held], default=flown.stop)
+        done = min(done, flown.stop)
+        self._gone += done
         del self._time_s[:done], self._place[:done], self._velocity[:done]
         if self._spin is not None:
             del self._spin[:done]
@@ -151,7 +154,7 @@ class StepWatch:
             known.clear()
         for pair in chain.pairs:
             self._found_by_pit.pop(pair, None)
-        if chain.end - chain.begin == LONGEST:  # it may go on
+        if chain.goes_on:
             missed = pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
@@ -167,12 +170,12 @@ class StepWatch:
             steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
             self._meetings.append((number, i, second, *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed))
 
-    def _between(self, block: Block, activity: Activity, chains: list[Chain], done: int, scale: Array) -> None:
+    def _between(self, block: Block, activity: Activity, chains: list[Chain], flown: slice, scale: Array) -> None:
         """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""
         free = ~activity.resting
         for chain in chains:
-            free[chain.begin : chain.end, list(chain.discs)] = False
-        free[done:] = False
+            free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
+        free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
         falls = np.hypot(*block.pull.T)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
@@ -184,12 +187,8 @@ class StepWatch:
         self._polygon = self._polygon or bool(np.any(asked & (falls > 0.0) & (block.moved_by > rounding)))
         self._turned += int(turned.sum())
         self._moved += int(moved.sum())
-        self._steps += done
-        self._resting += int(activity.resting[:done].sum())
-        if activity.sunk_radii > self._sunk_radii:
-            self._sunk_m, self._sunk_radii = activity.sunk_m, activity.sunk_radii
-        if activity.sinks is not None and math.isnan(self._sinks_s):
-            self._sinks_s = float(block.states.time_s[activity.sinks])
+        self._steps += flown.stop - flown.start
+        self._resting += int(activity.resting[flown].sum())
         relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
         spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
         for step, disc in np.argwhere(turned & (np.maximum(relative, spinning) > PASSED)).tolist():

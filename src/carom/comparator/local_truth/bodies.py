@@ -105,6 +105,16 @@ class BodyStates:
         """Return a state of its own."""
         return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin))
 
+    def take(self, other: BodyStates) -> None:
+        """Take in the discs of another."""
+        self.xy |= other.xy
+        self.velocity |= other.velocity
+        self.spin |= other.spin
+
+    def only(self, disc: int) -> BodyStates:
+        """Return the state of one of them."""
+        return BodyStates(self.law, {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]})
+
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
         law = self.law

@@ -1,31 +1,31 @@
-"""Windows: maximal chains of steps in which pairs meet or push, cut where they grow long.
+"""Windows: chains of steps in which pairs meet or push, built step by step and cut where they grow long.
 
 A node is a pair that is active in a step. Nodes are joined if they share a movable disc in one step, or are one pair in
-successive steps; and chains that hold one disc at one time are one chain. So each disc is in one window at a time.
+successive steps; and chains that hold one disc at one time are one chain. So each disc is in one window at a time. What
+would be longer than `LONGEST` steps is cut where it would become so: the chains end there, and what is still active
+begins a chain of its own. So a chain is settled `LONGEST` steps later, however long a crowd stays entangled.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
 from carom.comparator.local_truth.bodies import Law, Pair
 
-__all__ = ["LONGEST", "Chain", "chains_of"]
+__all__ = ["LONGEST", "Chain", "Chains", "Groups"]
 
 #: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
 #: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.
 LONGEST = 8
-
-_Node = tuple[int, Pair]
 
 
 @dataclass(frozen=True)
 class Chain:
     """Steps `begin` to `end` (exclusive), its discs, and in which steps each of its pairs is active.
 
-    One that `continues` began before, and was cut where it begins.
+    One that `continues` began before, and was cut where it begins; one that `goes_on` was cut where it ends.
     """
 
     begin: int
@@ -33,81 +33,174 @@ class Chain:
     discs: tuple[int, ...]
     pairs: Mapping[Pair, tuple[int, ...]]
     continues: bool = False
+    goes_on: bool = False
 
-    @classmethod
-    def of(cls, law: Law, nodes: Iterable[_Node]) -> Chain:
-        """Return the chain of some nodes."""
-        steps: dict[Pair, list[int]] = defaultdict(list)
-        for step, pair in sorted(nodes):
-            steps[pair].append(step)
-        every = [step for some in steps.values() for step in some]
-        discs = sorted({body for pair in steps for body in pair if body < law.n})
-        return cls(min(every), max(every) + 1, tuple(discs), {pair: tuple(some) for pair, some in steps.items()})
+    def later(self, steps: int) -> Chain:
+        """Return it so many steps later, as another numbering has it."""
+        pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
+        return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
 
 
-class _Groups:
+class Groups:
     """Disjoint sets of anything that can be a key."""
 
     def __init__(self) -> None:
-        self._parent: dict[object, object] = {}
+        self._parent: dict[Hashable, Hashable] = {}
 
-    def find(self, item: object) -> object:
+    def find(self, item: Hashable) -> Hashable:
+        """Return the one that stands for the set of an item."""
         while self._parent.setdefault(item, item) != item:
             self._parent[item] = self._parent[self._parent[item]]
             item = self._parent[item]
         return item
 
-    def join(self, one: object, other: object) -> None:
+    def join(self, one: Hashable, other: Hashable) -> None:
+        """Make two sets one."""
         self._parent[self.find(one)] = self.find(other)
 
 
-def chains_of(law: Law, due: Mapping[int, Iterable[Pair]]) -> list[Chain]:
-    """Return the windows of the pairs that are active in each step, in order of their beginnings."""
-    nodes = [(step, pair) for step in sorted(due) for pair in due[step]]
-    found = list[Chain]()
-    for chain in _chained(law, nodes):
-        if chain.end - chain.begin <= LONGEST:
-            found.append(chain)
-            continue
-        pieces: dict[int, list[_Node]] = defaultdict(list)
-        for pair, steps in chain.pairs.items():
-            for step in steps:
-                pieces[(step - chain.begin) // LONGEST].append((step, pair))
-        for number, some in pieces.items():
-            cut = chain.begin + number * LONGEST
-            found += [replace(one, continues=number > 0 and one.begin == cut) for one in _chained(law, some)]
-    return sorted(found, key=lambda chain: (chain.begin, chain.discs))
+@dataclass(eq=False)
+class _Growing:
+    """A chain that is not settled yet; one that `goes_on` was cut, and takes in nothing more."""
+
+    begin: int
+    end: int
+    discs: set[int] = field(default_factory=set)
+    pairs: dict[Pair, list[int]] = field(default_factory=lambda: defaultdict(list))
+    continues: bool = False
+    goes_on: bool = False
+
+    def settled(self) -> Chain:
+        pairs = {pair: tuple(sorted(steps)) for pair, steps in sorted(self.pairs.items())}
+        return Chain(self.begin, self.end, tuple(sorted(self.discs)), pairs, self.continues, self.goes_on)
 
 
-def _chained(law: Law, nodes: list[_Node]) -> list[Chain]:
-    groups, known = _Groups(), set(nodes)
-    owner: dict[tuple[int, int], _Node] = {}
-    for step, pair in nodes:
-        groups.find((step, pair))
-        if (step - 1, pair) in known:
-            groups.join((step, pair), (step - 1, pair))
-        for body in pair:
-            if law.movable(body):
-                groups.join((step, pair), owner.setdefault((step, body), (step, pair)))
-    gathered: dict[object, list[_Node]] = defaultdict(list)
-    for node in nodes:
-        gathered[groups.find(node)].append(node)
-    chains = [Chain.of(law, some) for some in gathered.values()]
-    while True:
-        groups, holder = _Groups(), dict[tuple[int, int], int]()
-        for number, chain in enumerate(chains):
-            groups.find(number)
-            for disc in filter(law.movable, chain.discs):
-                for step in range(chain.begin, chain.end):
-                    groups.join(number, holder.setdefault((step, disc), number))
-        merged: dict[object, list[Chain]] = defaultdict(list)
-        for number, chain in enumerate(chains):
-            merged[groups.find(number)].append(chain)
-        if len(merged) == len(chains):
-            return chains
-        chains = [
-            one[0]
-            if len(one) == 1
-            else Chain.of(law, [(step, pair) for chain in one for pair, steps in chain.pairs.items() for step in steps])
-            for one in merged.values()
-        ]
+class Chains:
+    """Takes the active pairs of each step in order, and hands out chains that nothing can change any more.
+
+    Args:
+        law: Which bodies move.
+    """
+
+    def __init__(self, law: Law) -> None:
+        self._law = law
+        self._held: list[_Growing] = []
+        self._next = 0
+
+    @property
+    def settled_to(self) -> int:
+        """No step before this one can come to be in another chain than it is in."""
+        return max(self._next + 1 - LONGEST, 0)
+
+    def held(self) -> list[Chain]:
+        """Return the chains that may still grow, as they are."""
+        return [chain.settled() for chain in self._held]
+
+    def add(self, step: int, active: Iterable[Pair]) -> None:
+        """Take in the active pairs of the next step."""
+        self._next = step + 1
+        pairs = list(active)
+        if not pairs:
+            return
+        last = {pair: chain for chain in self._held if chain.end == step for pair in _active_in(chain, step - 1)}
+        cut = set[_Growing]()
+        while True:
+            groups = self._grouped(step, pairs, {pair: chain for pair, chain in last.items() if chain not in cut})
+            too_long = {
+                chain for group in groups if group.is_too_long(cut) for chain in group.chains if chain.end == step
+            }
+            if too_long <= cut:
+                break
+            cut |= too_long
+        for chain in cut:
+            chain.goes_on = True
+        taken = {chain for group in groups for chain in group.chains}
+        self._held = [chain for chain in self._held if chain not in taken]
+        for group in groups:
+            grown = group.joined(self._law)
+            grown.continues |= any(last.get(pair) in cut for pair in group.pairs)
+            self._held.append(grown)
+
+    def take_settled(self, *, ends: bool = False) -> list[Chain]:
+        """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
+        done = [chain for chain in self._held if ends or chain.end <= self.settled_to]
+        self._held = [chain for chain in self._held if chain not in done]
+        return sorted((chain.settled() for chain in done), key=lambda chain: (chain.end, chain.begin, chain.discs))
+
+    def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, _Growing]) -> list[_Group]:
+        """Return which pairs and chains become one chain in a step, if each chain in `last` goes on."""
+        movable, groups = self._law.movable, Groups()
+        for pair in pairs:
+            for body in filter(movable, pair):
+                groups.join(pair, body)
+            if (chain := last.get(pair)) is not None:
+                groups.join(pair, chain)
+        holders: dict[int, list[_Growing]] = defaultdict(list)
+        since = self.settled_to
+        near = [chain for chain in self._held if chain.end >= since]
+        for chain in near:
+            for disc in filter(movable, chain.discs):
+                holders[disc].append(chain)
+        while True:
+            found: dict[Hashable, _Group] = {}
+            for pair in pairs:
+                found.setdefault(groups.find(pair), _Group(step)).pairs.append(pair)
+            for chain in near:
+                if (group := found.get(groups.find(chain))) is not None:
+                    group.chains.add(chain)
+            settled = True
+            # Discs of a chain are its own for as long as it lasts.
+            for group in found.values():
+                begin, discs = group.begin, group.discs(movable)
+                held: list[Hashable] = [disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])]
+                held += (
+                    chain
+                    for disc in discs
+                    for chain in holders[disc]
+                    if chain.end > begin and chain not in group.chains
+                )
+                for item in held:
+                    groups.join(group.pairs[0], item)
+                    settled = False
+            if settled:
+                return list(found.values())
+
+
+@dataclass
+class _Group:
+    """Pairs that are active in a step, and the chains that they make one."""
+
+    step: int
+    pairs: list[Pair] = field(default_factory=list)
+    chains: set[_Growing] = field(default_factory=set)
+
+    @property
+    def begin(self) -> int:
+        """First step of the chain that they make."""
+        return min((chain.begin for chain in self.chains), default=self.step)
+
+    def discs(self, movable: Callable[[int], bool]) -> set[int]:
+        """Return the movable discs of the chain that they make."""
+        discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
+        return set(filter(movable, discs))
+
+    def is_too_long(self, cut: set[_Growing]) -> bool:
+        """Whether the chain that they make has too many steps, or would take in one that has been cut."""
+        return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
+
+    def joined(self, law: Law) -> _Growing:
+        """Return the one chain."""
+        grown = _Growing(self.begin, self.step + 1)
+        for chain in self.chains:
+            grown.discs |= chain.discs
+            for pair, steps in chain.pairs.items():
+                grown.pairs[pair] += steps
+            grown.continues |= chain.continues and chain.begin == self.begin
+        for pair in self.pairs:
+            grown.pairs[pair].append(self.step)
+            grown.discs.update(body for body in pair if body < law.n)
+        return grown
+
+
+def _active_in(chain: _Growing, step: int) -> Iterator[Pair]:
+    return (pair for pair, steps in chain.pairs.items() if step in steps)

@@ -10,9 +10,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from carom.comparator.local_truth.activity import Activity
+from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
 from carom.comparator.local_truth.chains import Chain
-from carom.comparator.local_truth.near import MARGIN_STEPS, RESTING_STEPS, Activity, Block
+from carom.comparator.local_truth.pairs import MARGIN_STEPS
+from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 
 __all__ = ["PASSED", "Comparison", "WindowPair", "judge", "pairs_missed_by_pit"]
@@ -61,7 +64,6 @@ class Comparison:
     restitution: float = math.nan
     energy_j: float = 0.0
     energy_price_j: float = 0.0
-    kinetic_j: float = 0.0
     meetings: list[WindowPair] = field(default_factory=list)
 
 
@@ -150,9 +152,7 @@ def judge(
         ends: Whether the run ends with the block.
     """
     window = _Window(block, chain, activity)
-    judged = Comparison(
-        speed=window.speed, rim=window.rim, place_known_m=window.touching, kinetic_j=window.start.energy()
-    )
+    judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
         return _of_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)

@@ -1,0 +1,169 @@
+"""Which pairs meet, push or rest in which step: found for all steps of a block at once."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.local_truth.block import Block
+from carom.comparator.local_truth.bodies import MOST_IMPACTS, BodyStates, Pair
+from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, wall_pairs
+from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
+
+__all__ = ["Activity", "activity_of"]
+
+Flags = NDArray[np.bool_]
+
+#: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.
+_TOGETHER = 16
+
+
+@dataclass
+class Activity:
+    """What the pairs of a block do, step by step.
+
+    Attributes:
+        due: Of each step, the pairs that are active in it, each with the seconds from the step's start to the meeting;
+            NaN of a pair that only pushes.
+        follows: Steps and pairs that meet as a consequence of another meeting in the same step.
+        resting: In which steps which discs are held by what they rest on, shape ``(k, n)``.
+        overlapping: In which steps which discs begin in overlap, shape ``(k, n)``.
+    """
+
+    resting: Flags
+    overlapping: Flags
+    due: dict[int, dict[Pair, float]] = field(default_factory=lambda: defaultdict(dict))
+    follows: set[tuple[int, Pair]] = field(default_factory=set)
+
+
+def activity_of(block: Block, rest: Rest) -> Activity:
+    """Find the pairs that meet, push or rest in each step of a block, and enter how deep those that rest sink."""
+    shape = block.turned.shape
+    found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
+    for begin in range(0, len(block), _TOGETHER):
+        end = min(begin + _TOGETHER, len(block))
+        together = [*disc_pairs(block, begin, end), *wall_pairs(block, begin, end)]
+        for relative in together:
+            resting = rests(block, relative)
+            _take(block, relative, resting, found)
+            rest.add(block, relative, resting)
+        near = defaultdict[int, list[Pair]](list)
+        for relative in together:
+            for pair in relative.pairs:
+                for body in filter(block.law.movable, pair):
+                    near[body].append(pair)
+        _take_consequences(block, found, near, range(begin, end))
+    for step in list(found.due):
+        _drop_bystanders(block, found, step)
+    return found
+
+
+def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
+    """Enter which of these pairs are active in which steps, if they do not rest there."""
+    begin, steps = relative.begin, len(relative.wait)
+    h = block.step_s[begin : begin + steps, None]
+    gap, wait, n = relative.gap, relative.wait, block.law.n
+    first = [i for i, _ in relative.pairs]
+    second = [j if j < n else i for i, j in relative.pairs]
+    meets = (wait <= h) & ~resting
+    turned = block.turned[begin : begin + steps]
+    pushed = turned[:, first] | turned[:, second]
+    near = (wait <= (1.0 + MARGIN_STEPS) * h) | (gap[:-1] <= relative.touching) | (gap[1:] <= relative.touching)
+    for row, column in np.argwhere((meets | (pushed & near)) & ~resting).tolist():
+        due_s = float(wait[row, column]) if meets[row, column] else np.nan
+        found.due[begin + row][relative.pairs[column]] = due_s
+    for row, column in np.argwhere(gap[:-1] < -relative.touching).tolist():
+        found.overlapping[begin + row, [body for body in relative.pairs[column] if body < n]] = True
+    for row, column in np.argwhere(resting).tolist():
+        found.resting[begin + row, [body for body in relative.pairs[column] if body < n]] = True
+
+
+def _take_consequences(block: Block, found: Activity, near: dict[int, list[Pair]], steps: range) -> None:
+    """Enter what meets as a consequence of another meeting in the same step, among near pairs by disc."""
+    law = block.law
+    for step in steps:
+        active = found.due.get(step)
+        due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0] if active else []
+        if active is None or not due or _all_active(active, due, near):
+            continue
+        seconds = float(block.step_s[step])
+        for time_s, pair, closing in _impacts_of(block, step, due, near):
+            if pair not in active and closing > (RESTING_STEPS + 0.5) * law.pull * seconds:
+                active[pair] = time_s
+                found.follows.add((step, pair))
+
+
+def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
+    """Whether all that pairs which are due can come to strike, one by the other, is active already."""
+    bodies = [body for _, pair in due for body in pair if body in near]
+    reached = set(bodies)
+    while bodies:
+        for pair in near[bodies.pop()]:
+            if pair not in active:
+                return False
+            new = [body for body in pair if body in near and body not in reached]
+            reached.update(new)
+            bodies += new
+    return True
+
+
+def _impacts_of(
+    block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]]
+) -> Iterator[tuple[float, Pair, float]]:
+    """Yield PIC's impacts in a step that some pairs begin: seconds from its start, the pair, the speed they close at.
+
+    Only what a struck disc meets is looked at anew: two that no impact has turned do not meet unless they are due.
+    """
+    law, seconds = block.law, float(block.step_s[step])
+    flown: dict[int, tuple[float, BodyStates]] = {}
+    struck = defaultdict[int, int](int)
+
+    def at(time_s: float, pair: Pair) -> BodyStates:
+        both = BodyStates(law, {}, {}, {})
+        for body in pair:
+            if body < law.n:
+                since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))
+                alone.fly(time_s - since_s)
+                flown[body] = (time_s, alone)
+                both.take(alone)
+        return both
+
+    events = [(time_s, pair, (0, 0)) for time_s, pair in due]
+    heapify(events)
+    found = 0
+    while events and found < MOST_IMPACTS:
+        time_s, pair, counts = heappop(events)
+        if counts != (struck[pair[0]], struck[pair[1]]):
+            continue  # stale: one of them has been turned since
+        state = at(time_s, pair)
+        contact, falls_back = state.contact(pair), law.falls(pair[0]) != law.falls(pair[1])
+        if falls_back and contact.closing <= 0.0:
+            continue
+        state.strike(pair)
+        found += 1
+        yield time_s, pair, contact.closing
+        turned = [body for body in pair if law.movable(body)]
+        for body in turned:
+            struck[body] += 1
+            flown[body] = (time_s, state.only(body))
+        for other in {other for body in turned for other in near[body]}:
+            if other != pair or falls_back:
+                meets_s = time_s + at(time_s, other).wait(other)
+                if meets_s <= seconds:
+                    heappush(events, (meets_s, other, (struck[other[0]], struck[other[1]])))
+
+
+def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
+    """Take out pairs that merely overlap and part while a meeting of one of them explains that it is turned."""
+    active, n = found.due[step], block.law.n
+    met = {body for pair, due_s in active.items() if due_s >= 0.0 for body in pair if body < n}
+    unexplained = set(np.flatnonzero(block.turned[step]).tolist()) - met
+    for pair in [pair for pair, due_s in active.items() if np.isnan(due_s) and not unexplained.intersection(pair)]:
+        del active[pair]
+    if not active:
+        del found.due[step]

@@ -1,0 +1,135 @@
+"""Which pairs are near enough to meet, push or rest in some steps, and how they are to each other there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.broad_phase import near_pairs, near_walls
+from carom.comparator.local_truth.block import Block
+from carom.comparator.local_truth.bodies import Pair
+
+__all__ = ["MARGIN_STEPS", "RESTING_GAP", "NearPairs", "disc_pairs", "wall_pairs"]
+
+Array = NDArray[np.float64]
+
+#: An engine may answer a meeting so many steps ahead (speculative margins), or still push after it (soft contacts).
+MARGIN_STEPS = 2.0
+
+#: It rests at a distance of up to this part of the contact distance: margins of engines are below a hundredth.
+RESTING_GAP = 0.02
+
+
+@dataclass(frozen=True)
+class NearPairs:
+    """Pairs of one kind over some steps: arrays of shape ``(steps + 1, pairs)``, or with one step less.
+
+    Attributes:
+        begin: Number of the first step.
+        pairs: The pairs.
+        gap: Distance of the rims at each state.
+        closing: Speed at which they close at each state.
+        wait: Seconds from each step's start to the meeting, infinity for none.
+        pulled: Gravity's part in their relative motion, metres a second squared, shape ``(pairs,)``.
+        touching: What rounding makes of a gap, metres.
+        still: What rounding makes of a speed, metres a second.
+    """
+
+    begin: int
+    pairs: list[Pair]
+    gap: Array
+    closing: Array
+    wait: Array
+    pulled: Array
+    touching: Array
+    still: Array
+
+
+def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+    """Yield the pairs of discs that are near in some steps."""
+    arrays, law = block.scene.arrays, block.law
+    centre, reach = _reach(block, begin, end)
+    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
+    for first, second in near_pairs(centre, reach, arrays.movable):
+        if not len(first):
+            continue
+        d, u = p[:, second] - p[:, first], v[:, second] - v[:, first]
+        contact = arrays.radius_m[first] + arrays.radius_m[second]
+        distance, b = np.hypot(d[..., 0], d[..., 1]), np.sum(d * u, axis=2)
+        gap = distance - contact
+        with np.errstate(divide="ignore", invalid="ignore"):
+            closing = np.where(distance > 0.0, -b / distance, 0.0)
+        pairs = list(zip(first.tolist(), second.tolist(), strict=True))
+        pulled = np.where(arrays.movable[first] != arrays.movable[second], law.pull, 0.0)
+        some = block.place_rounding[begin:end]
+        touching = some[:, first] + some[:, second]
+        speeds = block.own_speed[begin:end]
+        still = block.unit * np.maximum(speeds[:, first], speeds[:, second])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
+            root = b[:-1] ** 2 - a * c
+            wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
+        wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
+        wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
+        _fall_on_fixed(block, begin, pairs, pulled, gap, wait)
+        yield NearPairs(begin, pairs, gap, closing, wait, pulled, touching, still)
+
+
+def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
+    """Yield the discs and walls that are near in some steps."""
+    arrays, law = block.scene.arrays, block.law
+    centre, reach = _reach(block, begin, end)
+    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
+    walls = np.array(arrays.walls, dtype=np.float64).reshape(-1, 4)
+    for disc, wall in near_walls(centre, reach, arrays.movable, walls):
+        if not len(disc):
+            continue
+        plane = walls[wall]
+        normal = plane[:, 2:]
+        gap = np.sum((p[:, disc] - plane[:, :2]) * normal, axis=2) - arrays.radius_m[disc]
+        speed = np.sum(v[:, disc] * normal, axis=2)
+        pull = normal @ np.array(law.gravity)
+        far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
+        touching, still = block.place_rounding[begin:end, disc] + far, block.unit * block.own_speed[begin:end, disc]
+        g, s = gap[:-1], speed[:-1]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            straight = np.where(s < 0.0, g / -s, np.inf)
+            root = s * s - 2.0 * pull * g
+            high = np.sqrt(np.maximum(root, 0.0))
+            # The root at which the gap closes, without cancellation.
+            bent = np.where(s < 0.0, 2.0 * g / (-s + high), (s + high) / -pull)
+            bent = np.where((root < 0.0) | ((pull > 0.0) & (s >= 0.0)), np.inf, bent)
+            wait = np.where(pull == 0.0, straight, bent)
+        wait = np.where((g <= touching) & (s < -still), 0.0, wait)
+        wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
+        pairs = [(i, law.n + k) for i, k in zip(disc.tolist(), wall.tolist(), strict=True)]
+        pulled = np.full(len(pairs), law.pull)
+        yield NearPairs(begin, pairs, gap, -speed, wait, pulled, touching, still)
+
+
+def _reach(block: Block, begin: int, end: int) -> tuple[Array, Array]:
+    """Centres and reaches of discs so that what may meet or push in these steps overlaps."""
+    p = block.states.position_m[begin : end + 1]
+    low, high = np.min(p, axis=0), np.max(p, axis=0)
+    longest = float(np.max(block.step_s[begin:end]))
+    # A third body may hand its speed on within the step.
+    fastest = float(np.max(block.own_speed[begin:end])) + block.law.pull * longest
+    ahead = 2.0 * fastest * longest
+    own = (1.0 + MARGIN_STEPS) * longest * np.max(block.own_speed[begin:end], axis=0)
+    radius = block.scene.arrays.radius_m
+    reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own, 0.5 * ahead)
+    return 0.5 * (low + high), reach
+
+
+def _fall_on_fixed(block: Block, begin: int, pairs: list[Pair], pulled: Array, gap: Array, wait: Array) -> None:
+    """Put in the waits of discs that fall onto immovable ones, which are near enough: there the path is no line."""
+    for column in np.flatnonzero(pulled > 0.0).tolist():
+        i, j = pairs[column]
+        fast = block.own_speed[begin : begin + len(wait), [i, j]].max(axis=1)
+        h = block.step_s[begin : begin + len(wait)]
+        wait[:, column] = np.inf
+        for row in np.flatnonzero(gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * h).tolist():
+            wait[row, column] = block.state(begin + row, (i, j)).wait((i, j))
