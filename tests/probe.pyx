@@ -7,7 +7,7 @@ from carom.constants cimport INF
 from carom.physics cimport double_double, wall_time as wall
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take, tile_count, tile_of
 from carom.solvers.event_driven.layout cimport (
     NO_WALL, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
@@ -148,7 +148,7 @@ cdef class Cells:
         self.predictions = np.zeros(n, layouts()["Prediction"])
         self.cells = np.full(cell_count(&s.grid) * PLACES, NOBODY, np.int32)
         self.chain = np.zeros(n, np.int32)
-        self.list_of = np.zeros(cell_count(&s.grid), np.uint32)
+        self.list_of = np.zeros(tile_count(&s.grid), np.uint32)
         s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
         s.grid.cells, s.grid.chain, s.grid.list_of = <Cell *>&self.cells[0], &self.chain[0], &self.list_of[0]
         find_obstacles(&s.grid, s.walls, s.wall_count)
@@ -179,7 +179,7 @@ cdef class Cells:
 
     def walls_near(self, Index row, Index column):
         """Return the numbers of the walls that a disc in a cell may meet, as the cell knows them; the ring is row 0."""
-        numbers = self.s.grid.lists + self.list_of[row * self.s.grid.stride + column]
+        numbers = self.s.grid.lists + (self.list_of[tile_of(&self.s.grid, row, column)] >> 1)
         found = []
         while numbers[0] != NO_WALL:
             found.append(numbers[0])

@@ -4,6 +4,7 @@ from carom.constants cimport ERROR, TIME_ERROR
 from carom.physics.double_double cimport lesser
 from carom.physics.pair_time cimport approach
 from carom.physics.wall_time cimport wall_time
+from carom.solvers.event_driven.grid cimport tile_of
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.obstacles cimport stays_in_area
 
@@ -47,7 +48,8 @@ cdef inline void predict_exit(State *s, Index i) noexcept nogil:
     cdef Index column = (p.cell & COLUMN_MASK) - 1
     cdef Index right = a.vx > 0.0
     cdef Index up = a.vy > 0.0
-    cdef Index vertical, wall
+    cdef Index vertical
+    cdef Index wall = NO_WALL
     across = ((g.x0 + (column + right) * g.width) - a.x) / a.vx if a.vx != 0.0 else INF
     along = ((g.y0 + (row + up) * g.width) - a.y) / a.vy if a.vy != 0.0 else INF
     # A cell at the rim has no end outwards.
@@ -55,10 +57,16 @@ cdef inline void predict_exit(State *s, Index i) noexcept nogil:
     along = INF if row == up * (g.rows - 1) else along
     vertical = along < across
     edge = lesser(along, across)
-    wait = meet_walls(s, &a, g.lists + g.list_of[(row + 1) * g.stride + column + 1], edge, &wall)
-    cdef bint at_rim = (column == 0) | (column == g.columns - 1) | (row == 0) | (row == g.rows - 1)
-    if at_rim and s.wall_count > 0 and not stays_in_area(g, &a, wait):
-        wait = meet_walls(s, &a, g.lists + FULL_LIST, edge, &wall)
+    cdef unsigned int known = g.list_of[tile_of(g, row + 1, column + 1)]
+    cdef const int *near = g.lists + (known >> 1)
+    cdef bint looks = known != 0
+    cdef bint at_rim = known & 1
+    wait = edge
+    while looks:  # twice at most; called at one place, so that a compiler makes it part of the loop
+        wait = meet_walls(s, &a, near, edge, &wall)
+        looks = at_rim and not stays_in_area(g, &a, wait)
+        at_rim = False
+        near = g.lists + FULL_LIST
     p.exit_time = a.time + wait
     p.wall = <short>wall
     p.edge = <signed char>(LEFT + right + vertical * (DOWN + up - LEFT - right) if wall == NO_WALL else NO_EDGE)

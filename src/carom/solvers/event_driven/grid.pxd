@@ -55,10 +55,20 @@ cdef inline void choose_grid(
         g.columns = <Index>greater(1.0, (x1 - x0) / width)
         g.rows = <Index>greater(1.0, (y1 - y0) / width)
     g.stride = g.columns + 2
+    g.tiles = g.columns // 2 + 1
 
 
 cdef inline Index cell_count(const Grid *g) noexcept nogil:
     return g.stride * (g.rows + 2)
+
+
+cdef inline Index tile_count(const Grid *g) noexcept nogil:
+    return g.tiles * (g.rows // 2 + 1)
+
+
+cdef inline Index tile_of(const Grid *g, Index row, Index column) noexcept nogil:
+    """Return the tile of a cell, a square of four; the ring is row 0 and column 0."""
+    return (row >> 1) * g.tiles + (column >> 1)
 
 
 cdef inline void put(State *s, Index i, Index row, Index column) noexcept nogil:

@@ -15,7 +15,7 @@ from carom.constants cimport EPOCH_IMPACTS
 from carom.physics.double_double cimport greater, two_sum
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
 from carom.solvers.event_driven.exits cimport predict_exit
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells
+from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, tile_count
 from carom.solvers.event_driven.impacts cimport carry_out_pair, carry_out_wall, move, reported_time
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
@@ -192,10 +192,11 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     s.discs = <Disc *>reserve(&end, s.disc_count * sizeof(Disc))
     s.predictions = <Prediction *>reserve(&end, s.disc_count * sizeof(Prediction))
     s.queue.time = <double *>reserve(&end, queue_length * sizeof(double))
-    s.queue.holder = <int *>reserve(&end, queue_length * sizeof(int))
+    above = s.queue.level[1]  # what lies below has no holders
+    s.queue.holder = <int *>reserve(&end, (queue_length - above) * sizeof(int)) - above
     s.grid.cells = <Cell *>reserve(&end, cell_count(&s.grid) * sizeof(Cell))
     s.grid.chain = <int *>reserve(&end, s.disc_count * sizeof(int))
-    s.grid.list_of = <unsigned int *>reserve(&end, cell_count(&s.grid) * sizeof(int))
+    s.grid.list_of = <unsigned int *>reserve(&end, tile_count(&s.grid) * sizeof(int))
     s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
     turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
@@ -275,6 +276,7 @@ cdef class Kernel:
             s.last_impact[i] = -INF
         for i in range(length):
             s.queue.time[i] = INF
+        for i in range(s.queue.level[1], length):
             s.queue.holder[i] = 0
         memcpy(s.walls, &walls[0, 0], s.wall_count * sizeof(Wall))
         if not find_obstacles(&s.grid, s.walls, s.wall_count):

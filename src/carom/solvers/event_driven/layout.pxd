@@ -98,7 +98,8 @@ cdef enum:
 cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     Cell *cells  # row by row, with the ring
     int *chain  # the disc that follows a disc in its cell's chain, or NOBODY
-    unsigned int *list_of  # of a cell: where in `lists` the numbers of the walls begin that a disc in it may meet
+    unsigned int *list_of  # of a tile: twice the place in `lists` where the numbers of the walls begin that a disc in it
+    # may meet, and 1 where it is at the rim: 0 for most, where no wall is looked at
     int *lists  # ascending, NO_WALL at the end of each: see obstacles.pxd
     Index listed  # numbers in `lists`
     Index list_room
@@ -113,6 +114,7 @@ cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     Index columns  # without the ring
     Index rows
     Index stride  # from a cell to the one above it
+    Index tiles  # in a line: see `tile_of` in grid.pxd
 
 cdef struct Block:  # cells that a scan looks through: lines of three
     Index first
@@ -144,7 +146,7 @@ cdef struct Candidates:  # what a scan has found, in columns; one more may be wr
 
 cdef struct Queue:  # a tournament of the discs' next events; level 0 has one time a disc, the top level the least of all
     double *time
-    int *holder  # the disc to which each time above level 0 belongs
+    int *holder  # the disc to which each time belongs, in the same places; from level 1 on
     Index level[LEVELS]  # where each level begins in `time` and `holder`
     Index top  # number of the top level
     Index discs

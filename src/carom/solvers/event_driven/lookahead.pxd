@@ -3,7 +3,7 @@
 Each piece says only where the next one is: a disc, then its partner and its cells, then the discs in these.
 """
 
-from carom.solvers.event_driven.grid cimport cells_around
+from carom.solvers.event_driven.grid cimport cells_around, tile_of
 from carom.solvers.event_driven.layout cimport *
 
 cdef extern from *:
@@ -37,7 +37,8 @@ cdef inline void fetch_cells(const State *s, Index i) noexcept nogil:
         cells = s.grid.cells + block.first + line * block.to_line
         fetch(cells)
         fetch(&cells[2].disc[PLACES - 1])
-    fetch(s.grid.list_of + block.first + block.to_line + 1)
+    cdef Index cell = s.predictions[i].cell
+    fetch(s.grid.list_of + tile_of(&s.grid, cell >> COLUMN_BITS, cell & COLUMN_MASK))
 
 
 cdef inline void fetch_surroundings(const State *s, Index i) noexcept nogil:

@@ -1,10 +1,11 @@
 """Which obstacles a cell knows: all that a disc in it may meet, and few others. An obstacle is a wall, so far.
 
-The grid is halved again and again, and each half keeps those of the whole's obstacles that come near it: so one that few
-cells know costs the others nothing. A cell has the place of its list in a row of lists, each of which holds numbers in
-ascending order and ends with NO_WALL; cells far from all share the first list, which is empty.
+Four cells, a tile, know the same. The grid is halved again and again, and each half keeps those of the whole's obstacles
+that come near it: so one that few tiles know costs the others nothing. A tile has the place of its list in a row of
+lists, each of which holds numbers in ascending order and ends with NO_WALL; tiles far from all share the first list,
+which is empty.
 
-Where no disc can be, wholly behind a wall, a cell knows all: it need not be right, but it misses none. A cell at the rim
+Where no disc can be, wholly behind a wall, a tile knows all: it need not be right, but it misses none. A tile at the rim
 has no end outwards, its list has: for a disc that leaves the area of the lists all obstacles are looked at. What is finite
 (a segment, an arc) wants its own `side_of` here, which is never BEHIND, and its own time in exits.pxd.
 """
@@ -15,12 +16,12 @@ from libc.string cimport memcpy
 from carom.physics.pair_time cimport approach
 from carom.solvers.event_driven.layout cimport *
 
-cdef enum Side:  # of an obstacle, on which cells lie
+cdef enum Side:  # of an obstacle, on which tiles lie
     CLEAR = 0  # no disc in them meets it
     NEAR = 1
     BEHIND = 2  # where it lets no disc be
 
-cdef struct Cells:  # a block of them; the ring is row 0 and column 0
+cdef struct Tiles:  # a block of them; the ring is part of those at the rim
     Index left
     Index right  # one past the last
     Index low
@@ -34,15 +35,15 @@ cdef inline double edge(double begin, double width, Index count, Index k) noexce
     return begin + (k - 1 if k <= count else count + OUTWARD) * width
 
 
-cdef inline Side side_of(const Grid *g, const Wall *wall, const Cells *c) noexcept nogil:
-    """Return how some cells lie to a wall: near it are those within a radius of it, and half their diagonal.
+cdef inline Side side_of(const Grid *g, const Wall *wall, const Tiles *c) noexcept nogil:
+    """Return how some tiles lie to a wall: near it are those within a radius of it, and half their diagonal.
 
-    Of one cell that is .71 of its width: a whole one leaves .29 for the roundings of a path, and of more cells more.
+    Of one tile that is .71 of its width: a whole one leaves .29 for the roundings of a path, and of more tiles more.
     """
-    left = edge(g.x0, g.width, g.columns, c.left)
-    right = edge(g.x0, g.width, g.columns, c.right)
-    low = edge(g.y0, g.width, g.rows, c.low)
-    high = edge(g.y0, g.width, g.rows, c.high)
+    left = edge(g.x0, g.width, g.columns, 2 * c.left)
+    right = edge(g.x0, g.width, g.columns, 2 * c.right)
+    low = edge(g.y0, g.width, g.rows, 2 * c.low)
+    high = edge(g.y0, g.width, g.rows, 2 * c.high)
     reach = g.radius + 0.5 * ((right - left) + (high - low))
     distance = approach(0.5 * (left + right) - wall.x, 0.5 * (low + high) - wall.y, wall.nx, wall.ny)
     if distance.value + distance.error < -reach:
@@ -51,7 +52,7 @@ cdef inline Side side_of(const Grid *g, const Wall *wall, const Cells *c) noexce
 
 
 cdef inline bint stays_in_area(const Grid *g, const Disc *a, double wait) noexcept nogil:
-    """Return whether a disc is where the lists of its cells hold, and will be there after a wait; so it is between."""
+    """Return whether a disc is where the lists of its tiles hold, and will be there after a wait; so it is between."""
     x = a.x + a.vx * wait  # not a number where the wait has no end: not in the area
     y = a.y + a.vy * wait
     cdef bint now = (g.left <= a.x) & (a.x <= g.right) & (g.low <= a.y) & (a.y <= g.high)
@@ -73,23 +74,26 @@ cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nog
     return True
 
 
-cdef inline bint share_list(Grid *g, const Cells *c, unsigned int place) noexcept nogil:
-    """Give some cells the list at a place of the row."""
+cdef inline bint share_list(Grid *g, const Tiles *c, unsigned int place) noexcept nogil:
+    """Give some tiles the list at a place of the row."""
     cdef Index row, column
+    cdef bint at_rim
+    cdef bint any_wall = g.lists[FULL_LIST] != NO_WALL
     for row in range(c.low, c.high):
         for column in range(c.left, c.right):
-            g.list_of[row * g.stride + column] = place
+            at_rim = row == 0 or column == 0 or row == g.rows // 2 or column == g.columns // 2
+            g.list_of[row * g.tiles + column] = 2 * place + (any_wall and at_rim)
     return True
 
 
-cdef inline bint list_walls(Grid *g, const Wall *walls, Cells c, int *known, Index count) noexcept nogil:
-    """Give some cells their lists, of the walls that are `known` to all of them; return whether there is memory.
+cdef inline bint list_walls(Grid *g, const Wall *walls, Tiles c, int *known, Index count) noexcept nogil:
+    """Give some tiles their lists, of the walls that are `known` to all of them; return whether there is memory.
 
     Behind `known` there is room for as many numbers a halving.
     """
     cdef Index k, side
     cdef Index kept = 0
-    cdef Cells half = c
+    cdef Tiles half = c
     near = known + count
     for k in range(count):
         side = side_of(g, &walls[known[k]], &c)
@@ -112,7 +116,7 @@ cdef inline bint list_walls(Grid *g, const Wall *walls, Cells c, int *known, Ind
 
 
 cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcept nogil:
-    """Give every cell the list of what a disc in it may meet; return whether there is memory."""
+    """Give every tile the list of what a disc in it may meet; return whether there is memory."""
     cdef Index k
     g.left = edge(g.x0, g.width, g.columns, 1)
     g.right = edge(g.x0, g.width, g.columns, g.columns + 1)
@@ -124,6 +128,6 @@ cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcep
     for k in range(count):
         numbers[k] = <int>k
     cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, count)
-    done = done and list_walls(g, walls, Cells(1, g.columns + 1, 1, g.rows + 1), numbers, count)
+    done = done and list_walls(g, walls, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, count)
     free(numbers)
     return done
