@@ -27,7 +27,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants bench check coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants arm bench check coverage-compiled clean
 
 help:
 	@echo "make demo               install everything, open a page: an engine that misses an impact, beside the exact run"
@@ -43,6 +43,7 @@ help:
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write docs/atlas.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
+	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make check              lint, format, spelling, types, import contracts"
@@ -106,6 +107,10 @@ atlas: $(BUILT) $(HAZARDS)
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
+
+# Downloads some 250 MB, once, into build/arm; needs apt-get and dpkg, not root.
+arm: $(BUILT)
+	$(BIN)/python -m tests.packaging.arm build/arm
 
 mutants: $(BUILT)
 	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/reliability.md

@@ -1,0 +1,140 @@
+"""Try the extension on ARM without an ARM machine: ``make arm``, or ``python -m tests.packaging.arm FOLDER``.
+
+zig compiles the C that Cython made for aarch64, twice: as every wheel is, and with products fused into sums. Debian's
+arm64 Python runs both under qemu-user. The first must give the digests of this machine, `tests.packaging.digests`; the
+second must not, or the comparison would see nothing. All that is downloaded, some 250 MB, stays in the folder.
+
+Needs a Debian or Ubuntu of any version (apt-get, dpkg), and the network; not root, and no container.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from importlib.metadata import version
+from pathlib import Path
+
+import pydantic
+from tests.packaging.digests import digests
+
+import carom
+from carom.extension import sources_digest
+
+ROOT = Path(__file__).resolve().parents[2]
+#: bookworm: its Python is the oldest that the extension is made for.
+_DEBIAN, _PYTHON, _GLIBC = "bookworm", "3.11", "2.36"
+_PACKAGES = (
+    *(f"libpython{_PYTHON}-{part}" for part in ("minimal", "stdlib", "dev")),
+    *(f"python{_PYTHON}-minimal", "libc6", "zlib1g", "libexpat1", "libffi8", "libssl3", "libstdc++6", "libgcc-s1"),
+    *("libbz2-1.0", "liblzma5", "libuuid1", "libcrypt1"),
+)
+#: With code of their own for each processor; what else is imported is plain Python, taken from this environment.
+_WHEELS = ("numpy", "pydantic_core", "python-flint")
+#: As in setup.py, but for the last.
+_FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", "-DPy_LIMITED_API=0x030B0000")
+_FORMS = {"as wheels are": "-ffp-contract=off", "with products fused into sums": "-ffp-contract=fast"}
+
+
+def main() -> int:
+    """Download what is missing, build and run both forms, and say what is equal; 1 where that is not as it must be."""
+    parser = argparse.ArgumentParser(prog="python -m tests.packaging.arm", description=__doc__)
+    parser.add_argument("folder", type=Path, help="where downloads and builds are kept")
+    folder: Path = parser.parse_args().folder.resolve()
+    _download(folder)
+    here, failed = digests(), False
+    for form, flag in _FORMS.items():
+        there = _run(folder, _build(folder / flag.rpartition("=")[2], folder / "system", flag))
+        equal = sum(there[name] == digest for name, digest in here.items())
+        failed |= (equal == len(here)) != (flag == _FORMS["as wheels are"])
+        sys.stdout.write(f"aarch64, {form}: {equal} of {len(here)} digests are those of this machine\n")
+        sys.stdout.writelines(f"  differs: {name}\n" for name, digest in here.items() if there[name] != digest)
+    return int(failed)
+
+
+def _download(folder: Path) -> None:
+    """Bring zig, qemu, Debian's Python for arm64 and the wheels into the folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if (folder / "complete").exists():
+        return
+    pip = [sys.executable, "-m", "pip"]
+    _call([*pip, "install", "--quiet", "--target", folder / "zig", "ziglang"])
+    newest = (f"--platform=manylinux_2_{minor}_aarch64" for minor in (17, 24, 26, 27, 28))
+    only = (f"--python-version={_PYTHON}", "--implementation=cp", "--abi=cp311", "--abi=abi3", "--only-binary=:all:")
+    pinned = [f"{name}=={version(name)}" for name in _WHEELS]
+    _call([*pip, "install", "--quiet", "--no-deps", "--target", folder / "site", *newest, *only, *pinned])
+    for machine, packages, place in (("arm64", _PACKAGES, "system"), (_own_machine(), ("qemu-user-static",), "qemu")):
+        apt, debs = folder / f"apt-{machine}", folder / f"debs-{place}"
+        for part in ("state/lists/partial", "cache/archives/partial"):
+            (apt / part).mkdir(parents=True, exist_ok=True)
+        (apt / "state/status").touch()
+        keys = "/usr/share/keyrings/debian-archive-keyring.gpg"
+        (apt / "sources").write_text(f"deb [signed-by={keys}] http://deb.debian.org/debian {_DEBIAN} main\n")
+        options = {
+            "APT::Architecture": machine,
+            "APT::Architectures": machine,
+            "Dir::State": apt / "state",
+            "Dir::State::status": apt / "state/status",
+            "Dir::Cache": apt / "cache",
+            "Dir::Etc::sourcelist": apt / "sources",
+            "Dir::Etc::sourceparts": "-",
+        }
+        command = ["apt-get", "-qq", *(f"-o{name}={value}" for name, value in options.items())]
+        debs.mkdir(exist_ok=True)
+        _call([*command, "update"])
+        _call([*command, "download", *packages], debs)
+        for deb in debs.glob("*.deb"):
+            _call(["dpkg", "-x", deb, folder / place])
+    (folder / "complete").touch()
+
+
+def _own_machine() -> str:
+    """Return Debian's word for this machine."""
+    return subprocess.run(["dpkg", "--print-architecture"], check=True, capture_output=True, text=True).stdout.strip()
+
+
+def _build(out: Path, system: Path, flag: str) -> Path:
+    """Compile every module for aarch64, beside the plain files of the package; return where that is."""
+    shutil.rmtree(out, ignore_errors=True)
+    package = Path(carom.__file__).parent
+    shutil.copytree(package, out / "carom", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
+    made = ROOT / "build" / "cython"
+    sources = {made / "src" / path.relative_to(package.parent).with_suffix(".c") for path in package.rglob("*.pyx")}
+    include = system / "usr" / "include"
+    zig = [sys.executable, "-m", "ziglang", "cc", "-target", f"aarch64-linux-gnu.{_GLIBC}", "-shared", "-fPIC", *_FLAGS]
+    zig += [flag, f"-DCAROM_SOURCES={sources_digest()}", f"-I{include / f'python{_PYTHON}'}", f"-I{include}"]
+
+    def compiled(source: Path) -> None:
+        module = out / source.relative_to(made / "src" if source.is_relative_to(made / "src") else made)
+        _call(
+            [*zig, f"-I{package.parent}", source, "-o", module.with_suffix(".abi3.so")],
+            PYTHONPATH=system.parent / "zig",
+        )
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(compiled, sorted({*sources, made / "carom" / "_cython.c"})))
+    return out
+
+
+def _run(folder: Path, package: Path) -> dict[str, str]:
+    """Return the digests that an emulated processor gives."""
+    system, pure = folder / "system", Path(pydantic.__file__).parents[1]
+    program = [folder / "qemu/usr/bin/qemu-aarch64-static", "-L", system, system / f"usr/bin/python{_PYTHON}", "-S"]
+    path = os.pathsep.join(map(str, (package, folder / "site", ROOT, pure)))
+    done = _call([*program, "-m", "tests.packaging.digests"], ROOT, PYTHONPATH=path, CAROM_REQUIRE_EXTENSION="1")
+    return dict(json.loads(done))
+
+
+def _call(command: list[str | Path], folder: Path | None = None, **environment: object) -> str:
+    """Return what a program prints; its errors are shown, and end this one."""
+    variables = {**os.environ, **{name: str(value) for name, value in environment.items()}}
+    words = [str(word) for word in command]
+    return subprocess.run(words, check=True, cwd=folder, env=variables, stdout=subprocess.PIPE, text=True).stdout
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
