@@ -15,6 +15,7 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib.metadata import version
 from pathlib import Path
@@ -123,13 +124,14 @@ def _build(out: Path, system: Path, flag: str) -> Path:
 def _run(folder: Path, package: Path) -> dict[str, str]:
     """Return the digests that an emulated processor gives."""
     system, pure = folder / "system", Path(pydantic.__file__).parents[1]
-    program = [folder / "qemu/usr/bin/qemu-aarch64-static", "-L", system, system / f"usr/bin/python{_PYTHON}", "-S"]
+    emulator, python = folder / "qemu/usr/bin/qemu-aarch64-static", system / f"usr/bin/python{_PYTHON}"
+    command = [emulator, "-L", system, python, "-S", "-m", "tests.packaging.digests"]
     path = os.pathsep.join(map(str, (package, folder / "site", ROOT, pure)))
-    done = _call([*program, "-m", "tests.packaging.digests"], ROOT, PYTHONPATH=path, CAROM_REQUIRE_EXTENSION="1")
+    done = _call(command, ROOT, PYTHONPATH=path, CAROM_REQUIRE_EXTENSION="1")
     return dict(json.loads(done))
 
 
-def _call(command: list[str | Path], folder: Path | None = None, **environment: object) -> str:
+def _call(command: Sequence[str | Path], folder: Path | None = None, **environment: object) -> str:
     """Return what a program prints; its errors are shown, and end this one."""
     variables = {**os.environ, **{name: str(value) for name, value in environment.items()}}
     words = [str(word) for word in command]

@@ -45,6 +45,18 @@ def test_the_compiled_time_of_impact_has_the_bits_of_the_plain_one(name: str) ->
         assert probe.exact_time(*row) == exact_pair_time(encounter(*row))
 
 
+@pytest.mark.parametrize("power", [-40, -20, 20, 40])
+def test_a_far_graze_takes_two_to_some_power_of_the_time_at_that_part_of_the_speed(power: int) -> None:
+    """A unit of time that is a power of two changes no bit, here where the last term of the refinement makes one."""
+    speed = math.ldexp(1.0, power)
+    start, other = (0.0, 0.0), (78000.74509667783, 82644.98196682754, 0.0, 0.0, 0.5)
+    vx, vy = 0.6863840910811245, 0.7272392175280006
+    time = pair_time(*start, vx, vy, 0.5, *other)
+    assert 0.0 < time < math.inf
+    assert pair_time(*start, vx * speed, vy * speed, 0.5, *other) * speed == time
+    assert probe.pair_time(*start, vx * speed, vy * speed, 0.5, *other) * speed == time
+
+
 def test_the_compiled_time_to_a_wall_has_the_bits_of_the_plain_one() -> None:
     """`wall_time` agrees, near the wall and far from the origin, for walls along the axes and aslant."""
     rng = np.random.default_rng(6)
