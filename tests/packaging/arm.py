@@ -125,7 +125,7 @@ def _run(folder: Path, package: Path) -> dict[str, str]:
     """Return the digests that an emulated processor gives."""
     system, pure = folder / "system", Path(pydantic.__file__).parents[1]
     emulator, python = folder / "qemu/usr/bin/qemu-aarch64-static", system / f"usr/bin/python{_PYTHON}"
-    command = [emulator, "-L", system, python, "-S", "-m", "tests.packaging.digests"]
+    command: list[str | Path] = [emulator, "-L", system, python, "-S", "-m", "tests.packaging.digests"]
     path = os.pathsep.join(map(str, (package, folder / "site", ROOT, pure)))
     done = _call(command, ROOT, PYTHONPATH=path, CAROM_REQUIRE_EXTENSION="1")
     return dict(json.loads(done))
