@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALLED := $(VENV)/installed
+FOR_TESTS := $(VENV)/installed-for-tests
+FOR_REPORTS := $(VENV)/installed-for-reports
 BUILT := $(VENV)/built
 REPORT ?= reports/latest
 #: What the extension is made of; each .pyx is a module of it.
@@ -30,9 +32,9 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas campaign campaign-pic mutants arm bench check coverage-compiled clean
 
 help:
-	@echo "make demo               install everything, open a page: an engine that misses an impact, beside the exact run"
-	@echo "make report             install everything, run the built-in suite, write $(REPORT)/index.html"
-	@echo "make test               install everything, run the tests"
+	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
+	@echo "make report             install what it needs, run the built-in suite, write $(REPORT)/index.html"
+	@echo "make test               install what it needs, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make engines            install the engines that are no part of all: from npm (needs node), and $(WHEELS)"
@@ -50,15 +52,15 @@ help:
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
 
-demo: $(BUILT)
+demo: $(VENV)/built-for-reports
 	$(BIN)/carom demo
 
 # Deviations of the engines are what the report is there to show, so they do not fail it; a crash does.
-report: $(BUILT)
+report: $(VENV)/built-for-reports
 	$(BIN)/carom run --report $(REPORT) --fail-on never
 
-test: $(BUILT)
-	$(BIN)/python -m pytest -n auto --dist worksteal
+test: $(VENV)/built-for-tests
+	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist worksteal
 
 # By file: the tests of one file share what was built for them.
 test-long: $(BUILT)
@@ -132,22 +134,47 @@ check: $(BUILT)
 coverage-compiled: $(BUILT)
 	$(BIN)/python -m tests.compiled_coverage
 
-# Flags and directives stand in setup.py, and Cython does not see when they change: so everything is made anew.
-$(INSTALLED): pyproject.toml setup.py
+# A report needs the engines, tests need pytest and a compiler's front end too, and the rest is for who works on it: each
+# target installs what it needs, and what has more needs nothing besides.
+define install
 	@$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Carom needs CPython 3.11 or later, and $(PYTHON) is " + sys.version.split()[0] + ": make PYTHON=python3.11 ...")'
 	@rm -rf build
 	@if command -v uv >/dev/null 2>&1; then \
-		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[all,dev]'; \
+		uv venv --quiet --allow-existing --python $(PYTHON) $(VENV) && uv pip install --python $(BIN)/python --editable '.[$(1)]'; \
 	else \
-		$(PYTHON) -m venv $(VENV) && $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[all,dev]'; \
+		$(PYTHON) -m venv $(VENV) && $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'; \
 	fi
-	@touch $(INSTALLED)
+	@touch $(2)
+endef
+
+# Flags and directives stand in setup.py, and Cython does not see when they change: so everything is built again.
+$(INSTALLED): pyproject.toml setup.py
+	$(call install,dev,$(INSTALLED) $(FOR_TESTS) $(FOR_REPORTS))
+
+$(FOR_TESTS): pyproject.toml setup.py
+	$(call install,test,$(FOR_TESTS) $(FOR_REPORTS))
+
+$(FOR_REPORTS): pyproject.toml setup.py
+	$(call install,all,$(FOR_REPORTS))
 
 # Installing has built the extension already; after that it is built again where its sources have changed.
-$(BUILT): $(INSTALLED) $(SOURCES)
+define build
 	@$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.sources_digest())' 2>/dev/null \
 		|| $(BIN)/python setup.py --quiet build_ext --inplace --force
-	@touch $(BUILT)
+	@touch $@
+endef
+
+$(BUILT): $(INSTALLED) $(SOURCES)
+	$(build)
+
+$(VENV)/built-for-tests: $(FOR_TESTS) $(SOURCES)
+	$(build)
+
+# Nothing here compiles outside of an install: an edited source has it installed again.
+$(VENV)/built-for-reports: $(FOR_REPORTS) $(SOURCES)
+	@$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.sources_digest())' 2>/dev/null \
+		|| { rm $(FOR_REPORTS) && $(MAKE) $(FOR_REPORTS); }
+	@touch $@
 
 clean:
 	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis build dist site
