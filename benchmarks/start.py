@@ -27,14 +27,22 @@ _FIRST_SOLVE = (
     "solve_pic(Scene(name='first', duration_s=5, discs=["
     "Disc(position_m=(3 * k, 0.1 * k), velocity_m_s=(1 - k, 0), radius_m=0.5) for k in range(3)]))"
 )
-#: Name of a row, and arguments of Python.
+_RUN = ("-m", "carom", "run", "--fail-on", "never")
+#: Name of a row, and arguments of Python. Processes that it starts and waits for count with it.
 _PROCESSES = (
     ("python", ("-c", "pass")),
     ("import numpy, pydantic", ("-c", f"import numpy; {_PYDANTIC}")),
     ("the same, and an empty model", ("-c", f"import numpy; {_PYDANTIC}\nclass Empty(BaseModel): pass")),
     ("import carom, first solve", ("-c", _FIRST_SOLVE)),
     ("carom --help", ("-m", "carom", "--help")),
+    ("one cell: pymunk on paper/missed", (*_RUN, "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24")),
 )
+#: The same of what takes half a minute: measured this often at most.
+_SUITES = (
+    ("carom run --no-timing", (*_RUN, "--no-timing")),
+    ("carom run", _RUN),
+)
+_MOST_SUITES = 3
 _ARRANGEMENTS = ("grid", "column", "random", "ratio 1:1e6", "outlier", "one place, immovable", "one place")
 #: Seconds after which a row of the baseline is given up: it may be quadratic in the discs.
 _PATIENCE_S = 20.0
@@ -64,9 +72,9 @@ def worker(python: str, *task: object, patience_s: float | None = None) -> tuple
 def process_rows(baseline: str, repeats: int) -> None:
     """Print the processor time of starting processes."""
     print(f"{'process':32} {'ms':>8} {'baseline ms':>12}")
-    for name, arguments in _PROCESSES:
+    for name, arguments in (*_PROCESSES, *_SUITES):
         ours, theirs = [], []
-        for _ in range(repeats):
+        for _ in range(repeats if (name, arguments) in _PROCESSES else min(repeats, _MOST_SUITES)):
             ours.append(process_seconds([sys.executable, *arguments]))
             if baseline:
                 theirs.append(process_seconds([baseline, *arguments]))

@@ -24,8 +24,7 @@ from tests.distribution import forget, lay
 
 from carom import Scene, cross_check
 from carom.adapter import Contact, Observation
-from carom.report import write_report
-from carom.report.cross_check import cross_check_document
+from carom.report.cross_check import cross_check_document, write_report
 from carom.report.grid import build_grid
 from carom.report.records import records
 from carom.report.render.markdown import markdown

@@ -91,8 +91,8 @@ def bench(
     from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
-    from carom.report import require_report_extra
     from carom.report.bench_document import bench_document, write_bench
+    from carom.report.files import require_report_extra
     from carom.runs.scoring import score_journal
 
     if not scenes:
@@ -164,7 +164,7 @@ def _grow(
     verbose: bool,
 ) -> None:
     from carom.bench.growth import growth, growth_journal
-    from carom.report import require_report_extra
+    from carom.report.files import require_report_extra
     from carom.report.growth_document import growth_document, write_growth
 
     if scenes:

@@ -111,8 +111,8 @@ def run(
     """
     from carom.comparator import Grade
     from carom.folders import claimed
-    from carom.report import require_report_extra
     from carom.report.cross_check import PURPOSE
+    from carom.report.files import require_report_extra
     from carom.runs.plan import Options, plan_of
     from carom.runs.pool import LocalPool
     from carom.runs.tried import asked_settings
@@ -158,8 +158,7 @@ def _carried_out(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
-    from carom.report import write_report
-    from carom.report.cross_check import cross_check_document, reportable
+    from carom.report.cross_check import cross_check_document, reportable, write_report
     from carom.runs.execute import execute
     from carom.runs.observed import observed_journal
 

@@ -60,7 +60,7 @@ def stress(
         return
     if time_limit is not None:
         require_seconds("--time-limit", time_limit)
-    from carom.report import require_report_extra
+    from carom.report.files import require_report_extra
     from carom.report.stress_document import stress_document, write_stress
 
     require_report_extra()

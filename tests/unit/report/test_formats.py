@@ -25,8 +25,7 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.folders import MARKER
 from carom.limits import MOST_BYTES, MOST_VALUES
-from carom.report import write_report
-from carom.report.cross_check import cross_check_document
+from carom.report.cross_check import cross_check_document, write_report
 from carom.report.document import Column, Document, Medium, Section, Table
 from carom.report.records import junit, raw_records, read_records
 from carom.report.records_line import text_of

@@ -16,8 +16,7 @@ import carom
 from carom import Scene
 from carom import compare as score
 from carom.errors import AdapterError
-from carom.report import write_report
-from carom.report.cross_check import reportable
+from carom.report.cross_check import reportable, write_report
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row

@@ -1,0 +1,56 @@
+"""No command loads what it does not use: a table of commands, and what none of their processes has imported."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+#: No command that answers on a terminal draws, certifies two discs, searches, or drives an engine in its own process.
+NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
+#: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
+OF_OTHERS = {
+    "carom.report.render.html",
+    "carom.report.records",
+    "xml.etree.ElementTree",
+    "rich.progress",
+    "carom.program.adapter",
+    "carom.conformance",
+    "carom.stress",
+    "carom.tune",
+    "carom.cli.stress",
+    "carom.cli.bench",
+}
+OF_RUNS = {"carom.runs.worker", "carom.runs.process", "carom.comparator", "carom.report.cross_check"}
+
+COMMANDS = {
+    "--help": NEVER | OF_OTHERS - {"carom.stress", "carom.tune", "carom.cli.stress", "carom.cli.bench"} | {"numpy"},
+    "run --help": NEVER | OF_OTHERS | OF_RUNS | {"numpy"},
+    "scenes paper/missed": NEVER | OF_OTHERS | OF_RUNS,
+    "run paper/missed -e pit --dt 1/24": NEVER | OF_OTHERS,
+}
+
+SCRIPT = """
+import json, sys
+from carom.__main__ import main
+sys.argv[0] = "carom"
+path = sys.argv.pop(1)
+try:
+    main()
+finally:
+    with open(path, "w") as file:
+        json.dump(sorted(sys.modules), file)
+"""
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
+    """Of what the table names for a command, its process has imported nothing when it ends."""
+    found = tmp_path / "modules.json"
+    subprocess.run([sys.executable, "-c", SCRIPT, str(found), *command.split()], capture_output=True, check=False)
+    loaded = set(json.loads(found.read_text()))
+    assert f"carom.cli.{command.split(maxsplit=1)[0]}" in loaded or command == "--help"
+    assert sorted(loaded & COMMANDS[command]) == []
