@@ -155,8 +155,8 @@ class BouncesTooFast(FallingBodies):
 class RubsTooLittle(FallingBodies):
     """Lets walls rub as if an impact pressed a billionth less."""
 
-    def rub_wall(self, i: int, k: int, before: tuple[float, float], pressed: float) -> None:
-        super().rub_wall(i, k, before, pressed / SLIGHTLY)
+    def slide_on_wall(self, i: int, k: int, before: tuple[float, float], pressed: float) -> None:
+        super().slide_on_wall(i, k, before, pressed / SLIGHTLY)
 
 
 class TurnsInFlight(FallingBodies):

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
-from carom.physics.friction import Grip, friction_impulse
+from carom.physics.friction import ContactFriction, tangential_impulse
 from carom.scene import Scene
 from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body
 
@@ -247,9 +247,9 @@ def _rubbed(
     first, second, (nx, ny) = contact
     wall, start = second < 0, scene.arrays
     grip = (
-        Grip(start.wall_friction, start.wall_tangential_restitution)
+        ContactFriction(start.wall_friction, start.wall_tangential_restitution)
         if wall
-        else Grip(start.friction, start.tangential_restitution)
+        else ContactFriction(start.friction, start.tangential_restitution)
     )
     if not grip.friction:
         return after
@@ -257,8 +257,8 @@ def _rubbed(
     sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
     weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
     slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
-    yielding = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    rub = friction_impulse(grip, slip, yielding, pressed)
+    inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
+    rub = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
     for body, sign in sides:
         after[row[body], :2] += sign * rub * weights[body] * tangent
         after[row[body], 2] -= rub * weights[body] / start.inertia[body]

@@ -20,10 +20,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["Grip", "friction_impulse", "pair_rub"]
+__all__ = ["ContactFriction", "pair_tangential_impulse", "tangential_impulse"]
 
 
-class Grip(NamedTuple):
+class ContactFriction(NamedTuple):
     """How two bodies rub against each other.
 
     Attributes:
@@ -35,29 +35,39 @@ class Grip(NamedTuple):
     restitution: float = 0.0
 
 
-def friction_impulse(grip: Grip, slip: float, yielding: float, pressed: float) -> float:
+def tangential_impulse(contact: ContactFriction, slip: float, inverse_effective_mass: float, pressed: float) -> float:
     """Return the impulse T that friction gives.
 
     Args:
-        grip: How the two rub.
+        contact: How the two rub.
         slip: s.
-        yielding: By how much the slip falls for each unit of T, above 0: ``(1 + 1/k1)/m1 + (1 + 1/k2)/m2``.
-        pressed: J, 0 or more. All of T, J and 1 / yielding may be in any one unit.
+        inverse_effective_mass: By how much the slip falls for each unit of T, above 0:
+            ``(1 + 1/k1)/m1 + (1 + 1/k2)/m2``.
+        pressed: J, 0 or more. All of T, J and 1 / inverse_effective_mass may be in any one unit.
     """
-    held = (1.0 + grip.restitution) * slip / yielding
-    most = grip.friction * pressed
-    if held > most:
+    sticking = (1.0 + contact.restitution) * slip / inverse_effective_mass
+    most = contact.friction * pressed
+    if sticking > most:
         return most
-    return -most if held < -most else held
+    return -most if sticking < -most else sticking
 
 
-def pair_rub(
-    grip: Grip, dx: float, dy: float, ux: float, uy: float, surface: float, yielding: float, push: float
+def pair_tangential_impulse(
+    contact: ContactFriction,
+    dx: float,
+    dy: float,
+    ux: float,
+    uy: float,
+    surface: float,
+    inverse_effective_mass: float,
+    normal: float,
 ) -> float:
-    """Return ``g = T / |d|``: with ``d = c2 - c1`` and ``u = v2 - v1`` friction gives the first disc ``g (dy, -dx)``.
+    """Return ``h = T / |d|``: with ``d = c2 - c1`` and ``u = v2 - v1`` friction gives the first disc ``h (dy, -dx)``.
 
-    The second receives the opposite, and the spins change by ``-g |d| / (k m R)`` each. `surface` is
-    ``|d| (R1 w1 + R2 w2)``, and `push` that of `carom.physics.impact_law.pair_push`: neither it nor this divides by the
-    rounded length of d.
+    The second receives the opposite, and the spins change by ``-h |d| / (k m R)`` each. `surface` is
+    ``|d| (R1 w1 + R2 w2)``, and `normal` the g of `carom.physics.impact_law.normal_impulse`: neither it nor this
+    divides by the rounded length of d.
     """
-    return friction_impulse(grip, dy * ux - dx * uy + surface, (dx * dx + dy * dy) * yielding, -push)
+    return tangential_impulse(
+        contact, dy * ux - dx * uy + surface, (dx * dx + dy * dy) * inverse_effective_mass, -normal
+    )

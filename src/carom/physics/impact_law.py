@@ -22,7 +22,7 @@ from carom.limits import LARGEST, SMALLEST, require_within
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["pair_push", "resolve_impact"]
+__all__ = ["normal_impulse", "resolve_impact"]
 
 
 def resolve_impact(
@@ -80,7 +80,7 @@ def resolve_impact(
     return velocity1 - first, velocity2 + second
 
 
-def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:
+def normal_impulse(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:
     """Return ``f <= 0``: with ``d = c2 - c1`` and ``u = v2 - v1`` an impact gives the first disc the impulse ``f d``.
 
     The second receives ``-f d``. ``d`` is not normalised, so no rounding of its length can do work. 0 where rounding

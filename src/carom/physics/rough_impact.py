@@ -34,7 +34,7 @@ class RoughBodies(NamedTuple):
 
 
 class Grips(NamedTuple):
-    """How the bodies of `m` impacts rub against each other, as `carom.physics.friction.Grip`; shape ``(m,)`` each."""
+    """How the bodies of `m` impacts rub, as `carom.physics.friction.ContactFriction`; shape ``(m,)`` each."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]
@@ -69,9 +69,9 @@ def branches(
     `tangent` is the unit normal from first to second turned by +90 degrees, shape ``(m, 2)``.
     """
     slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
-    yielding = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass
-    held = (1.0 + grips.restitution) * slip / yielding
-    return Branches(held, np.copysign(grips.friction * pressed, held))
+    inverse_effective_mass = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass
+    sticking = (1.0 + grips.restitution) * slip / inverse_effective_mass
+    return Branches(sticking, np.copysign(grips.friction * pressed, sticking))
 
 
 def resolve_rough_impact(

@@ -66,9 +66,9 @@ def spin_judge(
     return judge
 
 
-def _held_or_slid(friction: float, push: float, slip: float, yielding: float) -> float:
+def _held_or_slid(friction: float, push: float, slip: float, inverse_effective_mass: float) -> float:
     """Return friction's impulse for a push and a slip, of unit mass: no tangential restitution."""
-    return math.copysign(min(abs(slip) / yielding, friction * push), slip)
+    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * push), slip)
 
 
 def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from carom.physics.fall_encounter import encounter_time
 from carom.physics.fall_time import descent_time
-from carom.physics.friction import Grip, friction_impulse, pair_rub
-from carom.physics.impact_law import pair_push
+from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
+from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.scene import Scene
@@ -41,15 +41,15 @@ class Law:
         self.radius: list[float] = arrays.radius_m.tolist()
         self.mass: list[float] = arrays.mass_kg.tolist()
         self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
-        self.ease: list[float] = (1.0 / arrays.inertia).tolist()
+        self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
         self.walls: list[tuple[float, float, float, float]] = [
             (float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in arrays.walls
         ]
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.disc_restitution, self.wall_restitution = scene.restitution, scene.wall_restitution
-        self.disc_grip = Grip(scene.friction, scene.tangential_restitution)
-        self.wall_grip = Grip(scene.wall_friction, scene.wall_tangential_restitution)
+        self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
+        self.wall_contact = ContactFriction(scene.wall_friction, scene.wall_tangential_restitution)
         self.turns = bool(arrays.turns)
 
     def movable(self, body: int) -> bool:
@@ -190,26 +190,30 @@ class BodyStates:
                 return
             pressed = -(1.0 + law.wall_restitution) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
-            if law.wall_grip.friction > 0.0:
+            if law.wall_contact.friction > 0.0:
                 before = self.velocity[i]
                 slip = before[0] * ny - before[1] * nx + law.radius[i] * self.spin[i]
-                rub = friction_impulse(law.wall_grip, slip, 1.0 + law.ease[i], pressed)
+                rub = tangential_impulse(law.wall_contact, slip, 1.0 + law.inverse_inertia_ratio[i], pressed)
                 vx, vy = vx - rub * ny, vy + rub * nx
-                self.spin[i] -= rub * law.ease[i] / law.radius[i]
+                self.spin[i] -= rub * law.inverse_inertia_ratio[i] / law.radius[i]
             self.velocity[i] = (vx, vy)
             return
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         ux, uy = self.velocity[j]
         w_j = law.inverse_mass[j]
-        push = pair_push(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        push = normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
         turn = 0.0
-        if law.disc_grip.friction > 0.0 and push < 0.0:
+        if law.disc_contact.friction > 0.0 and push < 0.0:
             distance = math.hypot(dx, dy)
             surface = distance * (law.radius[i] * self.spin[i] + law.radius[j] * self.spin[j])
-            yielding = w_i * (1.0 + law.ease[i]) + w_j * (1.0 + law.ease[j])
-            turn = pair_rub(law.disc_grip, dx, dy, ux - vx, uy - vy, surface, yielding, push)
-            self.spin[i] -= turn * distance * w_i * law.ease[i] / law.radius[i]
-            self.spin[j] -= turn * distance * w_j * law.ease[j] / law.radius[j]
+            inverse_effective_mass = w_i * (1.0 + law.inverse_inertia_ratio[i]) + w_j * (
+                1.0 + law.inverse_inertia_ratio[j]
+            )
+            turn = pair_tangential_impulse(
+                law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, push
+            )
+            self.spin[i] -= turn * distance * w_i * law.inverse_inertia_ratio[i] / law.radius[i]
+            self.spin[j] -= turn * distance * w_j * law.inverse_inertia_ratio[j] / law.radius[j]
         px, py = push * dx + turn * dy, push * dy - turn * dx
         self.velocity[i] = (vx + w_i * px, vy + w_i * py)
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
@@ -226,7 +230,7 @@ class BodyStates:
     def _turning(self, disc: int) -> float:
         law = self.law
         rim = law.radius[disc] * self.spin[disc]
-        return rim * rim / law.ease[disc] if law.ease[disc] > 0.0 else 0.0
+        return rim * rim / law.inverse_inertia_ratio[disc] if law.inverse_inertia_ratio[disc] > 0.0 else 0.0
 
     def fastest(self) -> tuple[float, float]:
         """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""

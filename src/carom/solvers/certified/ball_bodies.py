@@ -66,7 +66,7 @@ class BallBodies:
         falls: Whether the scene has gravity.
         turns: Whether spins are kept: see `carom.DiscArrays.turns`.
         spin: Radians a second.
-        ease: How easily each disc turns: 1/k, 0 for one that does not.
+        inverse_inertia_ratio: How easily each disc turns: 1/k, 0 for one that does not.
         inverse_mass: 0 for a disc that never moves.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
             0 for any disc.
@@ -83,7 +83,9 @@ class BallBodies:
         self.movable = [not disc.immovable for disc in discs]
         self.turns, self.rubs = scene.arrays.turns, scene.arrays.rubs
         self.spin = [arb(disc.spin_rad_s) for disc in discs]
-        self.ease = [ZERO if math.isinf(disc.inertia_factor) else 1 / arb(disc.inertia_factor) for disc in discs]
+        self.inverse_inertia_ratio = [
+            ZERO if math.isinf(disc.inertia_factor) else 1 / arb(disc.inertia_factor) for disc in discs
+        ]
         self.inverse_mass = [ZERO if disc.immovable else 1 / arb(disc.mass_kg) for disc in discs]
         self.met: list[dict[int, arb]] = [{} for _ in discs]
         self.last_met = [0.0] * len(discs)
@@ -195,7 +197,7 @@ class BallBodies:
 
     def turn(self, i: int, impulse: arb) -> None:
         """Let disc `i` be turned back by an impulse over its mass, along its rim."""
-        self.spin[i] = self.spin[i] - impulse * self.ease[i] / arb(self.scene.discs[i].radius_m)
+        self.spin[i] = self.spin[i] - impulse * self.inverse_inertia_ratio[i] / arb(self.scene.discs[i].radius_m)
 
     def pair_law(self, i: int, j: int) -> PairLaw:
         """Return the constants of discs `i` and `j`.

@@ -120,24 +120,28 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> 
     return ZERO - law.nx, ZERO - law.ny, law.length
 
 
-def _friction_impulse(friction: float, restitution: float, slip: arb, yielding: arb, pressed: arb) -> arb:
-    """Return the impulse of `carom.physics.friction.friction_impulse`; the hull of both branches where undecided."""
-    held = (arb(restitution) + 1) * slip / yielding
+def _tangential_impulse(
+    friction: float, restitution: float, slip: arb, inverse_effective_mass: arb, pressed: arb
+) -> arb:
+    """Return the impulse of `carom.physics.friction.tangential_impulse`; the hull of both branches where undecided."""
+    sticking = (arb(restitution) + 1) * slip / inverse_effective_mass
     most = arb(friction) * pressed
-    return held.min(most).max(ZERO - most)
+    return sticking.min(most).max(ZERO - most)
 
 
 def _rub_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Let friction act on two discs that collide: as `carom.physics.friction.pair_rub`, at contact."""
+    """Let friction act on two discs that collide: as `carom.physics.friction.pair_tangential_impulse`, at contact."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene
     w_i, w_j = bodies.inverse_mass[i], bodies.inverse_mass[j]
     # u x d does not change along straight paths.
     slip = near.ux * near.dy - near.uy * near.dx + reach * (bodies.surface(i) + bodies.surface(j))
-    yielding = (w_i * (1 + bodies.ease[i]) + w_j * (1 + bodies.ease[j])) * law.reach2
+    inverse_effective_mass = (
+        w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
+    ) * law.reach2
     pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
-    rub = _friction_impulse(scene.friction, scene.tangential_restitution, slip, yielding, pressed)
+    rub = _tangential_impulse(scene.friction, scene.tangential_restitution, slip, inverse_effective_mass, pressed)
     _change_velocity(bodies, i, rub * w_i * ny, ZERO - rub * w_i * nx, near.wait)
     _change_velocity(bodies, j, ZERO - rub * w_j * ny, rub * w_j * nx, near.wait)
     bodies.turn(i, rub * reach * w_i)
@@ -154,7 +158,7 @@ def _rub_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -
     slip = vx * ny - vy * nx + bodies.surface(i)
     pressed = (arb(scene.wall_restitution) + 1) * approach
     regain = scene.wall_tangential_restitution
-    rub = _friction_impulse(scene.wall_friction, regain, slip, 1 + bodies.ease[i], pressed)
+    rub = _tangential_impulse(scene.wall_friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
     _change_velocity(bodies, i, ZERO - rub * ny, rub * nx, meeting.time - meeting.at)
     bodies.turn(i, rub)
 

@@ -168,8 +168,8 @@ class FallingBodies(Bodies):
         self.y[i] -= gap * ny
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, self.wall_restitution * approach)
-            if self.wall_grip.friction > 0.0:
-                self.rub_wall(i, k, before, (1.0 + self.wall_restitution) * approach)
+            if self.wall_contact.friction > 0.0:
+                self.slide_on_wall(i, k, before, (1.0 + self.wall_restitution) * approach)
         self.last_partner[i] = wall_body(k)
         return self.wall_record(i, k, before, spin)
 

@@ -10,8 +10,8 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
-from carom.physics.friction import Grip, friction_impulse, pair_rub
-from carom.physics.impact_law import pair_push
+from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
+from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
 from carom.solvers.impact.resolution import (
@@ -68,12 +68,12 @@ class Bodies:
         self.walls = start.walls
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
-        self.grip = Grip(start.friction, start.tangential_restitution)
-        self.wall_grip = Grip(start.wall_friction, start.wall_tangential_restitution)
+        self.contact = ContactFriction(start.friction, start.tangential_restitution)
+        self.wall_contact = ContactFriction(start.wall_friction, start.wall_tangential_restitution)
         self.turns = start.turns
         self.spin: list[float] = start.spins.tolist()
         #: How easily each disc turns: 1/k, 0 for one that does not.
-        self.ease: list[float] = (1.0 / start.inertia).tolist()
+        self.inverse_inertia_ratio: list[float] = (1.0 / start.inertia).tolist()
         self.epoch = (0.0, 0.0)
 
     def since_start(self, time_s: float) -> float:
@@ -193,22 +193,24 @@ class Bodies:
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         w_i, w_j = self.inverse_mass[i], self.inverse_mass[j]
         ux, uy = self.vx[j] - self.vx[i], self.vy[j] - self.vy[i]
-        push = pair_push(dx, dy, ux, uy, w_i + w_j, e)
-        self.vx[i] += push * w_i * dx
-        self.vy[i] += push * w_i * dy
-        self.vx[j] -= push * w_j * dx
-        self.vy[j] -= push * w_j * dy
+        g = normal_impulse(dx, dy, ux, uy, w_i + w_j, e)
+        self.vx[i] += g * w_i * dx
+        self.vy[i] += g * w_i * dy
+        self.vx[j] -= g * w_j * dx
+        self.vy[j] -= g * w_j * dy
         distance = math.sqrt(dx * dx + dy * dy)
-        if self.grip.friction > 0.0 and not elastic:
+        if self.contact.friction > 0.0 and not elastic:
             surface = distance * (self.radius[i] * self.spin[i] + self.radius[j] * self.spin[j])
-            yielding = w_i * (1.0 + self.ease[i]) + w_j * (1.0 + self.ease[j])
-            rub = pair_rub(self.grip, dx, dy, ux, uy, surface, yielding, push)
-            self.vx[i] += rub * w_i * dy
-            self.vy[i] -= rub * w_i * dx
-            self.vx[j] -= rub * w_j * dy
-            self.vy[j] += rub * w_j * dx
-            self.spin[i] -= rub * distance * w_i * self.ease[i] / self.radius[i]
-            self.spin[j] -= rub * distance * w_j * self.ease[j] / self.radius[j]
+            inverse_effective_mass = w_i * (1.0 + self.inverse_inertia_ratio[i]) + w_j * (
+                1.0 + self.inverse_inertia_ratio[j]
+            )
+            h = pair_tangential_impulse(self.contact, dx, dy, ux, uy, surface, inverse_effective_mass, g)
+            self.vx[i] += h * w_i * dy
+            self.vy[i] -= h * w_i * dx
+            self.vx[j] -= h * w_j * dy
+            self.vy[j] += h * w_j * dx
+            self.spin[i] -= h * distance * w_i * self.inverse_inertia_ratio[i] / self.radius[i]
+            self.spin[j] -= h * distance * w_j * self.inverse_inertia_ratio[j] / self.radius[j]
         normal = (dx / distance, dy / distance)
         velocities = (before_i, before_j, self._velocity(i), self._velocity(j))
         return ImpactRecord(time_s, i, j, normal, *velocities, self._spins(spins, (self.spin[i], self.spin[j])))
@@ -223,18 +225,18 @@ class Bodies:
             self.vx[i] -= (1.0 + e) * along * nx
             self.vy[i] -= (1.0 + e) * along * ny
         spin = self.spin[i]
-        if self.wall_grip.friction > 0.0 and along < 0.0 and not elastic:
-            self.rub_wall(i, k, before, -((1.0 + e) * along))
+        if self.wall_contact.friction > 0.0 and along < 0.0 and not elastic:
+            self.slide_on_wall(i, k, before, -((1.0 + e) * along))
         return self.wall_record(i, k, before, spin)
 
-    def rub_wall(self, i: int, k: int, before: Vector, pressed: float) -> None:
+    def slide_on_wall(self, i: int, k: int, before: Vector, pressed: float) -> None:
         """Let the friction of wall `k` act on disc `i`, which came with a velocity and was given a speed off it."""
         _, _, nx, ny = self.walls[k]
         slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
-        rub = friction_impulse(self.wall_grip, slip, 1.0 + self.ease[i], pressed)
-        self.vx[i] -= rub * ny
-        self.vy[i] += rub * nx
-        self.spin[i] -= rub * self.ease[i] / self.radius[i]
+        h = tangential_impulse(self.wall_contact, slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
+        self.vx[i] -= h * ny
+        self.vy[i] += h * nx
+        self.spin[i] -= h * self.inverse_inertia_ratio[i] / self.radius[i]
 
     def wall_record(self, i: int, k: int, before: Vector, spin: float) -> ImpactRecord:
         """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
