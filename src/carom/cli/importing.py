@@ -14,7 +14,12 @@ __all__ = ["import_file"]
 
 @guarded
 def import_file(
-    file: Annotated[Path, typer.Argument(help="A pickled pymunk.Space (.pkl, .pickle), or an MJCF model (.xml).")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="A pymunk.Space (.pkl, .pickle), an MJCF model (.xml), or what Planck's Serializer made (.json)."
+        ),
+    ],
     to: Annotated[
         Path | None, typer.Argument(help="The scene to write, .toml or .json; printed as TOML by default.")
     ] = None,
@@ -23,7 +28,7 @@ def import_file(
         float, typer.Option("--pixels-per-metre", help="How many of the file's units of length a metre is.")
     ] = 1.0,
 ) -> None:
-    """Make a scene of a pymunk space or an MJCF model; what a scene has no place for is named."""
+    """Make a scene of a pymunk space, an MJCF model or a dump of Planck's; what a scene has no place for is named."""
     from carom.errors import InputError
     from carom.runs.imported import import_scene
     from carom.scene import save_scene

@@ -8,10 +8,11 @@ from typing import ClassVar
 
 from carom.adapter import Imported, ReadingAdapter
 from carom.arguments import number
-from carom.errors import AdapterError, InputError
+from carom.errors import AdapterError, InputError, SceneError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.door import plain_text
 from carom.runs.job import Status, UnavailableError
+from carom.runs.planck_dump import scene_of_dump
 from carom.runs.pool import LocalPool
 from carom.scene import Scene
 
@@ -19,6 +20,9 @@ __all__ = ["READERS", "import_scene"]
 
 #: Whose adapter reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
+
+#: The ending of a dump of Planck's, which is plain data: no engine is needed to read it.
+DUMP = ".json"
 
 #: A space of a hundred thousand discs has some 30 MB.
 MOST_BYTES = 64 * 2**20
@@ -57,8 +61,9 @@ def import_scene(
     """Return the scene that a file of an engine holds, in metres, and all of the file that it has no place for.
 
     Args:
-        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``). It is read in a
-            process of its own, in which nothing but the engine's own types is made; see ``docs/security.md``.
+        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``), read in a
+            process of its own, in which nothing but the engine's own types is made; see ``docs/security.md``. Or
+            what Planck's ``Serializer.toJson`` made of a world (``.json``).
         name: What to call the scene; the file's name by default.
         duration_s: How long it is to be, seconds.
         pixels_per_metre: How many of the file's units of length a metre is.
@@ -68,8 +73,8 @@ def import_scene(
         AdapterError: The engine is not installed, or its adapter refuses the file; the message says why.
     """
     path = Path(path)
-    if (engine := READERS.get(path.suffix)) is None:
-        raise InputError(f"{path} ends in none of {', '.join(READERS)}, the files of engines that can be read")
+    if (engine := READERS.get(path.suffix)) is None and path.suffix != DUMP:
+        raise InputError(f"{path} ends in none of {', '.join((*READERS, DUMP))}, the files of engines that can be read")
     number("duration_s", duration_s, positive=True)
     number("pixels_per_metre", pixels_per_metre, positive=True)
     try:
@@ -79,6 +84,14 @@ def import_scene(
         raise InputError(f"{path} can't be read: {error.strerror or error}") from None
     if len(content) > MOST_BYTES:
         raise InputError(f"{path} has more than {MOST_BYTES} bytes")
+    if engine is None:
+        try:
+            found = scene_of_dump(content, name or path.stem, duration_s)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        except SceneError as error:
+            raise SceneError(error.problems, source=str(path), more=error.more) from None
+        return Imported(_in_metres(found.scene, pixels_per_metre), found.dropped)
     with LocalPool(1) as pool:
         answer = pool.ask(_Read(engine, content, name or path.stem, duration_s))
     if answer.value is None:
