@@ -162,3 +162,11 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
     for words in (("--help",), ("run", "--help"), ("--version",)):
         helped = subprocess.run(["sh", "-c", command, sys.executable, *words], capture_output=True, check=False)
         assert helped.returncode == 0
+
+
+def test_the_name_of_a_folder_tells_a_terminal_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a report was written is printed without control characters, whatever its folder is called."""
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["run", "paper/late", "-e", "pit", "--no-timing", "--report", "\x1b[31m"])
+    assert "report: \\u001b[31m/index.html" in done.output
+    assert "\x1b" not in done.output

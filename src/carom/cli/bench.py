@@ -132,7 +132,7 @@ def bench(
         )
     page = write_bench(result, out, tuple(axes or Diagram))
     shared.print_document(bench_document(result), full=verbose)
-    shared.console().print(f"page: {page}", soft_wrap=True)
+    shared.say_place("page", page)
 
 
 def step_series(text: str) -> tuple[float, ...]:
@@ -192,7 +192,7 @@ def _grow(
         )
     page = write_growth(found, out)
     shared.print_document(growth_document(found), full=verbose)
-    shared.console().print(f"page: {page}", soft_wrap=True)
+    shared.say_place("page", page)
 
 
 def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:

@@ -179,7 +179,7 @@ def _carried_out(
         page = write_report(results, report, document, fail_on=fail_on)
         journal.discard()  # the report holds it all
     shared.print_document(document, full=verbose)
-    shared.console().print(f"report: {page}", soft_wrap=True)
+    shared.say_place("report", page)
     return results
 
 

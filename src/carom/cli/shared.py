@@ -55,6 +55,7 @@ __all__ = [
     "resumable",
     "say",
     "say_lines",
+    "say_place",
     "scenes_named",
     "seconds",
 ]
@@ -237,6 +238,11 @@ def plain_where_needed() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)
+
+
+def say_place(what: str, path: Path) -> None:
+    """Print where something was written, whole on a line that another program reads, without control characters."""
+    console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
 
 
 def print_document(document: Document, *, full: bool = False) -> None:

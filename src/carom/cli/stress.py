@@ -85,6 +85,6 @@ def stress(
         )
     page = write_stress(results, out)
     shared.print_document(stress_document(results), full=verbose)
-    shared.console().print(f"report: {page}", soft_wrap=True)
+    shared.say_place("report", page)
     if any(info.unavailable for name, info in results.engines.items() if name in (engine or ())):
         raise typer.Exit(shared.EXIT_UNAVAILABLE)

@@ -102,4 +102,4 @@ def tune(
             raise
     page = write_tune(found, asked, out)
     shared.print_document(tune_document(found, asked), full=verbose)
-    shared.console().print(f"report: {page}", soft_wrap=True)
+    shared.say_place("report", page)
