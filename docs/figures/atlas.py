@@ -263,8 +263,12 @@ def atlas(
     stress: dict[str, Any],
     hazards: Sequence[Row],
     commands: Sequence[str],
+    timed_on: str = "",
 ) -> Document:
-    """Return the page; the commands are those of the cross-check, of the one that was timed, and of the campaign."""
+    """Return the page; the commands are those of the cross-check, of the one that was timed, and of the campaign.
+
+    Run times say on which day they were measured, where that is another.
+    """
     methods = methods_of(rows, timed, hazards)
     engines: dict[str, list[Method]] = {}
     for method in methods:
@@ -272,12 +276,13 @@ def atlas(
             engines.setdefault(method.engine, []).append(method)
     here = head["environment"]
     versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
+    apart = f" Run times are of {timed_on}." if timed_on not in ("", here["date"][:10]) else ""
     lead = (
         f"What {count(len(engines), 'method')} do to discs that collide, in {count(len(head['scenes']), 'scene')}, "
         "compared with PIC: which to use at which step, and what each does to time, direction, energy and speed.",
         f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, on {here['processor']} "
         f"({here['cores']} cores, {here['system']}): {versions}.",
-        "Errors are totals, at each scene's own frame rate; 'make atlas' measures all of it anew.",
+        f"Errors are totals, at each scene's own frame rate; 'make atlas' measures all of it anew.{apart}",
     )
     return Document(
         "Atlas of engines",
@@ -456,7 +461,8 @@ def main() -> None:
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
     hazards = json.loads(figures.read_text(encoding="utf-8"))
-    page = markdown(atlas(head, rows, timed, stress, hazards, commands))
+    timed_on = timing["environment"]["date"][:10]
+    page = markdown(atlas(head, rows, timed, stress, hazards, commands, timed_on))
     # The documents' blocks are fenced; a report's Markdown has them indented.
     fenced = re.sub(r"(?m)(^ {4}.*\n?)+", lambda block: f"```text\n{textwrap.dedent(block[0]).rstrip()}\n```\n", page)
     PAGE.write_text(fenced, encoding="utf-8")
