@@ -322,7 +322,10 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="pymunk",
-    engine=Engine("pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'"),
+    # 5.4.1 tells the adapter of no contact, though it bounces; 5.7.0 does.
+    engine=Engine(
+        "pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'", oldest="5.7"
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "iterations": Knob(1, 100, log=True),

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import difflib
 import importlib.util
+import inspect
 import os
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,6 +30,7 @@ __all__ = [
     "asked_as",
     "distribution_of",
     "engine_named",
+    "has_part",
     "load_adapter",
     "require_named",
     "unavailable_reason",
@@ -257,28 +260,65 @@ def load_adapter(name: str) -> Adapter:
         message = f"the adapter {name!r} can't be loaded from {point.value}: {type(error).__name__}: {error}"
         raise AdapterError(message) from error
     if not is_adapter:
-        missing = [
-            part for part in ("name", "engine", "capabilities", "profiles", "prepare") if not hasattr(adapter, part)
-        ]
+        parts = ("name", "engine", "capabilities", "profiles", "prepare")
+        missing = [part for part in parts if not has_part(adapter, part)]
+        for part in set(parts) - set(missing):  # `isinstance` takes a property's AttributeError for its absence
+            try:
+                getattr(adapter, part)
+            except AttributeError as error:
+                raise AdapterError(f"{point.value}: its {part} failed: AttributeError: {error}") from error
         raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
     found: Adapter = adapter
     return found
 
 
+def has_part(thing: object, part: str) -> bool:
+    """Return whether an object has an attribute, also where reading it ends in an AttributeError of something else."""
+    try:
+        inspect.getattr_static(thing, part)
+    except AttributeError:
+        return hasattr(thing, part)  # by its `__getattr__`
+    return True
+
+
 def unavailable_reason(engine: Engine) -> str:
-    """Return why the engine can't be imported here, empty where it can; it is looked for, not imported."""
+    """Return why the engine can't be used here, empty where it can; it is looked for, not imported.
+
+    It is not installed, or older than what its adapter drives.
+    """
     try:
         found = not engine.module or importlib.util.find_spec(engine.module) is not None
     except (ImportError, ValueError):  # the package that a dotted name lies in is missing, or has no spec
         found = False
     if found:
-        return ""
+        return _too_old(engine) if engine.oldest else ""
     reason = f"{engine.module} is not installed"
     here = sys.version_info[:2]
     if engine.no_wheel_from and here >= engine.no_wheel_from:
         newest = "{}.{}".format(*engine.no_wheel_from)
         reason += f", and {engine.name} has no wheel for CPython {newest} and later (this is {here[0]}.{here[1]})"
     return f"{reason}; {engine.install}" if engine.install else reason
+
+
+def _too_old(engine: Engine) -> str:
+    """Return why the installed release can't be used; empty where it can, or where nothing tells which it is."""
+    try:
+        installed = metadata.version(engine.distribution)
+    except (metadata.PackageNotFoundError, ValueError):  # not installed as a distribution, or no name to ask for
+        return ""
+    if _numbers_of(installed) >= _numbers_of(engine.oldest):
+        return ""
+    reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
+    return f"{reason}; {engine.install}" if engine.install else reason
+
+
+def _numbers_of(version: str) -> tuple[int, ...]:
+    """Return the numbers that a release begins with, without zeros at the end: 4.0.0rc1 counts as 4."""
+    found = re.match(r"[0-9]+(\.[0-9]+)*", version)
+    numbers = [int(number) for number in found[0].split(".")] if found else []
+    while numbers and not numbers[-1]:
+        numbers.pop()
+    return tuple(numbers)
 
 
 def why_unavailable(adapter: Adapter) -> str:

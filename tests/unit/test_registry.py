@@ -108,6 +108,36 @@ def test_an_engine_without_a_wheel_for_this_python_says_so() -> None:
     assert "wheel" not in unavailable_reason(later)
 
 
+@pytest.mark.parametrize(
+    ("installed", "oldest", "refused"),
+    [
+        ("5.4.1", "5.7", True),
+        ("5.6.99", "5.7", True),
+        ("4", "5.7", True),
+        ("5.7", "5.7.1", True),
+        ("5.7.0", "5.7", False),
+        ("5.7", "5.7.0", False),
+        ("5.10.0", "5.7", False),
+        ("7.3.1", "5.7", False),
+        ("5.4.1", "", False),
+    ],
+)
+def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
+    installed: str, oldest: str, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Releases are compared as numbers, not as text, and the reason names both and what to do."""
+    lay(tmp_path, "nonesuch", {}, version=installed)
+    monkeypatch.syspath_prepend(tmp_path)
+    engine = Engine("Nonesuch", module="json", distribution="nonesuch", install="pip install nonesuch", oldest=oldest)
+    reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
+    assert unavailable_reason(engine) == (f"{reason}; pip install nonesuch" if refused else "")
+
+
+def test_an_engine_whose_release_nothing_tells_is_not_refused_for_it() -> None:
+    """A module that is there without a distribution, of a build of one's own say, is available."""
+    assert unavailable_reason(Engine("Nonesuch", module="json", distribution="no-such-thing", oldest="5.7")) == ""
+
+
 class Guest:
     """An adapter, as far as the registry reads one."""
 
@@ -182,6 +212,10 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
             "failing": "raise RuntimeError('no display')",
             "wrong": "adapter = 42",
             "raising": raising,
+            "lacking": GOOD_ADAPTER.replace(
+                'name = "good"', "name = property(lambda self: sys.no_such_version)"
+            ).replace("from carom", "import sys\nfrom carom"),
+            "old": GOOD_ADAPTER.replace('"Good engine"', '"Good engine", oldest="v2"'),
             "odd_profiles": GOOD_ADAPTER.replace("profiles = {", "profiles = {'odd': 'text', "),
         },
         {
@@ -192,6 +226,8 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
             "b-wrong": "wrong:adapter",
             "b-raising": "raising:adapter",
             "b-profiles": "odd_profiles:adapter",
+            "b-lacking": "lacking:adapter",
+            "b-old": "old:adapter",
         },
     )
     found = listed(tmp_path)
@@ -203,6 +239,8 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
         "b-failing": "RuntimeError: no display",
         "b-wrong": "is no adapter: it has no name, engine, capabilities, profiles, prepare",
         "b-raising": "OSError: no licence file",
+        "b-lacking": "has no attribute 'no_such_version'",
+        "b-old": "engine.oldest must be numbers with dots between them, got 'v2'",
         "b-profiles": "profiles['odd'] must be a Profile, got 'text' (str)",
     }.items():
         assert not found[name]["available"]

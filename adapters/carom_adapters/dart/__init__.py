@@ -30,7 +30,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="dart",
-    engine=Engine("DART", module="dartpy", distribution="dartpy", install="pip install 'carom[dart]'"),
+    # Before it a world has no setCollisionDetector.
+    engine=Engine("DART", module="dartpy", distribution="dartpy", install="pip install 'carom[dart]'", oldest="6.20"),
     capabilities=CAPABILITIES,
     knobs={
         "collision_detector": Knob(choices=DETECTORS),

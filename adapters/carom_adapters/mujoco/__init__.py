@@ -67,7 +67,10 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    engine=Engine("MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'"),
+    # Speculative contacts, which the adapter reads back, came with it: every run of a 3.x failed there.
+    engine=Engine(
+        "MuJoCo", module="mujoco", distribution="mujoco", install="pip install 'carom[mujoco]'", oldest="4.0"
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "joints": Knob(choices=("free", "slide")),

@@ -65,6 +65,8 @@ class Engine:
         distribution: Distribution whose version counts.
         install: The command that installs it, shown where it is missing.
         no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
+        oldest: Oldest release that the adapter drives as it says, as "5.7": one that is older is unavailable. Empty
+            where none is known to fail.
     """
 
     name: str
@@ -72,6 +74,7 @@ class Engine:
     distribution: str = ""
     install: str = ""
     no_wheel_from: tuple[int, int] | None = None
+    oldest: str = ""
 
 
 @dataclass(frozen=True)

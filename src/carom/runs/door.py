@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
 from typing import Any, NamedTuple, TypeVar, get_type_hints
@@ -124,6 +125,8 @@ def sound_adapter(adapter: Adapter) -> Declared:
     plain_text(adapter.name, "the name of an adapter")
     engine = _held(adapter.engine, Engine, "engine")
     plain_text(engine.name, "engine.name")
+    if plain_text(engine.oldest, "engine.oldest") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", engine.oldest):
+        raise slip(f"engine.oldest must be numbers with dots between them, got {_shown(engine.oldest)}", DECLARED)
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
         raise slip(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.comparator.local_truth import StepWatch
 from carom.errors import AdapterError, UnknownNameError
-from carom.registry import load_adapter, why_unavailable
+from carom.registry import has_part, load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.door import Door, plain_counts, plain_settings, plain_text, slip
 from carom.runs.early_end import FreeFlight
@@ -125,7 +126,7 @@ def observe_run(
     settings = profile_settings(adapter, profile, dt_s, tried)
     run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
     world = adapter.prepare(scene, settings)
-    missing = [part for part in ("settings", "advance", "observe", "close") if not hasattr(world, part)]
+    missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
     if missing:
         lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
         raise slip(f"prepare() must return a world; {lacks}")
@@ -134,7 +135,8 @@ def observe_run(
         world.observe()  # some engines begin to note their contacts when they are first looked at
         cutter = Cutter(world) if adapter.profiles[profile].located else None
         run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
-        own = plain_counts(getattr(world, "counts", {}))
+        counting: Any = world  # what only some worlds have
+        own = plain_counts(counting.counts if has_part(counting, "counts") else {})
     finally:
         world.close()
     counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own}

@@ -1,0 +1,101 @@
+"""What a world must have to be observed, and what is said where reading it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged
+
+from carom.adapter import Capabilities, Engine, Observation, Profile, Scene, Setting
+from carom.errors import AdapterError
+from carom.runs.observe import observe_run
+
+DT = 0.25
+
+
+class Still:
+    """A world of one disc at rest."""
+
+    closed = False
+    settings: Mapping[str, Setting] = {"dt_s": DT}
+
+    def advance(self, steps: int) -> None:
+        pass
+
+    def observe(self) -> Observation:
+        return Observation(np.zeros((1, 2)), np.zeros((1, 2)))
+
+    def close(self) -> None:
+        self.closed = True
+
+
+class UnreadSettings(Still):
+    """Its engine lacks what the adapter reads the settings from."""
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:  # type: ignore[override] # a world may have a property
+        engine: Any = SimpleNamespace()
+        return {"speculative": engine.SPECULATIVE}
+
+
+class UnreadCounts(Still):
+    """The same of counts, which a world need not have."""
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        engine: Any = SimpleNamespace()
+        return {"solved": engine.solved}
+
+
+class Delegating(Still):
+    """A world whose counts come by its `__getattr__`."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "counts":
+            return {"solved": 3}
+        raise AttributeError(name)
+
+
+class Makes:
+    """An adapter of one world."""
+
+    name = "makes"
+    engine = Engine("Makes")
+    capabilities = Capabilities()
+    profiles: Mapping[str, Profile] = {"default": Profile("As it comes.", lambda dt_s: {"dt_s": dt_s})}
+
+    def __init__(self, world: Any) -> None:
+        self.world = world
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> Any:
+        del scene, settings
+        return self.world
+
+
+def observed(world: Any) -> Mapping[str, int]:
+    scene = staged("rest", disc_at(0.0, 0.0), duration_s=1.0)
+    return observe_run(Makes(world), scene, "default", DT).counts
+
+
+@pytest.mark.parametrize(("world", "lacked"), [(UnreadSettings(), "SPECULATIVE"), (UnreadCounts(), "solved")])
+def test_an_attribute_that_the_engine_lacks_is_told_as_that(world: Still, lacked: str) -> None:
+    """An AttributeError inside a property of a world comes out as it is, and the world is closed."""
+    with pytest.raises(AttributeError, match=lacked):
+        observed(world)
+    assert world.closed
+
+
+def test_a_world_that_lacks_a_part_is_refused_by_it() -> None:
+    """What a world does not have is named."""
+    with pytest.raises(AdapterError, match="a SimpleNamespace has no settings, observe"):
+        observed(SimpleNamespace(advance=print, close=print))
+
+
+def test_counts_may_be_absent_or_come_by_any_way() -> None:
+    """A world without counts is told by its steps alone, and counts that `__getattr__` answers for are read."""
+    assert "solved" not in observed(Still())
+    assert observed(Delegating())["solved"] == 3
