@@ -14,7 +14,7 @@ from carom.comparator.measure import untold
 from carom.comparator.order import MOST_EDITS
 from carom.comparator.own_findings import in_seconds, own_path
 from carom.comparator.scales import largest
-from carom.comparator.step_findings import bad_steps, has_parted, parted, polygons, sinking, steps_are_exact
+from carom.comparator.step_findings import bad_steps, has_left, parted, polygons, sinking, steps_are_exact
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.trace import Outcome, pair_name
@@ -26,7 +26,7 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
     # Beyond the instant at which two trajectories part, which impact is which is chance.
-    apart = (parted,) if has_parted(evidence) else (_hits, _order, _timing, _motion, _turning, _end)
+    apart = (_ending, parted) if has_left(evidence) else (_ending, _hits, _order, _timing, _motion, _turning, _end)
     # Where every step is PIC's, what is off of an impact is what was not told apart.
     rules = (_convention, *(() if steps_are_exact(evidence) else apart), own_path, sinking)
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
@@ -98,15 +98,19 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
     yield Finding(Verdict.CONVENTION, reason)
 
 
-def _hits(evidence: Evidence) -> Iterator[Finding]:
-    observed, alignment, believed = evidence.observed, evidence.measured.alignment, evidence.reach.impacts
-    expected, found = evidence.reference.impacts, observed.impacts
+def _ending(evidence: Evidence) -> Iterator[Finding]:
+    observed = evidence.observed
     if evidence.cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
         yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
     elif evidence.ended_otherwise:
         reference = evidence.reference
         yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {reference.end_time_s:.6g} s")
+
+
+def _hits(evidence: Evidence) -> Iterator[Finding]:
+    alignment, believed = evidence.measured.alignment, evidence.reach.impacts
+    expected, found = evidence.reference.impacts, evidence.observed.impacts
     if missed := alignment.missed:
         kind = Verdict.MISSED if len(missed) == 1 else Verdict.MULTIPLE_MISSED
         yield Finding(kind, f"{len(missed)} of {believed}, {_first(missed, expected)}")
@@ -162,7 +166,8 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
     turned, energy = evidence.measured.largest.direction_rad, evidence.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
         yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
-    if abs(energy) > THRESHOLDS.energy:
+    falls = any(evidence.reference.scene.gravity_m_s2)  # then what is higher is slower, and has lost nothing
+    if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
         yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
 

@@ -34,10 +34,10 @@ SAID_WHEN = {
     ),
     Verdict.SPURIOUS: ("at least one spurious: an impact of the run that has none of the reference to go with it"),
     Verdict.ENERGY_GAINED: (
-        "by more than `1e-6` of the energy at the start; where restitution takes energy, or gravity gives some, that "
-        "is no gain of the run alone"
+        "by more than `1e-6` of the energy at the start, in scenes without gravity; where restitution takes energy, "
+        "that is no gain of the run alone"
     ),
-    Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start",
+    Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start, in scenes without gravity",
     Verdict.NOT_TOLD_APART: "beside other verdicts; a run that conforms says it in its reason",
     Verdict.LUCKY_PHASE: "*close*, and PIT's impacts; a run that conforms says it in its reason",
     Verdict.CUT_SHORT: ("standstill, an engine's own warning, a state that is not finite, a clock short of the end"),
@@ -111,7 +111,8 @@ GRADED_WHEN = {
         "every impact found; none worse in velocity or in spin than PIT at the same step has been at it or before it, "
         "at this phase, at another at which it finds all up to there, or at the run's own lateness; none later than "
         "PIT has been up to it, or one step, and none early on its own account; energy no further off than PIT's, or "
-        "a millionth; ends no further off than PIT, or where its own impacts make it end; in agreement with itself, "
+        "a millionth; ends no further off than PIT (at this phase, or, where every step is *sampled* or better, at any "
+        "at which PIT finds all), or where its own impacts make it end; in agreement with itself, "
         "but for what sampling explains; no step worse than PIT at its worst phase, or at the run's own lateness, "
         "from the same state; falling along polygons, and sinking at rest by no more than the fall of a step, are "
         "sampling's"

@@ -13,7 +13,7 @@ from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.own_findings import own_path
 from carom.comparator.verdict import Finding, Verdict
 
-__all__ = ["bad_steps", "has_parted", "parted", "polygons", "sinking", "steps_are_exact"]
+__all__ = ["bad_steps", "has_left", "has_parted", "parted", "polygons", "sinking", "steps_are_exact"]
 
 
 def steps_are_exact(evidence: Evidence) -> bool:
@@ -37,16 +37,21 @@ def steps_are_exact(evidence: Evidence) -> bool:
 
 
 def has_parted(evidence: Evidence) -> bool:
+    """Whether the trajectory alone is wrong: it has left the reference's, and ends where that does."""
+    return has_left(evidence) and not evidence.ended_otherwise
+
+
+def has_left(evidence: Evidence) -> bool:
     """Whether the trajectory has left the reference's though no step passes through anything, or invents anything.
 
-    Not where the run reports other impacts than its states show, ends early, or the scene has no unique answer.
+    Not where the run reports other impacts than its states show, or the scene has no unique answer.
     """
     local = evidence.local_truth
     if local is None or local.missed_own or local.invented or evidence.told_otherwise or evidence.broken:
         return False
     if steps_are_exact(evidence):
         return False
-    return evidence.convention is None and evidence.parted_s is not None and not evidence.ended_otherwise
+    return evidence.convention is None and evidence.parted_s is not None
 
 
 def parted(evidence: Evidence) -> Iterator[Finding]:
@@ -96,12 +101,12 @@ def bad_steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
     local, alignment = evidence.local_truth, evidence.measured.alignment
     if local is None or evidence.broken:
         return
-    if local.missed > len(alignment.missed) or (local.missed and has_parted(evidence)):
+    if local.missed and (local.missed != len(alignment.missed) or has_left(evidence)):
         pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
-    if local.invented > len(alignment.spurious):
+    if local.invented and local.invented != len(alignment.spurious):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
-    if local.grade is Grade.INACCURATE and (has_parted(evidence) or not evidence.reach.whole or not told):
+    if local.grade is Grade.INACCURATE and (has_left(evidence) or not evidence.reach.whole or not told):
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))
     if local.grade in (Grade.CLOSE, Grade.SAMPLED) and not told and not (evidence.reach.whole and local.agrees_alone):
         yield Finding(Verdict.SAMPLED_STEPS, "; ".join(_costs(local)))
