@@ -251,7 +251,7 @@ def settings(method: Method) -> str:
     names = dict.fromkeys(name for one in used for name in one if name != "dt_s")
     values = {name: {json.dumps(one[name]) for one in used if name in one} for name in names}
     return "\n".join(
-        f"{name} = {next(iter(said))}" if len(said) == 1 else f"# {name} goes by the scene and the step"
+        f"{name} = {next(iter(said))}" if len(said) == 1 else f"# {name} depends on the scene and the step"
         for name, said in values.items()
     )
 

@@ -11,6 +11,10 @@ import pytest
 from playwright.sync_api import Browser, Page
 from tests.browser.test_replay import MISSED, opened
 
+from carom.report.grid import mark_read
+from carom.report.records import read_records
+from carom.text import visible
+
 pytestmark = pytest.mark.browser
 
 
@@ -128,4 +132,31 @@ def test_on_paper_nothing_is_cut_off(browser: Browser, wide_report: Path) -> Non
     seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
     wide = page.eval_on_selector_all("table, pre, svg", f"{seen}.map(one => one.className)")
     assert wide == []
+    page.close()
+
+
+def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, report: Path) -> None:
+    """Opened, the table has a row for each line of results.jsonl, with its grade; the print shows it, too."""
+    details = page.locator("details.packed")
+    assert details.locator("tr").count() == 0
+    details.locator("summary").click()
+    details.locator("tbody tr").first.wait_for()
+    _, lines = read_records(report.parent / "results.jsonl")
+    scenes = details.locator("tbody th").all_inner_texts()
+    assert scenes == [visible(line.scene) for line in lines]
+    grades = details.locator("tbody tr td:nth-child(5)").all_inner_texts()
+    said = [mark_read(line.status, line.grade, line.float_bits) for line in lines]
+    assert grades == [f"{mark.symbol} {mark.word}" for mark in said]
+    page.emulate_media(media="print")
+    assert details.locator("tbody tr").last.is_visible()
+
+
+def test_without_script_the_page_says_where_every_cell_is(browser: Browser, report: Path) -> None:
+    """Where JavaScript is off, the opened part says so, and names the file that has the numbers."""
+    page = browser.new_page(java_script_enabled=False)
+    page.goto(report.as_uri())
+    page.locator("details.packed summary").click()
+    said = page.locator("details.packed noscript").inner_text()
+    assert "JavaScript, which is switched off here" in said
+    assert "results.jsonl" in said
     page.close()

@@ -121,7 +121,7 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
     page.keyboard.press("+")
     assert float(dialog.get_by_label("Speed").input_value()) == 2 * float(chosen)
     dialog.get_by_label("Speed").select_option("1")
-    dialog.get_by_label("laid over each other").check()
+    dialog.get_by_label("overlaid").check()
     assert page.locator(".views.over figure").first.is_hidden()
     dialog.get_by_label("Time in the scene").fill("0.25")
     assert clock(page) == 0.25

@@ -80,7 +80,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     assert "--resume goes on from there" in done.output
     refused = carom_tune("box2d", slow, "--trials", 12, "--out", one)
     assert refused.exit_code == 2
-    assert "go on with them by --resume" in refused.output
+    assert "continue from them by --resume" in refused.output
     assert carom_tune("box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
     assert blocks(resumed, "To paste, in Python") == blocks(whole, "To paste, in Python")

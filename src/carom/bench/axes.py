@@ -52,7 +52,7 @@ _MEANINGS = {
     ErrorKind.TIME: "time error of the worst impact, over the scene's duration",
     ErrorKind.VELOCITY: "velocity error of the worst impact, over the scene's greatest speed",
     ErrorKind.DIRECTION: "direction error of the worst impact, radians",
-    ErrorKind.POSITION: "error of the worst final place, over the largest radius",
+    ErrorKind.POSITION: "error of the worst final position, over the largest radius",
 }
 
 

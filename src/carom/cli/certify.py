@@ -27,15 +27,15 @@ def certify(
     scenes: Annotated[list[str], shared.SCENE_NAMES],
     digits: Annotated[int, typer.Option("--digits", "-d", min=1, help="Decimal digits to prove.")] = 15,
     max_impacts: Annotated[
-        int | None, typer.Option("--max-impacts", "-n", min=0, help="Stop after so many impacts.")
+        int | None, typer.Option("--max-impacts", "-n", min=0, help="Stop after this many impacts.")
     ] = None,
     time_budget: Annotated[
-        float | None, typer.Option("--time-budget", "-t", help="Stop after so many seconds, each scene.")
+        float | None, typer.Option("--time-budget", "-t", help="Stop after this many seconds, each scene.")
     ] = None,
     max_precision: Annotated[
         int, typer.Option("--max-precision", help="Never compute with more bits than these.")
     ] = 65536,
-    show: Annotated[int, typer.Option("--show", min=0, help="Print so many impacts of each scene.")] = 40,
+    show: Annotated[int, typer.Option("--show", min=0, help="Print this many impacts of each scene.")] = 40,
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their radii as JSON.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write one JSON file a scene into.")] = None,
 ) -> None:

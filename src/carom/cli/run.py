@@ -57,7 +57,7 @@ def run(
         list[str] | None,
         typer.Option(
             "--set",
-            help="NAME=VALUE: try a setting in place of the profiles' own, repeatable. Every engine asked for must "
+            help="NAME=VALUE: try a setting instead of the profiles' own, repeatable. Every engine asked for must "
             "have it; an unknown one is refused with the names that there are.",
         ),
     ] = None,
@@ -80,7 +80,7 @@ def run(
         typer.Option(
             "--certify/--no-certify",
             help="Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
-            "reference, certified as far as it may be believed for scenes of three discs or more.",
+            "reference, certified as far as it is reliable for scenes of three discs or more.",
         ),
     ] = None,
     certify_time: Annotated[
@@ -92,7 +92,7 @@ def run(
             "--phases",
             min=0,
             max=MOST_PHASES,
-            help="Run each cell at so many sub-step phases too, and show the spread of its errors.",
+            help="Run each cell at this many sub-step phases too, and show the spread of its errors.",
         ),
     ] = 0,
     explain: Annotated[

@@ -89,7 +89,7 @@ EngineNames = Annotated[
         "-e",
         callback=engines_named,
         help="Engine, or the engine.toml of one that is a program; repeatable. All that are installed by "
-        "default. Its adapter runs with your rights.",
+        "default. Its adapter runs with your permissions.",
     ),
 ]
 
@@ -105,7 +105,7 @@ Jobs = Annotated[
 
 Resume = Annotated[
     bool,
-    typer.Option("--resume", help="Go on with the journal in the folder of results: run only what is missing in it."),
+    typer.Option("--resume", help="Continue from the journal in the folder of results: run what is missing in it."),
 ]
 
 Retry = Annotated[

@@ -157,11 +157,11 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
     step_s, pit_s = observed.dt_s, sampling.dt_s if sampling else 0.0
     if 0.0 < step_s < math.inf and pit_s and abs(step_s - pit_s) > THRESHOLDS.rounding * pit_s:
         raise InputError(
-            f"the observed trace has a step of {step_s:g} s, sampling one of {pit_s:g} s: a run is held against PIT at "
-            "its own step; run PIT at that"
+            f"the observed trace has a step of {step_s:g} s, sampling one of {pit_s:g} s: a run is compared with PIT "
+            "at its own step; run PIT at that"
         )
     if broken := not_finite(reference):
-        raise InputError(f"{broken} in the reference: nothing can be held against a number that is none")
+        raise InputError(f"{broken} in the reference: nothing can be compared with what is no number")
     if sampling is not None and not_finite(sampling):
         sampling = None
     # What is no number makes more of its kind on every way; they are looked for by name, and not by warnings.

@@ -104,7 +104,7 @@ GRADED_WHEN = {
     Grade.CLOSE: (
         "every impact found; times right to a hundredth of a step, each velocity and each spin to a hundredth of its "
         "price of sampling up to its impact; energy and final state to a hundredth of what PIT's are off by at worst "
-        "over the phases, or as its own impacts make it end; in agreement with itself, but for what sampling "
+        "over the phases, or as its own impacts make it end; in agreement with itself, except for what sampling "
         "explains; no step worse than a hundredth of what PIT pays from the same state"
     ),
     Grade.SAMPLED: (

@@ -99,7 +99,7 @@ class Errors:
     direction_rad: float = _called("direction error")
     energy: float = _called("energy error")
     momentum: float = _called("momentum error")
-    final_position: float = _called("final place")
+    final_position: float = _called("final position")
     final_velocity: float = _called("final velocity")
     final_spin: float = _called("final spin")
 

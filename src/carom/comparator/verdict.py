@@ -30,7 +30,7 @@ class Verdict(Enum):
     WENT_ON = "the run goes on where the reference ends"
     CONVENTION = "the scene has no unique answer"
     UNDECIDED = "too close to the end of the run to be decided"
-    UNCOMPARED = "there is no PIT at this step to hold it against"
+    UNCOMPARED = "there is no PIT at this step to compare it with"
     MISPLACED = "discs end in the wrong place"
     WRONG_END = "discs end with the wrong velocity"
     WRONG_LAST_SPIN = "discs end with the wrong spin"

@@ -238,7 +238,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         note="Medians over rounds; spread is the distance between the quartiles over the median. Empty world: a step "
         "of one disc at rest. Call: Python's call into the world, shared by all steps that one call takes. Net: what "
         "is left. Whole: with preparation. Ratios are to PIT at the same step in the same round; times are this "
-        "machine's, and only ratios may be held against another run.",
+        "machine's, and only ratios may be compared with another run.",
         folded="The numbers of every point, and the command that makes it again",
         css="cells",
         only=IN_FULL,

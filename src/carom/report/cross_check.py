@@ -13,12 +13,13 @@ from carom.folders import write_files
 from carom.report import tables, wording
 from carom.report.divergences import pictures
 from carom.report.document import Document
+from carom.report.files import packed
 from carom.report.grid import Grid, Mark, build_grid
 from carom.report.made import making
 from carom.report.overview import first_replay, overview
 from carom.report.price import price_section, prices
 from carom.report.reference import known_section, reference_section
-from carom.report.replay import packed, replay_data
+from carom.report.replay import replay_data
 from carom.report.steps import steps_section
 from carom.report.trend import trend_sections
 from carom.runs.job import Status

@@ -146,6 +146,7 @@ class Table:
         folded: What a page shows of it until it is opened; empty where it is open.
         css: Class of its layout on a page.
         only: The media that show it.
+        packed: Whether a page holds its rows compressed until it is opened: they are many, and say little each.
     """
 
     columns: Sequence[Column]
@@ -155,6 +156,7 @@ class Table:
     folded: str = ""
     css: str = ""
     only: Media = EVERYWHERE
+    packed: bool = False
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""

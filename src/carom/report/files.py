@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import base64
 import dataclasses
+import gzip
 import importlib.util
 import json
 import math
@@ -15,7 +17,7 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["FORMATS", "as_json", "fields_of", "plain", "require_report_extra"]
+__all__ = ["FORMATS", "as_json", "fields_of", "packed", "plain", "require_report_extra"]
 
 #: By kind of file. Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
@@ -30,6 +32,12 @@ def require_report_extra() -> None:
     for module in ("jinja2", "matplotlib"):
         if importlib.util.find_spec(module) is None:
             raise MissingExtraError(f"a report needs {module}, which is not installed: pip install 'carom[report]'")
+
+
+def packed(data: object) -> str:
+    """Return data as text for a page, whose script unpacks them: JSON, gzip, base64."""
+    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
 def plain(value: object) -> object:

@@ -34,7 +34,7 @@ __all__ = [
 
 #: Where a column has no row for a scene; `carom.runs` drops a profile whose settings another one has too.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
-NO_REFERENCE = "PIC does not solve this scene, so there is no reference to hold the run against"
+NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"
 
 
 class Mark(Enum):
@@ -49,7 +49,7 @@ class Mark(Enum):
     PARTED_INACCURATE = ("parted inaccurate", "⇗", Grade.PARTED_INACCURATE, "red")
     WRONG = ("wrong", "✗", Grade.WRONG, "bold red")
     UNGRADED = ("not graded", "○", Grade.UNGRADED, "dim")
-    UNSCORED = ("not scored", "?", "ran, but PIC can't solve the scene, so there is nothing to hold it against", "dim")
+    UNSCORED = ("not scored", "?", "ran, but PIC can't solve the scene, so there is nothing to compare it with", "dim")
     UNSUPPORTED = ("unsupported", "∅", "asks for more than the engine declares, or than a cross-check follows", "dim")
     UNAVAILABLE = ("unavailable", "∅", "the engine is not installed here", "dim")
     CRASHED = ("crashed", "†", "the engine ended its process", "bold magenta")

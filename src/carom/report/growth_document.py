@@ -93,7 +93,7 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
             title="Every run",
             note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
             "process of its own, one at a time. Preparation is not in a step. Over PIT's: with as many discs, both in "
-            "one sitting; only these may be held against another machine's. Memory: what the process held at most, "
+            "one sitting; only these may be compared with another machine's. Memory: what the process held at most, "
             "less what it held with the scene and the engine loaded and no world yet.",
             only=IN_FULL,
         ),

@@ -16,12 +16,12 @@ from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
 from carom.report import wording
-from carom.report.files import require_report_extra
+from carom.report.files import packed, require_report_extra
 from carom.report.grid import mark_of, reasons_of
 from carom.report.paths import exact_paths, extent_of, observed_paths
 from carom.report.picture import draw_walls, limits_of
 from carom.report.render.html import replay_page
-from carom.report.replay import impact_rows, packed, replay_data, run_command
+from carom.report.replay import impact_rows, replay_data, run_command
 from carom.report.svg import SERIES, WALL, drawing
 from carom.report.tracks import observed_tracks, reference_tracks
 from carom.runs.execute import run

@@ -21,7 +21,7 @@ MOST_TOLD = 3
 REFERENCE_NOTE = (
     "Errors grow from impact to impact, also those of the reference. Beyond its horizon it is not believed, because "
     "rounding alone has led it elsewhere: impacts there are scored locally only, each from the engine's own state "
-    "before it. A certified run, in which every digit is proven, says how far it may be believed; without one a "
+    "before it. A certified run, in which every digit is proven, says how far it is reliable; without one a "
     "horizon is an estimate, from what a start moved by one unit in the last place leads to."
 )
 REST_NOTE = (

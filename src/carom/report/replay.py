@@ -6,9 +6,6 @@ somebody opens one of them.
 
 from __future__ import annotations
 
-import base64
-import gzip
-import json
 import math
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
@@ -23,6 +20,7 @@ from carom.comparator.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import asked_as
 from carom.report import wording
+from carom.report.files import packed
 from carom.report.grid import Grid, GridCell
 from carom.report.paths import extent_of
 from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
@@ -32,7 +30,7 @@ from carom.scene import Scene
 from carom.text import visible
 from carom.trace import Trace, pair_name, setting_text
 
-__all__ = ["impact_rows", "packed", "replay_data", "replay_link", "run_command", "scene_replays"]
+__all__ = ["impact_rows", "replay_data", "replay_link", "run_command", "scene_replays"]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -120,12 +118,6 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
             for trace, score, said in runs
         ],
     }
-
-
-def packed(data: Json) -> str:
-    """Return data as text for a page: JSON, gzip, base64."""
-    text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
 
 
 def _of_scene(scene: Scene) -> Json:

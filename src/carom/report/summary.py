@@ -121,7 +121,7 @@ def _of_score(score: Score) -> list[str]:
     heading = (
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",
         f"  {found}{undecided}{beyond}",
-        f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final place"
+        f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final position"
         f" {_n(total.final_position)}, energy {_n(total.energy)}",
         f"  price of sampling paid: {_n(score.price_paid)}",
         _of_steps(score),

@@ -57,13 +57,13 @@ FIGURE_NOTE = (
     "Δv is the largest velocity error of a matched impact, over the greatest speed in the scene; where discs turn, RΔω "
     "is that of spin times radius, over the greatest speed of a disc or a rim, where that is more. Where all "
     "velocities and spins are right to rounding, it is told how many steps late or early an impact was found; where "
-    "impacts are missed or invented, they are counted. PIC is held against itself here: what it is worth, the known "
+    "impacts are missed or invented, they are counted. PIC is compared with itself here: what it is worth, the known "
     "answers say."
 )
 SHORT_NOTE = (
     "0.075: largest velocity error, over the scene's greatest speed; or spin error, where that is more\n"
     "-1 +2: impacts missed and invented\n"
-    "0.4 dt: velocities right to rounding, found so many steps late or early"
+    "0.4 dt: velocities right to rounding, found this many steps late or early"
 )
 SPREAD_NOTE = (
     "Where in a step an impact falls is luck. Each cell was run again with its scene shifted along its own motion by "
@@ -252,7 +252,7 @@ def _stands_for(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -
     if not method.tried:
         return own
     values = ", ".join(f"{name} = {wording.setting(value)}" for name, value in method.tried)
-    return f"Tried, and no profile's own: {values}. In place of these, {method.profile}: {own}"
+    return f"Tried, and no profile's own: {values}. Instead of these, {method.profile}: {own}"
 
 
 def _values(first: Row, runs: list[Row]) -> Iterator[str]:
@@ -309,7 +309,8 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda row: Cell("; ".join(reasons_of(row)), css="prose")),
     )
-    table = Table(columns, results.rows, folded=wording.count(len(results.rows), "cell"), css="cells", only=PAGE)
+    cells = wording.count(len(results.rows), "cell")
+    table = Table(columns, results.rows, folded=cells, css="cells", only=PAGE, packed=True)
     yield Section("Every cell, at every step", (table,))
     yield Section("Impact by impact", tuple(_impact_tables(results)), only=DETAIL)
 

@@ -119,7 +119,7 @@ class Journal(Notes[K, T], Closing):
         try:
             _lock(self._file, path)  # first: what another process is writing now is no result to go on with
             if not (resume or retry) and os.fstat(self._file).st_size:
-                raise InputError(f"{path} holds results already: go on with them by --resume, or name another folder")
+                raise InputError(f"{path} holds results already: continue from them by --resume, or name another one")
             found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)

@@ -190,7 +190,7 @@ def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
         ladder = tuple(attack.ladder(quick))
         line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
-    truth = "none is needed: the two runs of the method are held against each other"
+    truth = "none is needed: the two runs of the method are compared with each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
     tasks += [
         (

@@ -98,5 +98,5 @@ def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tu
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
         result = CliRunner().invoke(app, [*command, *arguments])
         assert result.exit_code == exit_code, result.output
-        assert ("go on with them by --resume" in " ".join(result.output.split())) == (exit_code == 2)
+        assert ("continue from them by --resume" in " ".join(result.output.split())) == (exit_code == 2)
     assert ran == [("pit", 2)]

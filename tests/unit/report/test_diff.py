@@ -90,7 +90,7 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     assert (change.kind, change.scene, change.method, change.dt_s) == (Kind.WORSE, "row", "mine tuned", DT)
     assert found.unchanged == 1
     shown = numbers(found)
-    for name, size in (("velocity error", 1e-3), ("final velocity", 1e-3), ("final place", 6e-3)):
+    for name, size in (("velocity error", 1e-3), ("final velocity", 1e-3), ("final position", 6e-3)):
         assert list(shown[name]) == pytest.approx([0.0, size], rel=1e-9, abs=1e-12), name
     assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
     assert "time error" not in shown

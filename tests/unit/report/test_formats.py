@@ -120,7 +120,7 @@ def test_html_runs_one_script_and_no_other(page: _Page, source: str) -> None:
     (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     assert f"script-src &#39;sha256-{digest}&#39;;" in source
-    assert page.tags["script"] - 1 == source.count('<script type="text/plain" data-scene="')
+    assert page.tags["script"] - 1 == source.count('<script type="text/plain" data-')
     assert not [name for _, name, _ in page.attributes if name.startswith("on")]
 
 

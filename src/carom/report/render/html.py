@@ -8,8 +8,9 @@ import re
 from importlib import resources
 from typing import TYPE_CHECKING
 
-from carom.report.document import Block, Document, Figures, Medium, Replays, Section
-from carom.report.files import require_report_extra
+from carom.report.document import Block, Cell, Document, Figures, Medium, Replays, Section, Table
+from carom.report.files import packed, require_report_extra
+from carom.text import visible
 
 if TYPE_CHECKING:
     from jinja2 import Template
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["html", "replay_page"]
 
 #: What moves on a page, by kind of block.
-_SCRIPTS = {Replays: ("replay.js", "table.js"), Figures: ("chart.js",)}
+_SCRIPTS = {Replays: ("replay.js", "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
 
 def html(document: Document) -> str:
@@ -27,7 +28,8 @@ def html(document: Document) -> str:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
     sections = list(document.shown(Medium.PAGE))
-    kinds = {type(block) for section in sections for block in section.shown(Medium.PAGE)}
+    blocks = [block for section in sections for block in section.shown(Medium.PAGE)]
+    kinds = {type(block) for block in blocks if not isinstance(block, Table) or block.packed}
     script = page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
     return _template("page.html.j2").render(
         document=document,
@@ -35,6 +37,7 @@ def html(document: Document) -> str:
         page=Medium.PAGE,
         anchor=_anchor,
         kind=_kind,
+        packed_rows=_packed_rows,
         script=script,
         policy=content_policy(script),
     )
@@ -66,9 +69,10 @@ def _template(name: str) -> Template:
 
 
 def page_script(*names: str) -> str:
-    """Return scripts of the report's own as one."""
+    """Return scripts of the report's own as one, with what unpacks their data."""
     folder = resources.files("carom.report") / "templates"
-    return "".join((folder / name).read_text(encoding="utf-8") for name in names)
+    every = ("unpack.js", *names) if names else ()
+    return "".join((folder / name).read_text(encoding="utf-8") for name in every)
 
 
 def content_policy(script: str) -> str:
@@ -81,6 +85,23 @@ def content_policy(script: str) -> str:
 
 def _anchor(section: Section) -> str:
     return re.sub(r"[^a-z0-9]+", "-", section.heading.lower()).strip("-")
+
+
+def _packed_rows(table: Table) -> str:
+    """Return what `rows.js` makes a table of: each cell its text, or what else it has with it."""
+    columns, rows = table.shown(Medium.PAGE)
+    heads = [[column.line, column.number] for column in columns]
+    return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
+
+
+def _packed_cell(cell: Cell) -> str | dict[str, str]:
+    """Return a cell for `rows.js`, which shows words and signs, no bars and no links."""
+    # The writer of a page's file makes visible what would command a reader, and can't see into what is packed.
+    said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
+    if cell.link or cell.shares or cell.anchor or cell.part is not None:
+        raise ValueError(f"a packed table shows no link, bar, meter or anchor: {cell!r}")
+    text = visible(cell.text)
+    return {"text": text, **said} if said else text
 
 
 def _kind(block: Block) -> str:

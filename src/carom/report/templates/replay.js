@@ -23,12 +23,6 @@
   };
   const digits = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
 
-  const unpack = async (text) => {
-    const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
-    const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-    return JSON.parse(await new Response(stream).text());
-  };
-
   // --- Where a disc is -------------------------------------------------------------------------------------------
 
   // A track is [times, xs, ys]; between two of its knots the disc flies freely: see carom.report.tracks.
@@ -265,7 +259,7 @@
         button("One frame on", "right", () => this.toFrame(1), "▶"),
         button("On to the next impact", "Shift and right", () => this.toImpact(1), "▶▶"),
         make("label", {}, "Speed ", this.rate),
-        make("label", {}, this.both, " laid over each other"),
+        make("label", {}, this.both, " overlaid"),
         this.clock);
       root.append(this.sides, this.line, this.slider, this.controls);
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);

@@ -1,0 +1,48 @@
+// Tables whose rows are unpacked when somebody opens them; what they say reaches the page as text only.
+"use strict";
+(() => {
+  const make = (name, css, ...children) => {
+    const element = document.createElement(name);
+    if (css) element.className = css;
+    element.append(...children);
+    return element;
+  };
+  // As the macro `content` of page.html.j2 shows a cell.
+  const content = ({ text, symbol, note }) => {
+    if (!symbol && !note) return [text];
+    const sign = make("span", "", symbol ?? "");
+    sign.ariaHidden = "true";
+    const word = make("span", "word", ...(symbol ? [sign, " ", text] : [text]));
+    return note ? [word, make("span", "figure", note)] : [word];
+  };
+  const shown = ({ columns, rows }, label, css) => {
+    const heads = columns.map(([head, number]) => {
+      const cell = make("th", number ? "number" : "", head);
+      cell.scope = "col";
+      return cell;
+    });
+    const body = rows.map((row) => make("tr", "", ...row.map((said, k) => {
+      const cell = typeof said === "string" ? { text: said } : said;
+      const made = make(k ? "td" : "th", [cell.css, columns[k][1] ? "number" : ""].filter(Boolean).join(" "), ...content(cell));
+      if (!k) made.scope = "row";
+      if (cell.title) made.title = cell.title;
+      return made;
+    })));
+    const scroll = make("div", "scroll", make("table", css, make("thead", "", make("tr", "", ...heads)), make("tbody", "", ...body)));
+    scroll.tabIndex = 0;
+    scroll.role = "region";
+    scroll.ariaLabel = label;
+    return scroll;
+  };
+
+  for (const details of document.querySelectorAll("details.packed")) {
+    const block = details.querySelector("script");
+    details.addEventListener("toggle", async () => {
+      try {
+        block.replaceWith(shown(await unpack(block.textContent), block.dataset.label, block.dataset.css));
+      } catch (error) {
+        block.replaceWith(make("p", "note", `These rows could not be unpacked (${error}); results.jsonl beside this page has their numbers.`));
+      }
+    }, { once: true });
+  }
+})();
