@@ -113,7 +113,7 @@ GRADED_WHEN = {
         "PIT has been up to it, or one step, and none early on its own account; energy no further off than PIT's, or "
         "a millionth; ends no further off than PIT (at this phase, or, where every step is *sampled* or better, at any "
         "at which PIT finds all), or where its own impacts make it end; in agreement with itself, "
-        "but for what sampling explains; no step worse than PIT at its worst phase, or at the run's own lateness, "
+        "except for what sampling explains; no step worse than PIT at its worst phase, or at the run's own lateness, "
         "from the same state; falling along polygons, and sinking at rest by no more than the fall of a step, are "
         "sampling's"
     ),
