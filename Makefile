@@ -48,6 +48,8 @@ help:
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make quick              lint and format of what is there, in seconds: before each commit"
+	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
 	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
@@ -122,6 +124,19 @@ bench: $(BUILT)
 		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
+
+quick:
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/codespell README.md CONTRIBUTING.md CHANGELOG.md docs src adapters benchmarks
+
+# Tests hold each of these to what makes it. Pictures, atlas, hazards and the tutorial take minutes and have targets of their own.
+generated: $(BUILT)
+	$(BIN)/carom diff --schema > src/carom/results.schema.json
+	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
+	$(BIN)/python docs/figures/readme.py
+	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py
+	git diff --stat
 
 check: $(BUILT)
 	$(BIN)/ruff check .

@@ -1,0 +1,70 @@
+"""Files of every format that was written once: read, or refused in a sentence, never misread."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from carom.errors import InputError
+from carom.report.diff import diff
+from carom.report.files import FORMATS
+from carom.report.records import read_records
+from carom.report.records_line import text_of
+from carom.runs.execute import execute
+from carom.runs.journal import JOURNAL_FORMAT, canonical
+from carom.runs.observed import observed_journal
+from carom.runs.plan import Options, plan_of
+from carom.runs.pool import InProcess
+from carom.scenes import find_scenes
+
+KEPT = Path(__file__).resolve().parents[1] / "kept"
+#: What the journals are of.
+OPTIONS = Options(engines=("pit",), profiles=("tuned",), dts=(1 / 24,), timing=False)
+SCENES = ("paper/missed", "paper/late")
+
+
+def formats(kind: str) -> list[int]:
+    """The formats of which a file of a kind is kept."""
+    return sorted(int(path.stem.rpartition("-")[2]) for path in KEPT.glob(f"{kind}-*.jsonl"))
+
+
+def test_a_file_of_the_present_format_is_kept() -> None:
+    """Who raises a format keeps a file of it, and leaves the earlier ones."""
+    assert max(formats("journal")) == JOURNAL_FORMAT
+    assert max(formats("results")) == FORMATS["results"]
+    assert 4 in formats("journal")
+
+
+@pytest.mark.parametrize("number", formats("journal"))
+def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, tmp_path: Path) -> None:
+    """That of the present format has every answer of its run; an earlier one is named as such, and stays as it is."""
+    path = tmp_path / "journal.jsonl"
+    shutil.copy(KEPT / f"journal-{number}.jsonl", path)
+    before, pool = path.read_bytes(), InProcess()
+    plan = plan_of(find_scenes(list(SCENES)), OPTIONS, pool)
+    if number != JOURNAL_FORMAT:
+        said = f"it is of format {number}, as another version of Carom wrote it, and this one is {JOURNAL_FORMAT}"
+        with pytest.raises(InputError, match=said):
+            observed_journal(path, plan.options.stamp, resume=True)
+    else:
+        with observed_journal(path, plan.options.stamp, resume=True) as journal:
+            execute(plan, pool, notes=journal)
+        assert len(canonical(path)) == 1 + len(SCENES)
+    assert path.read_bytes() == before
+
+
+@pytest.mark.parametrize("number", formats("results"))
+def test_kept_results_are_read_or_refused_by_their_format(number: int) -> None:
+    """Those of the present format are read, and nothing has changed between them and themselves."""
+    path = KEPT / f"results-{number}.jsonl"
+    if number != FORMATS["results"]:
+        with pytest.raises(InputError, match=f"is of format {number}"):
+            read_records(path)
+        return
+    summary, lines = read_records(path)
+    assert [line.scene for line in lines] == list(SCENES)
+    assert [line.grade and line.grade.name for line in lines] == ["WRONG", "SAMPLED"]
+    assert text_of(summary) == path.read_text(encoding="utf-8").splitlines()[0]
+    assert diff(path, path).changes == ()
