@@ -29,8 +29,8 @@ def report(
     from carom.folders import write_file
     from carom.report.records import read_records
     from carom.report.redrawn import redrawn_document
-    from carom.report.render import html
-    from carom.report.render import markdown as markdown_of
+    from carom.report.render.html import html
+    from carom.report.render.markdown import markdown as markdown_of
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None and path.is_file():

@@ -16,7 +16,7 @@ from carom.cli import app
 from carom.report.grid import mark_of
 from carom.report.records import read_records, records
 from carom.report.redrawn import redrawn_document
-from carom.report.render import html
+from carom.report.render.html import html
 from carom.runs.results import Results
 
 
