@@ -111,7 +111,7 @@ class _Reading:
         )
 
     def _stays(self, shape: pymunk.Shape, k: int) -> bool:
-        """Whether a shape has a place in a scene by what it hangs on."""
+        """Whether a shape has a place in a scene by the body that it belongs to."""
         body, what = shape.body, f"shape {k}, a {type(shape).__name__}"
         if body is None or shape.sensor:
             self.dropped.append(f"{what}: {'it has no body' if body is None else 'a sensor, which pushes nothing'}")
