@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom.errors import InputError
+from carom.text import shown
 
 __all__ = ["count", "finite", "floats", "number", "shown", "times", "vectors"]
 
@@ -118,14 +119,3 @@ def vectors(name: str, value: ArrayLike) -> Array:
     if array.ndim == 0 or array.shape[-1] != 2:
         raise InputError(f"{name} must have x and y along its last axis, got shape {array.shape}")
     return array
-
-
-def shown(value: object) -> str:
-    """Return how a message shows a value: in 60 characters."""
-    try:
-        text = repr(value)
-    except ValueError:  # an integer of more digits than Python is willing to print
-        return "an integer of too many digits"
-    except RecursionError:
-        return "a value nested too deeply to show"
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ADVICE_STEPS",
+    "DEFAULT_TIME_LIMIT_S",
     "LARGEST",
     "LONGEST_S",
     "MOST_BYTES",
@@ -75,6 +76,8 @@ MOST_PHASES = 1024
 MOST_ROUNDS = 1024
 #: Steps of a series: more lie closer together than their errors tell apart.
 MOST_SERIES = 256
+#: An engine that gives no answer for this many seconds is ended, unless told otherwise.
+DEFAULT_TIME_LIMIT_S = 60.0
 #: Seconds that a limit or a budget can be: four months. No system waits for 1e10.
 LONGEST_S = 1e7
 #: Megabytes that a worker may be given: more than any machine has, and a number that every system takes.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib.util
 import inspect
 import os
@@ -17,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
+from carom.text import near
 
 if TYPE_CHECKING:
     from carom.program.adapter import ProgramAdapter
@@ -236,10 +236,8 @@ def require_named(name: str) -> None:
         UnknownNameError: With the names that there are.
     """
     if name not in adapter_points():
-        near = difflib.get_close_matches(name, adapter_points(), n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
         there_are = ", ".join(sorted(adapter_points())) or "none"
-        raise UnknownNameError(f"no engine is named {name!r}; {hint}there are: {there_are}")
+        raise UnknownNameError(f"no engine is named {name!r}; {near(name, adapter_points())}there are: {there_are}")
 
 
 def load_adapter(name: str) -> Adapter:

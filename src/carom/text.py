@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 import re
+from collections.abc import Iterable
 
-__all__ = ["last_words", "shortened", "visible"]
+__all__ = ["last_words", "near", "shortened", "shown", "visible"]
 
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
@@ -37,3 +39,20 @@ def last_words(printed: str) -> str:
     lines = [line for line in map(str.strip, printed.splitlines()) if line][-_LAST_LINES:]
     errors = [line for line in lines if _ERROR.match(line)]
     return (errors or lines or [""])[-1][:200]
+
+
+def shown(value: object) -> str:
+    """Return how a message shows a value: in 60 characters."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of more digits than Python is willing to print
+        return "an integer of too many digits"
+    except RecursionError:
+        return "a value nested too deeply to show"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """Return the question whether a name that is not known was meant to be a near one; empty where none is near."""
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f"did you mean {found[0]!r}? " if found else ""

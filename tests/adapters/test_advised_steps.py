@@ -15,7 +15,8 @@ from typing import Any
 import pytest
 
 from carom import Scene
-from carom.bench.adviser import Advice, Demand, advise
+from carom.bench.adviser import Advice, advise
+from carom.bench.options import AdviceOptions
 from carom.runs.pool import LocalPool
 from carom.scenes import find_scenes
 
@@ -240,7 +241,9 @@ def advised(request: pytest.FixtureRequest) -> tuple[str, Advice]:
     """What the adviser says of a scene, of the engines that are there."""
     make, degrees = CASES[request.param]
     with LocalPool() as pool:
-        return request.param, advise(make(), Demand(math.radians(degrees)), pool, list(DRIVES), profiles=["tuned"])
+        return request.param, advise(
+            make(), AdviceOptions(list(DRIVES), profiles=["tuned"], direction_error_rad=math.radians(degrees)), pool
+        )
 
 
 @pytest.mark.long

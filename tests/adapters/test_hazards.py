@@ -22,7 +22,8 @@ from carom.report.grid import reasons_of
 from carom.runs.explain import explain
 from carom.runs.job import Status
 from carom.runs.observe import observe_run
-from carom.runs.plan import Options, capabilities_of, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import capabilities_of, plan_of
 from carom.runs.pool import InProcess
 from carom.runs.results import Row
 from carom.scenes import all_scenes

@@ -21,7 +21,8 @@ from tests.unit.runs.test_hostile import ACTS, LIMIT_S, PATIENT_S, SAYS, SOURCE,
 
 from carom.runs.execute import execute
 from carom.runs.job import Status
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 
 MARK = "CAROM_ATTACK=hostile"

@@ -10,7 +10,7 @@ from random import Random
 from tests.attacks.guard import HangError, within
 
 from carom.bench.axes import ErrorKind
-from carom.bench.bench_plan import BenchPlan
+from carom.bench.options import BenchPlan
 from carom.bench.work_precision import work_precision
 from carom.errors import InputError
 from carom.runs.journal import canonical

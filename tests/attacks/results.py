@@ -20,7 +20,7 @@ from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import Entry
 from carom.runs.keys import job_key
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options
+from carom.runs.options import Options
 from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
 from carom.text import visible

@@ -58,19 +58,19 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(tmp_path: Path) ->
         (("run", "paper/missed", "--engine", "pimunk"), "no engine is named 'pimunk'"),
         (
             ("run", "paper/missed", "--dt", "fast"),
-            "--dt must be a number of seconds such as 1/240 or 0.004, got 'fast'",
+            "--dt must be a number of seconds such as 1/240 or 0.004",
         ),
         (("run", "paper/missed", "--dt", "1/0"), "--dt must be a number"),
-        (("run", "paper/missed", "--dt", "-1"), "--dt must be above 0"),
+        (("run", "paper/missed", "--dt", "-1"), "above 0"),
         (("run", "paper/missed", "--profile", "best", "-e", "pit"), "no engine asked for has a profile 'best'"),
-        (("run", "paper/missed", "--time-limit", "0"), "time_limit_s must be a positive number"),
-        (("run", "paper/missed", "--report", "/dev/null/report"), "Not a directory; name another folder by --report"),
+        (("run", "paper/missed", "--time-limit", "0"), "--time-limit must be a positive number"),
+        (("run", "paper/missed", "--report", "/dev/null/report"), "Not a directory; name another folder by --out"),
         (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
-        (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "time_limit_s must be a positive"),
+        (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "--time-limit must be a positive"),
         (("run", "paper/missed", "-e", "pymunk", "--set", "iterations"), "--set must be NAME=VALUE"),
         (
             ("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"),
-            "pymunk has no setting 'iteration'; there are:",
+            "pymunk has no setting 'iteration'; did you mean 'iterations'? there are:",
         ),
         (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
         (("engines", "pymonk"), "no engine is named 'pymonk'; did you mean 'pymunk'?"),
@@ -129,7 +129,7 @@ def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]"
-    result = carom_command("run", str(path), "-e", "pic", "--dt", "0.1", "--no-timing", "--report", str(folder))
+    result = carom_command("run", str(path), "-e", "pic", "--dt", "0.1", "--no-timing", "--out", str(folder))
     assert result.exit_code == 0, result.output
     assert "[red]mine[/x]" in result.output
     assert (folder / "index.html").exists()
@@ -210,7 +210,8 @@ def test_help_says_what_each_command_does() -> None:
     for name, command in commands.items():
         assert f"{name} {command.help.partition(chr(10) * 2)[0]}" in listing
         shown = carom_command(name, "--help").output
-        assert all(option in shown for parameter in command.params for option in parameter.opts if "--" in option)
+        offered = [parameter for parameter in command.params if not getattr(parameter, "hidden", False)]
+        assert all(option in shown for parameter in offered for option in parameter.opts if "--" in option)
 
 
 def test_help_imports_nothing_heavy() -> None:

@@ -38,7 +38,7 @@ def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> N
         (("grasing",), "no attack is named 'grasing'"),
         (("grazing", "-e", "bullet"), "no engine is named 'bullet'"),
         (("grazing", "-p", "best"), "no engine asked for has a profile 'best'"),
-        (("grazing", "--time-limit", "0"), "--time-limit must be a positive number of seconds, 1e+07 at most, got 0"),
+        (("grazing", "--time-limit", "0"), "--time-limit must be a positive number of seconds, 1e+07 at most, got '0'"),
     ],
 )
 def test_bad_input_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
@@ -65,7 +65,7 @@ def _interrupted(*_arguments: object) -> None:
 def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted, the command ends with 130, names the journal, and says how to take it up."""
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
-    monkeypatch.setattr(campaign, "_spot", _interrupted)
+    monkeypatch.setattr(campaign.TableCell, "answer", _interrupted)
     result = stress("tunnelling", "-e", "pit", "--quick", "--resume", "--out", tmp_path)
     assert result.exit_code == 130
     assert "--resume" in result.output
@@ -74,7 +74,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 def test_ctrl_c_before_the_first_cell_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted before anything is finished, the command ends with 130 and names no journal, for there is none."""
-    monkeypatch.setattr(campaign, "_spot", _interrupted)
+    monkeypatch.setattr(campaign.TableCell, "answer", _interrupted)
     result = stress("small", "-e", "pit", "--quick", "--out", tmp_path)
     assert result.exit_code == 130
     assert "--resume" not in result.output

@@ -10,23 +10,25 @@ import pytest
 
 import carom
 from carom import Scene
-from carom.bench.adviser import Demand, advise
-from carom.bench.bench_plan import BenchPlan
+from carom.bench.adviser import advise
 from carom.bench.growth import growth, growth_journal
+from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
 from carom.bench.rounds import timing_journal
 from carom.bench.work_precision import work_precision
 from carom.runs import engines, keys
 from carom.runs.execute import execute
 from carom.runs.job import Answer, Task
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 from carom.runs.scoring import score_journal
 from carom.runs.worker import answer
 from carom.scenes import all_scenes
 from carom.stress.campaign import stress
 from carom.tune.judge import tune_journal
-from carom.tune.run import TuneOptions, tune
+from carom.tune.options import TuneOptions
+from carom.tune.run import tune
 
 #: What nobody has by default. The time is above that which an adapter has to declare what it can.
 MEMORY_MB, TIME_S = 1234.0, 43.0
@@ -87,7 +89,7 @@ def bench(folder: Path, how: How) -> None:
 
 def grow(folder: Path, how: How) -> None:
     with growth_journal(folder / "a", **how) as journal:
-        growth(["pic"], sizes=[2], notes=journal, **LIMITS)
+        growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
 
 
 def attack(folder: Path, how: How) -> None:
@@ -106,7 +108,11 @@ def timed(_folder: Path, _how: How) -> None:
 
 def advice(_folder: Path, _how: How) -> None:
     with LocalPool(1, TIME_S, MEMORY_MB) as pool:
-        advise(scene(), Demand(0.1), pool, ["pymunk"], profiles=["tuned"], phases=1, budget_steps=1000)
+        advise(
+            scene(),
+            AdviceOptions(["pymunk"], direction_error_rad=0.1, profiles=["tuned"], phases=1, budget_steps=1000),
+            pool,
+        )
 
 
 KEPT = [cross_check, bench, grow, attack, search]

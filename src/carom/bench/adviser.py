@@ -15,11 +15,11 @@ from enum import Enum
 from functools import partial
 
 from carom.bench.hardest import Cause, Demand, HardImpact, hardest_impacts
+from carom.bench.options import AdviceOptions
 from carom.bench.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.bench.step_trial import StepTrial, starts_of, try_starts
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
-from carom.limits import ADVICE_STEPS
 from carom.runs.engines import engines, methods_of, to_run
 from carom.runs.job import PIT_METHOD, Job, Method, Progress
 from carom.runs.pool import Pool
@@ -111,43 +111,28 @@ class Advice:
     cut: ReferenceCut | None = None
 
 
-def advise(
-    scene: Scene,
-    demand: Demand,
-    pool: Pool,
-    engine_names: Sequence[str] | None = None,
-    *,
-    profiles: Sequence[str] = ("default", "tuned"),
-    phases: int = 8,
-    budget_steps: int = ADVICE_STEPS,
-    progress: Progress | None = None,
-) -> Advice:
+def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress | None = None) -> Advice:
     """Return from which step on each engine never misses an impact of a scene, and meets a demand.
 
     Args:
         scene: The scene.
-        demand: What is asked for.
+        options: What is asked for.
         pool: Where steps are tried; it stays open.
-        engine_names: Names of adapters; all by default. PIC and PIT are no engines to take, and are not searched.
-        profiles: Names of profiles.
-        phases: How many starts, evenly spread over a step, each step is tried at.
-        budget_steps: Engine steps that the search of one method may take; what was found until then is the answer.
         progress: Called with (done, all, what).
 
     Raises:
-        InputError: A number is out of range, or the scene has no reference or no impact.
+        InputError: The scene has no reference or no impact.
         UnknownNameError: There is no such engine.
     """
-    if budget_steps < 1:
-        raise InputError(f"the budget must be 1 engine step or more, got {budget_steps}")
+    demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _reliable(scene)
     scene = reference.scene
     hardest = hardest_impacts(reference, demand)
     closed_form = _closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
-    infos = to_run(engines(engine_names, pool=pool), engine_names)
+    infos = to_run(engines(options.engines, pool=pool), options.engines)
     others = [info for info in infos if info.name not in {"pic", "pit"}]
-    asked = methods_of([*others, *engines([PIT_METHOD.engine], pool=pool)], profiles, [frame_s], pool)
+    asked = methods_of([*others, *engines([PIT_METHOD.engine], pool=pool)], options.profiles, [frame_s], pool)
     aimed_s = tuple(impact.time_s for impact in hardest[:AIMED])
 
     def refusal(method: Method, dt_s: float) -> str:
@@ -155,7 +140,8 @@ def advise(
         return "" if answer is None else answer.said
 
     def search_of(method: Method) -> StepSearch:
-        return StepSearch(scene, method, demand, guess_s, phases, len(aimed_s), budget_steps, partial(refusal, method))
+        why = partial(refusal, method)
+        return StepSearch(scene, method, demand, guess_s, phases, len(aimed_s), options.budget_steps, why)
 
     searches = {} if closed_form else {PIT_METHOD: search_of(PIT_METHOD)}
     unable = []
@@ -178,7 +164,7 @@ def advise(
         tuple(found.values()),
         tuple(unable),
         phases,
-        budget_steps,
+        options.budget_steps,
         cut,
     )
 

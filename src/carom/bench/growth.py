@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from carom.adapter import unsupported_reason
-from carom.arguments import count
 from carom.bench.convergence import fit_power
 from carom.bench.gas import gas_scene
+from carom.bench.options import GrowthOptions
 from carom.registry import EngineInfo, load_adapter
-from carom.runs.asked import require_one
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import engines, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
@@ -21,7 +20,6 @@ from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import versions_of
 from carom.runs.observe import capabilities_of
-from carom.runs.pool import LocalPool
 from carom.runs.timing import Timing, time_run
 
 __all__ = [
@@ -196,13 +194,8 @@ class Growth:
 
 
 def growth(
-    engine_names: Sequence[str] | None = None,
+    options: GrowthOptions,
     *,
-    profile: str = "tuned",
-    sizes: Sequence[int] | None = None,
-    budget_s: float = 80.0,
-    time_limit_s: float = 60.0,
-    memory_limit_mb: float | None = None,
     notes: Notes[GrowthKey, Grown] | None = None,
     progress: Progress | None = None,
     command: str = "",
@@ -210,28 +203,17 @@ def growth(
     """Run a gas of more and more discs, one process a run and one run at a time, until the budget is used up.
 
     Args:
-        engine_names: Names of adapters; all by default.
-        profile: Name of the profile.
-        sizes: Numbers of discs; by default `SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
-        time_limit_s: A run that takes longer is ended.
-        memory_limit_mb: As of a `carom.runs.pool.Lane`.
+        options: What is asked for.
         notes: What was run already, and where more of it goes; what was left out for want of time is tried again.
         progress: Called with (done, all, what).
         command: The command line to print.
 
     Raises:
-        InputError: A number of discs is below 1, or the budget is no positive number.
         UnknownNameError: There is no such engine.
     """
-    for size in sizes or ():
-        count("a number of discs", size, least=1)
-    require_one("engines", engine_names, optional=True)
-    require_one("budget_s", budget_s)
-    require_one("time_limit_s", time_limit_s)
-    require_one("memory_limit_mb", memory_limit_mb, optional=True)
+    engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
     notes = Notes[GrowthKey, Grown]() if notes is None else notes
-    with LocalPool(1, time_limit_s, memory_limit_mb) as pool:
+    with options.pool(1) as pool:
         infos = to_run(engines(engine_names, pool=pool), engine_names)
         here = environment(infos)
         wanted = [
@@ -250,7 +232,7 @@ def growth(
             key = GrowthKey(size, method, versions_of(info.name), here.machine)
             # No engine lives at the cost of another: each has its share of the budget.
             left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
-            reason = info.unavailable or _too_long(own, size, min(left_s, time_limit_s), left_s)
+            reason = info.unavailable or _too_long(own, size, min(left_s, options.time_limit_s), left_s)
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
             ask = Ask(size, key, GrowthTask(size, method, here.date), refused)

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.bench.bench_plan import BenchPlan
 from carom.bench.convergence import ConvergenceOrder
 from carom.bench.noise import Noise
+from carom.bench.options import BenchPlan
 from carom.bench.rounds import At, CellTiming
 from carom.comparator.thresholds import THRESHOLDS
 from carom.registry import EngineInfo

@@ -16,8 +16,8 @@ from functools import partial
 import numpy as np
 
 from carom.bench.noise import Noise, NoiseProbe, Spread, spread
+from carom.bench.options import LEAST_ROUNDS
 from carom.registry import load_adapter
-from carom.runs.asked import LEAST_ROUNDS
 from carom.runs.desk import Talk
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status

@@ -9,8 +9,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from carom.bench.axes import ErrorKind, error_of
-from carom.bench.bench_plan import BenchPlan, jobs_of
+from carom.bench.bench_plan import jobs_of
 from carom.bench.convergence import fit_order
+from carom.bench.options import BenchPlan
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import At, SceneTiming, TimeScene, TimingKey, timing_key
 from carom.runs.desk import Ask, answers
@@ -19,7 +20,7 @@ from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
-from carom.runs.pool import LocalPool, Pool
+from carom.runs.pool import Pool
 from carom.runs.scoring import Measures, steps_of, sweep
 from carom.scene import Scene
 
@@ -112,7 +113,7 @@ def _timed(
 ) -> SceneTiming | None:
     question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
     ask = Ask(scene, timing_key(scene, asked, plan.seed), question)
-    with LocalPool(1, plan.time_limit_s, plan.memory_limit_mb) as pool:
+    with plan.pool(1) as pool:
         ((_, answer),) = answers([ask], pool, timings, alone=True)
     return answer.value
 

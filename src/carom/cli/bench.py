@@ -7,74 +7,38 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.bench.axes import Diagram, ErrorKind
+from carom.bench.axes import Diagram
+from carom.bench.options import BenchPlan, GrowthOptions
 from carom.cli import shared
+from carom.cli.asked import asking, shown_option
 from carom.errors import InputError
 from carom.folders import claimed
-from carom.limits import MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
-from carom.text import shortened
 
 if TYPE_CHECKING:
-    from carom.bench.bench_plan import BenchPlan
     from carom.runs.pool import Pool
 
 __all__ = ["bench"]
 
 
-@shared.guarded
+@asking(BenchPlan)
 def bench(
+    plan: BenchPlan,
     scenes: Annotated[list[str] | None, shared.SCENE_NAMES] = None,
-    engine: shared.EngineNames = None,
-    dt: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--dt",
-            help="Step in seconds, such as 1/240, or a geometric series 1/60..1/10000:6 (of six steps); repeatable. "
-            "By default six steps from each scene's own frame to one 167 times finer.",
-        ),
-    ] = None,
-    profile: shared.ProfileNames = None,
     out: Annotated[
         Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
     ] = Path("carom-bench"),
     resume: shared.Resume = False,
     retry: shared.Retry = False,
-    error: Annotated[ErrorKind, typer.Option("--error", help="Which error stands on the axis.")] = ErrorKind.IMPACT,
-    target: Annotated[
-        float, typer.Option("--target", help="The error to which the cheapest way is looked for.")
-    ] = 1e-3,
     axes: Annotated[list[Diagram] | None, typer.Option("--axes", help="Diagrams, repeatable. All by default.")] = None,
-    phases: Annotated[
-        int,
-        typer.Option(
-            "--phases", min=1, max=MOST_PHASES, help="Starts, spread evenly over a step, that each run is scored at."
-        ),
-    ] = 4,
-    rounds: Annotated[int, typer.Option("--rounds", min=3, max=MOST_ROUNDS, help="Rounds of the timing pass.")] = 7,
-    seed: Annotated[
-        int, typer.Option("--seed", min=0, max=2**63 - 1, help="Of the random order within the rounds.")
-    ] = 1,
-    budget: Annotated[
-        float, typer.Option("--budget", help="Seconds a scene, half for scoring and half for timing.")
-    ] = 80.0,
-    time_limit: shared.TimeLimit = 60.0,
-    memory_limit: shared.MemoryLimit = None,
-    jobs: shared.Jobs = None,
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp:// or tls://host:port.")
     ] = "",
-    timing: Annotated[bool, typer.Option("--timing/--no-timing", help="Whether to time at all.")] = True,
     verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
         typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
     ] = False,
-    discs: Annotated[
-        list[int] | None,
-        typer.Option(
-            "--discs", min=1, max=MOST_DISCS, help="With --grow, a number of discs; repeatable. 2 to 10,000 by default."
-        ),
-    ] = None,
+    discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
 ) -> None:
     """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
 
@@ -85,10 +49,8 @@ def bench(
     `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
     """
     if grow:
-        limits = (budget, time_limit, memory_limit)
-        _grow(scenes or [], engine, profile, discs, out, *limits, resume=resume, retry=retry, verbose=verbose)
+        _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
         return
-    from carom.bench.bench_plan import BenchPlan
     from carom.bench.rounds import timing_journal
     from carom.bench.work_precision import work_precision
     from carom.report.bench_document import bench_document, write_bench
@@ -98,20 +60,6 @@ def bench(
     if not scenes:
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
     found = shared.plain_scenes_named(scenes)
-    plan = BenchPlan(
-        engines=tuple(engine) if engine else None,
-        dts=tuple(step for text in dt for step in step_series(text)) if dt else None,
-        profiles=tuple(profile or ("default", "tuned")),
-        phases=phases,
-        error=error,
-        target=target,
-        rounds=rounds,
-        seed=seed,
-        budget_s=budget,
-        time_limit_s=time_limit,
-        memory_limit_mb=memory_limit,
-        timing=timing,
-    )
     require_report_extra()
     scored = out / "journal.jsonl"
     with (
@@ -124,7 +72,7 @@ def bench(
         result = work_precision(
             found,
             plan,
-            _pool(plan, scheduler, jobs),
+            _pool(plan, scheduler),
             notes=journal,
             timings=timings,
             progress=progress,
@@ -135,29 +83,11 @@ def bench(
     shared.say_place("page", page)
 
 
-def step_series(text: str) -> tuple[float, ...]:
-    """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``."""
-    from carom.bench.bench_plan import STEPS, geometric_steps
-
-    if ".." not in text:
-        return (shared.seconds(text),)
-    ends, _, count = text.partition(":")
-    coarsest, _, finest = ends.partition("..")
-    if count and not (count.isascii() and count.isdigit() and len(count) < 10 and int(count) <= MOST_SERIES):
-        what = f"a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"
-        raise InputError(f"--dt must be {what}, got {shortened(repr(text))}")
-    return geometric_steps(shared.seconds(coarsest), shared.seconds(finest), int(count) if count else STEPS)
-
-
 def _grow(
+    plan: BenchPlan,
     scenes: list[str],
-    engine: list[str] | None,
-    profile: list[str] | None,
-    discs: list[int] | None,
+    discs: list[str] | None,
     out: Path,
-    budget_s: float,
-    time_limit_s: float,
-    memory_limit_mb: float | None,
     *,
     resume: bool,
     retry: bool,
@@ -169,8 +99,13 @@ def _grow(
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
-    if profile and len(profile) > 1:
-        raise InputError(f"--grow runs one profile, got {len(profile)}")
+    asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s}
+    limits = {"time_limit_s": plan.time_limit_s, "memory_limit_mb": plan.memory_limit_mb}
+    if plan.profiles != BenchPlan.profiles:
+        if len(plan.profiles) > 1:
+            raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
+        (asked["profile"],) = plan.profiles
+    options = GrowthOptions.said(asked | limits)
     require_report_extra()
     path = out / "growth.jsonl"
     with (
@@ -179,27 +114,15 @@ def _grow(
         growth_journal(path, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
-        found = growth(
-            engine,
-            profile=profile[0] if profile else "tuned",
-            sizes=discs,
-            budget_s=budget_s,
-            time_limit_s=time_limit_s,
-            memory_limit_mb=memory_limit_mb,
-            notes=journal,
-            progress=progress,
-            command=shared.command_line(),
-        )
+        found = growth(options, notes=journal, progress=progress, command=shared.command_line())
     page = write_growth(found, out)
     shared.print_document(growth_document(found), full=verbose)
     shared.say_place("page", page)
 
 
-def _pool(plan: BenchPlan, scheduler: str, jobs: int | None) -> Pool:
-    if scheduler:
-        from carom.runs.cluster import ClusterPool
+def _pool(plan: BenchPlan, scheduler: str) -> Pool:
+    if not scheduler:
+        return plan.pool()
+    from carom.runs.cluster import ClusterPool
 
-        return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)
-    from carom.runs.pool import LocalPool
-
-    return LocalPool(jobs, plan.time_limit_s, plan.memory_limit_mb)
+    return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import shared
+from carom.cli.asked import asking
 from carom.errors import InputError
-from carom.limits import MOST_PHASES
+from carom.runs.options import Options
 
 if TYPE_CHECKING:
     from carom.comparator import Grade
@@ -26,31 +28,14 @@ __all__ = ["FailOn", "run"]
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 
-@shared.guarded
+@asking(Options)
 def run(
+    options: Options,
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
             help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
             "All of the catalogue by default."
-        ),
-    ] = None,
-    engine: shared.EngineNames = None,
-    dt: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--dt",
-            help="Step in seconds, such as 1/240; repeatable. "
-            "By default each scene's own frame, a quarter and a sixteenth of it.",
-        ),
-    ] = None,
-    profile: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--profile",
-            "-p",
-            help="Settings profile, repeatable, or 'all' with every variant. "
-            "By default 'default', 'tuned' and 'located'.",
         ),
     ] = None,
     settings: Annotated[
@@ -61,40 +46,15 @@ def run(
             "have it; an unknown one is refused with the names that there are.",
         ),
     ] = None,
-    report: Annotated[
+    out: Annotated[
         Path | None,
         typer.Option(
-            "--report", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
+            "--out", "-o", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
+    report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: shared.Resume = False,
     retry: shared.Retry = False,
-    jobs: shared.Jobs = None,
-    time_limit: shared.TimeLimit = 60.0,
-    memory_limit: shared.MemoryLimit = None,
-    timing: Annotated[
-        bool, typer.Option("--timing/--no-timing", help="Whether to time each scene at its coarsest step too.")
-    ] = True,
-    certify: Annotated[
-        bool | None,
-        typer.Option(
-            "--certify/--no-certify",
-            help="Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
-            "reference, certified as far as it is reliable for scenes of three discs or more.",
-        ),
-    ] = None,
-    certify_time: Annotated[
-        float, typer.Option("--certify-time", help="Seconds for the certified run of each scene.")
-    ] = 10.0,
-    phases: Annotated[
-        int,
-        typer.Option(
-            "--phases",
-            min=0,
-            max=MOST_PHASES,
-            help="Run each cell at this many sub-step phases too, and show the spread of its errors.",
-        ),
-    ] = 0,
     explain: Annotated[
         bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
     ] = False,
@@ -106,40 +66,27 @@ def run(
     """Run scenes through engines, score each against PIC, and print a verdict table.
 
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
-    `carom run my-scene.toml --engine mujoco --dt 1/240 --report reports/mine`,
+    `carom run my-scene.toml --engine mujoco --dt 1/240 --out reports/mine`,
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
     from carom.comparator import Grade
     from carom.folders import claimed
     from carom.report.cross_check import PURPOSE
     from carom.report.files import require_report_extra
-    from carom.runs.plan import Options, plan_of
-    from carom.runs.pool import LocalPool
+    from carom.runs.plan import plan_of
     from carom.runs.tried import asked_settings
 
-    options = Options(
-        engines=engine or None,
-        dts=[shared.seconds(text) for text in dt] if dt else None,
-        profiles=profile or None,
-        settings=asked_settings(settings or []),
-        phases=phases,
-        certified=certify,
-        certify_s=certify_time,
-        timing=timing,
-        samples=report is not None,
-        jobs=jobs,
-        time_limit_s=time_limit,
-        memory_limit_mb=memory_limit,
-    )
+    out = out or report
+    options = replace(options, settings=asked_settings(settings or []), samples=out is not None)
     named = shared.scenes_named(scenes or [])
-    if report is None and (resume or retry):
-        raise InputError("--resume goes on with what lies in the folder of --report: name it")
-    if report is None or explain:
+    if out is None and (resume or retry):
+        raise InputError("--resume continues what lies in the folder of --out: name it")
+    if out is None or explain:
         folder: AbstractContextManager[None] = nullcontext()
     else:
         require_report_extra()
-        folder = claimed(report, PURPOSE, "--report")  # before engines are asked, which takes seconds
-    with LocalPool(jobs, time_limit, memory_limit) as pool, folder:
+        folder = claimed(out, PURPOSE, "--out")  # before engines are asked, which takes seconds
+    with options.pool() as pool, folder:
         plan = plan_of(named, options, pool)
         if explain:
             from carom.runs.explain import explain as explained
@@ -148,8 +95,8 @@ def run(
                 shared.say(line)
             return
         least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
-        results = _carried_out(plan, pool, report, least, resume=resume, retry=retry, verbose=verbose)
-    code = _exit_code(results, set(engine or ()), least)
+        results = _carried_out(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
+    code = _exit_code(results, set(options.engines or ()), least)
     if code:
         raise typer.Exit(code)
 

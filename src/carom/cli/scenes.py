@@ -17,10 +17,11 @@ def scenes(
     names: Annotated[
         list[str] | None, typer.Argument(help="Scenes to show in full, by name, group or pattern.")
     ] = None,
-    save: Annotated[
+    out: Annotated[
         Path | None,
-        typer.Option("--save", help="Write the scenes named into this folder, as TOML files of your own to edit."),
+        typer.Option("--out", "-o", help="Write the scenes named into this folder, as TOML files of your own to edit."),
     ] = None,
+    save: Annotated[Path | None, typer.Option("--save", hidden=True)] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a scene file.")] = False,
 ) -> None:
     """List the catalogue, a line each, or show scenes of it in full, as the files they could be loaded from."""
@@ -38,17 +39,18 @@ def scenes(
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
 
-    if not names and save is None:
+    out = out or save
+    if not names and out is None:
         say_lines(scene_lines(list(all_scenes().values())))
         return
     found = find_scenes(names) if names else list(all_scenes().values())
     for entry in found:
-        if save is None:
+        if out is None:
             say(scene_text(entry))
             continue
-        path = save / f"{file_name(entry.name)}.toml"
+        path = out / f"{file_name(entry.name)}.toml"
         if path.exists() or path.is_symlink():
-            raise InputError(f"{path} exists already, and may have been edited: name another folder by --save")
-        save.mkdir(parents=True, exist_ok=True)
+            raise InputError(f"{path} exists already, and may have been edited: name another folder by --out")
+        out.mkdir(parents=True, exist_ok=True)
         save_scene(entry.scene, path)
         say(str(path))

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import shared
+from carom.cli.asked import asking
+from carom.tune.options import TuneOptions
 
 if TYPE_CHECKING:
     from carom.tune.search import Found
@@ -18,8 +20,9 @@ __all__ = ["tune"]
 SCENES = "classics"
 
 
-@shared.guarded
+@asking(TuneOptions)
 def tune(
+    options: TuneOptions,
     engine: Annotated[
         str, typer.Argument(help="Engine, or the engine.toml of one that is a program. Its adapter declares the knobs.")
     ],
@@ -27,24 +30,9 @@ def tune(
         list[str] | None,
         typer.Argument(help="Scene files, or scenes of the catalogue by name, group or pattern. By default classics."),
     ] = None,
-    profile: Annotated[str, typer.Option("--profile", "-p", help="The profile to begin with.")] = "default",
-    dt: Annotated[
-        str | None, typer.Option("--dt", help="Step in seconds, such as 1/240. By default each scene's own frame.")
-    ] = None,
-    trials: Annotated[
-        int, typer.Option("--trials", min=1, help="How many settings to try, before the best is gone over once more.")
-    ] = 100,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the optimiser.")] = 0,
-    timing: Annotated[
-        bool,
-        typer.Option("--timing/--no-timing", help="Let the time of the steps decide between what is equally right."),
-    ] = False,
-    out: Annotated[Path, typer.Option("--out", help="Folder for tune.md and the journal.")] = Path("tune"),
+    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for tune.md and the journal.")] = Path("tune"),
     resume: shared.Resume = False,
     retry: shared.Retry = False,
-    jobs: shared.Jobs = None,
-    time_limit: shared.TimeLimit = 60.0,
-    memory_limit: shared.MemoryLimit = None,
     verbose: shared.Verbose = False,
 ) -> None:
     """Look for the settings of an engine that give the least error for a cost, and print them as a profile.
@@ -62,16 +50,6 @@ def tune(
     from carom.tune.search import require_tune_extra
 
     require_tune_extra()
-    options = search.TuneOptions(
-        profile=profile,
-        dt_s=None if dt is None else shared.seconds(dt),
-        trials=trials,
-        seed=seed,
-        timing=timing,
-        jobs=jobs,
-        time_limit_s=time_limit,
-        memory_limit_mb=memory_limit,
-    )
     (name,) = shared.engines_named([engine]) or [engine]
     asked = scenes or [SCENES]
     named = shared.plain_scenes_named(asked)

@@ -11,9 +11,9 @@ from functools import partial
 from typing import NamedTuple
 from urllib.parse import quote
 
-from carom.bench.bench_plan import BenchPlan
 from carom.bench.convergence import Convergence, ConvergenceOrder
 from carom.bench.noise import Spread
+from carom.bench.options import BenchPlan
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, run_s
 from carom.bench.rounds import CellTiming
 from carom.comparator.thresholds import THRESHOLDS

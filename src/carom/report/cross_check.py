@@ -23,7 +23,7 @@ from carom.report.replay import replay_data
 from carom.report.steps import steps_section
 from carom.report.trend import trend_sections
 from carom.runs.job import Status
-from carom.runs.plan import default_dts
+from carom.runs.options import default_dts
 from carom.runs.raised import raised
 from carom.runs.results import Results, Row
 

@@ -18,10 +18,11 @@ from typing import Any, TypeVar
 
 from carom.arguments import shown
 from carom.errors import CaromError, InputError, MissingExtraError
+from carom.limits import DEFAULT_TIME_LIMIT_S
 from carom.runs.engines import engines
 from carom.runs.job import Answer, Task
 from carom.runs.keys import versions_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Lane, Pool
+from carom.runs.pool import Asker, Lane, Pool
 
 __all__ = ["ClusterError", "ClusterPool"]
 

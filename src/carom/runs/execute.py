@@ -11,9 +11,10 @@ from typing import Any, TypeVar
 
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
+from carom.declared import step, taken
 from carom.errors import AdapterError
+from carom.limits import DEFAULT_TIME_LIMIT_S
 from carom.registry import engine_named, require_named
-from carom.runs.asked import require_one
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import engines
 from carom.runs.environment import environment
@@ -21,9 +22,10 @@ from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observed import DRAWN, TraceOf
+from carom.runs.options import Limited, Options
 from carom.runs.phases import phase_values, spread_of
-from carom.runs.plan import Options, Plan, plan_of, trace_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, LocalPool, Pool
+from carom.runs.plan import Plan, plan_of, trace_of
+from carom.runs.pool import Pool
 from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
@@ -70,10 +72,10 @@ def run(
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
-    require_one("dt", dt)
-    require_one("time_limit_s", time_limit_s)
+    limits = Limited(jobs=1, time_limit_s=time_limit_s)
+    taken(step(), "dt", dt)
     require_named(engine := engine_named(engine))
-    with LocalPool(1, time_limit_s) as pool:
+    with limits.pool() as pool:
         tried = tried_by(engines([engine], pool=pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
         answer = trace_of(job, pool, samples=True)
@@ -99,7 +101,7 @@ def cross_check(
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
         pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
-        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of `carom.runs.Options`.
+        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of `carom.runs.options.Options`.
 
     Raises:
         InputError: No scenes, two scenes of one name, or a number that is out of range.
@@ -108,7 +110,7 @@ def cross_check(
     asked = Options(engine_names, **options)
     asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
-    own = LocalPool(asked.jobs, asked.time_limit_s, asked.memory_limit_mb) if pool is None else nullcontext(pool)
+    own = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
         return execute(plan_of(scenes, asked, opened), opened, progress=progress, command=command)
 

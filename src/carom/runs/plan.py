@@ -7,30 +7,27 @@ run and what ``--explain`` prints are read off the same plan.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 from carom.adapter import Capabilities, ContactTimes
 from carom.arguments import shown
 from carom.errors import InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs.asked import require_asked
 from carom.runs.engines import Methods, engines, methods_of, to_run
 from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, Asker, Pool
-from carom.runs.reference import CERTIFY_SECONDS
+from carom.runs.options import Options
+from carom.runs.pool import Asker, Pool
 from carom.runs.tried import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, find_scenes
-from carom.trace import Setting, Trace
+from carom.text import near
+from carom.trace import Trace
 
 __all__ = [
     "DEFAULT_PROFILES",
-    "Options",
     "Plan",
     "capabilities_of",
-    "default_dts",
     "missing_profile_reason",
     "plan_of",
     "profiles_to_plan",
@@ -42,73 +39,6 @@ DEFAULT_PROFILES = ("default", "tuned", "located")
 
 #: Stands for every profile that an engine offers.
 ALL_PROFILES = "all"
-
-#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
-REFINEMENT = 4
-REFINEMENTS = 3
-
-
-def default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
-    return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
-
-
-@dataclass(frozen=True)
-class Options:
-    """What is asked of a cross-check beside its scenes: one thing for Python, the command line and the journal.
-
-    Attributes:
-        engines: Names of adapters; by default every one whose engine is installed.
-        dts: Steps, seconds; by default those of `default_dts` for each scene.
-        profiles: Names of profiles, or "all"; by default those of `DEFAULT_PROFILES` that there are. Where two profiles
-            of an engine have the same settings, only the later one is run. One whose steps are cut is run at a scene's
-            coarsest step only, unless steps are asked for, since what it finds does not depend on them.
-        settings: Settings to try in place of the profiles' own, by name; every engine asked for must have them. A text
-            is read as the kind that the setting is.
-        phases: At how many sub-step phases to run each job beside the scene's own, for the spread of its errors.
-        seed: Where the quasi-random sequence of phases begins.
-        certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
-            discs or more a certified run says up to which impact it may be believed, where python-flint is installed.
-        certify_s: Seconds for the certified run of each scene.
-        timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
-        samples: Whether to keep states for drawing; nobody draws them where no report is written.
-        jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for so long is ended, and its row says so.
-        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
-            it.
-
-    Raises:
-        InputError: A number is out of range, or a list is none.
-    """
-
-    engines: Sequence[str] | None = None
-    dts: Sequence[float] | None = None
-    profiles: Sequence[str] | None = None
-    settings: Mapping[str, Setting] = field(default_factory=dict)
-    phases: int = 0
-    seed: int = 0
-    certified: bool | None = None
-    certify_s: float = CERTIFY_SECONDS
-    timing: bool = True
-    samples: bool = True
-    jobs: int | None = None
-    time_limit_s: float = DEFAULT_TIME_LIMIT_S
-    memory_limit_mb: float | None = None
-
-    def __post_init__(self) -> None:
-        require_asked(self)
-        if not isinstance(self.settings, Mapping):
-            raise InputError(f"settings must be a mapping from names to values, got {self.settings!r}")
-        object.__setattr__(self, "settings", dict(self.settings))
-
-    @property
-    def stamp(self) -> dict[str, Any]:
-        """All that a journal's answers may depend on: two runs that differ in it do not share one."""
-        return {name: value for name, value in asdict(self).items() if name != "jobs"}
-
-    def steps_of(self, scene: Scene) -> tuple[float, ...]:
-        """Return the steps at which a scene is run, from the coarsest on."""
-        return tuple(sorted(set(self.dts or default_dts(scene)), reverse=True))
 
 
 @dataclass(frozen=True)
@@ -143,7 +73,8 @@ def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -
     offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
     for profile in asked or ():
         if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; there are: {', '.join(offered)}")
+            meant, there_are = near(profile, offered), ", ".join(offered)
+            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; {meant}there are: {there_are}")
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if name in offered]
     # Where no adapter asked for can be loaded, its rows say why.

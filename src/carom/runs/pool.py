@@ -14,16 +14,13 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
 from carom.cores import available_cores, available_memory
-from carom.limits import require_megabytes
+from carom.limits import DEFAULT_TIME_LIMIT_S, require_megabytes
 from carom.runs.job import Answer, Task
 from carom.runs.process import ClosedError, Worker
 from carom.runs.template import Template
 from carom.runs.worker import answer
 
-__all__ = ["DEFAULT_TIME_LIMIT_S", "Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
-
-#: An engine that gives no answer for so long is ended.
-DEFAULT_TIME_LIMIT_S = 60.0
+__all__ = ["Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
 
 
 def memory_share(lanes: int) -> float:

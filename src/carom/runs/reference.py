@@ -9,13 +9,13 @@ from carom.comparator import Horizon, horizon_of
 from carom.comparator.finite import not_finite
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError, MissingExtraError
+from carom.runs.options import CERTIFY_SECONDS
 from carom.scene import Scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
 __all__ = [
-    "CERTIFY_SECONDS",
     "MOST_IMPACTS",
     "Reference",
     "reference_of",
@@ -26,8 +26,6 @@ __all__ = [
 #: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
 MOST_IMPACTS = 200_000
 
-#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
-CERTIFY_SECONDS = 10.0
 #: Discs above which a scene is not certified unless that is asked for: bounds for all pairs take 8 MB at 1000.
 MOST_DISCS = 1000
 #: Discs below which the closed form says all, so that it is left out unless asked for.

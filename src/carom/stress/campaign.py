@@ -12,34 +12,31 @@ from typing import Any
 
 from carom.errors import UnknownNameError
 from carom.folders import claimed
-from carom.runs.asked import require_asked
 from carom.runs.desk import Ask, Talk, answers
 from carom.runs.engines import engines, methods_of, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Method, Progress, Status
 from carom.runs.journal import Entry, Journal
 from carom.runs.plan import profiles_to_plan
-from carom.runs.pool import Asker, LocalPool
+from carom.runs.pool import Asker
 from carom.scenes import Complaint, all_scenes
 from carom.stress.attack import Attack
 from carom.stress.breaking import breaking_point
 from carom.stress.complaints import complaint_spot
 from carom.stress.crowds import crowd_attacks
+from carom.stress.options import StressOptions
 from carom.stress.pairs import RATE_HZ, pair_attacks
 from carom.stress.relations import HOLDS, relation_spot, relations
 from carom.stress.rough import rough_attacks
 from carom.stress.spots import Line, Spot, SpotEnding, StressResults
 
-__all__ = ["JOURNAL", "PURPOSE", "SCENES", "StressOptions", "attacks", "listing", "stress", "stress_journal"]
+__all__ = ["JOURNAL", "PURPOSE", "SCENES", "attacks", "carried_out", "listing", "stress", "stress_journal"]
 
 #: What a folder of a campaign is for.
 PURPOSE = "stress"
 
 JOURNAL = "journal.jsonl"
 SCENES = "scenes"
-
-#: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
-TIME_LIMIT_S, QUICK_TIME_LIMIT_S = 60.0, 10.0
 
 #: The step of all that is run.
 DT_S = 1.0 / RATE_HZ
@@ -52,42 +49,6 @@ stress_journal = partial(Journal[SpotKey, Spot], "spots", Entry[SpotKey, Spot])
 
 #: A line of the table, and what finds its spot for a method.
 StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
-
-
-@dataclass(frozen=True)
-class StressOptions:
-    """What is asked of a campaign beside its attacks and engines.
-
-    Attributes:
-        profiles: Names of profiles.
-        quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
-        jobs: Cells at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for so long has given way.
-        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
-            it.
-
-    Raises:
-        InputError: A number is out of range, or a list is none.
-    """
-
-    profiles: Sequence[str] = ("default", "tuned")
-    quick: bool = False
-    jobs: int | None = None
-    time_limit_s: float | None = None
-    memory_limit_mb: float | None = None
-
-    def __post_init__(self) -> None:
-        require_asked(self)
-
-    @property
-    def stamp(self) -> dict[str, Any]:
-        """What a journal's answers depend on beside their keys: campaigns that differ in it do not share one."""
-        return {"quick": self.quick, "time_limit_s": self.limit_s}
-
-    @property
-    def limit_s(self) -> float:
-        """The time limit, asked for or not."""
-        return self.time_limit_s or (QUICK_TIME_LIMIT_S if self.quick else TIME_LIMIT_S)
 
 
 def attacks() -> list[Attack]:
@@ -103,28 +64,46 @@ def listing(*, quick: bool = False) -> list[Line]:
 
 
 def stress(
-    names: Sequence[str] = (),
-    engine_names: Sequence[str] | None = None,
+    names: Sequence[str] = (), engine_names: Sequence[str] | None = None, *, out: Path, **asked: Any
+) -> StressResults:
+    """Attack methods and return where each gives way: `carried_out` with `StressOptions` by name.
+
+    Args:
+        names: As of `carried_out`.
+        engine_names: Names of adapters; every one that is installed by default.
+        out: As of `carried_out`.
+        asked: ``quick``, ``profiles`` and the other fields of `StressOptions`, ``resume``, ``retry``, ``progress``
+            and ``command`` of `carried_out`.
+
+    Raises:
+        UnknownNameError: There is no such attack, engine or profile.
+        InputError: As `carried_out` says, or an option makes no sense.
+    """
+    how = {name: asked.pop(name) for name in ("resume", "retry", "progress", "command") if name in asked}
+    return carried_out(names, StressOptions(engines=engine_names or None, **asked), out=out, **how)
+
+
+def carried_out(
+    names: Sequence[str],
+    asked: StressOptions,
     *,
     out: Path,
     resume: bool = False,
     retry: bool = False,
     progress: Progress | None = None,
     command: str = "",
-    **options: Any,
 ) -> StressResults:
-    """Attack methods and return where each gives way.
+    """Carry out a campaign.
 
     Args:
         names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
             default.
-        engine_names: Names of adapters; every one that is installed by default.
+        asked: What is asked for.
         out: Folder for the journal and for the scenes that reproduce the numbers.
-        resume: Take up what a journal in `out` says is finished.
+        resume: Continue from what a journal in `out` says is finished.
         retry: Run again what an engine broke off.
         progress: Called with (done, all, what) as cells finish.
         command: The command that makes this again, for the results.
-        options: ``quick``, ``profiles`` and the other fields of `StressOptions`.
 
     Raises:
         UnknownNameError: There is no such attack, engine or profile.
@@ -132,11 +111,10 @@ def stress(
             campaign.
     """
     started = time.perf_counter()
-    asked = StressOptions(**options)
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
-    with LocalPool(asked.jobs, asked.limit_s, asked.memory_limit_mb) as pool, ExitStack() as held:
-        infos = to_run(engines(engine_names or None, pool=pool), engine_names or None)
+    with asked.pool() as pool, ExitStack() as held:
+        infos = to_run(engines(asked.engines, pool=pool), asked.engines)
         methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
         here = environment(infos)

@@ -11,61 +11,27 @@ from dataclasses import dataclass
 from carom.adapter import unsupported_reason
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs.asked import require_asked
 from carom.runs.engines import SettingsAt, engines
 from carom.runs.environment import Environment, environment
 from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey
-from carom.runs.pool import DEFAULT_TIME_LIMIT_S, LocalPool, Pool
+from carom.runs.pool import Pool
 from carom.runs.reference import reference_of, reference_trace
 from carom.runs.timing import Measure
 from carom.scene import Scene
+from carom.text import near
 from carom.trace import Setting, Trace
 from carom.tune.judge import Jury
 from carom.tune.merit import Judged
+from carom.tune.options import TuneOptions
 from carom.tune.search import Found, KnobSearch
 from carom.tune.space import Space, values_of
 
-__all__ = ["JOURNAL", "PURPOSE", "TuneOptions", "Tuning", "tune"]
+__all__ = ["JOURNAL", "PURPOSE", "Tuning", "tune"]
 
 #: What a folder of a search is for, and its journal there.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
-
-
-@dataclass(frozen=True)
-class TuneOptions:
-    """What is asked of a search beside its engine and its scenes.
-
-    Attributes:
-        profile: The profile that it begins with.
-        dt_s: Step, seconds; by default each scene's own frame.
-        trials: How many different settings are tried, before the best is gone over once more.
-        seed: Of the optimiser's random numbers.
-        timing: Whether the cost decides between settings that are equally right; jobs are run one at a time then.
-        jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for so long is ended, and the scene counts as wrong.
-        memory_limit_mb: Megabytes that an engine's process may take.
-
-    Raises:
-        InputError: A number is out of range.
-    """
-
-    profile: str = "default"
-    dt_s: float | None = None
-    trials: int = 100
-    seed: int = 0
-    timing: bool = False
-    jobs: int | None = None
-    time_limit_s: float = DEFAULT_TIME_LIMIT_S
-    memory_limit_mb: float | None = None
-
-    def __post_init__(self) -> None:
-        require_asked(self)
-
-    def step_of(self, scene: Scene) -> float:
-        """Return the step at which a scene is run, seconds."""
-        return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s
 
 
 @dataclass(frozen=True)
@@ -137,12 +103,13 @@ def tune(
         MissingExtraError: Optuna is not installed.
     """
     started, asked = time.perf_counter(), options or TuneOptions()
-    with LocalPool(1 if asked.timing else asked.jobs, asked.time_limit_s, asked.memory_limit_mb) as pool:
+    with asked.pool(1 if asked.timing else None) as pool:
         (info,) = engines([engine], pool=pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         if asked.profile not in info.profiles:
-            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}; it has: {', '.join(info.profiles)}")
+            meant, has = near(asked.profile, info.profiles), ", ".join(info.profiles)
+            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}; {meant}it has: {has}")
         horizons, left_out = _references(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:

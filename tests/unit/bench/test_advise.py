@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -11,6 +12,7 @@ from tests.unit.report.test_terminal import printed
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench import adviser
 from carom.bench.adviser import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
+from carom.bench.options import AdviceOptions
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.bench.step_search import CONFIRM
 from carom.bench.step_trial import StartTask
@@ -45,6 +47,10 @@ def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, f
             (a, b), (c, d) = impact[name], expected[name]
             worst = max(worst, abs(math.atan2(a * d - b * c, a * c + b * d)))
     return len(found), worst
+
+
+def asked(engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> AdviceOptions:
+    return AdviceOptions(engines, direction_error_rad=direction_error_rad, **options)
 
 
 @pytest.mark.long
@@ -144,9 +150,12 @@ def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str)
 def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
     """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
-    demand = Demand(10 * DEGREE)
     with InProcess() as pool:
-        advice = advise(pair(0.4), demand, pool, ["pic", "pit", "pymunk"], profiles=["tuned"], phases=2)
+        advice = advise(
+            pair(0.4),
+            asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2),
+            pool,
+        )
     (found,) = advice.answers
     assert found.method == Method("pymunk", "tuned")
     assert found.ending is SearchEnding.FOUND
@@ -167,7 +176,11 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = pair(speed=150.0, radius=0.5)
     with LocalPool() as pool:
-        advice = advise(scene, Demand(10 * DEGREE), pool, ["box2d", "pybullet"], profiles=["default"], phases=1)
+        advice = advise(
+            scene,
+            asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1),
+            pool,
+        )
     assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
     assert "150 m/s" in advice.unable[0].reason
     (found,) = advice.answers
@@ -183,14 +196,14 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     times = solve_pic(scene).impacts["time_s"]
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
     with InProcess() as pool:
-        advice = advise(scene, Demand(DEGREE), pool, ["pit"], phases=1)
+        advice = advise(scene, asked(["pit"], DEGREE, phases=1), pool)
     assert advice.cut is ReferenceCut.CHAOS
     assert times[1] < advice.scene.duration_s < times[2]
     assert advice.impacts == 2
     assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
     with pytest.raises(InputError, match="no step can be advised for 'walled', from its first impact on: rounding"):
-        advise(scene, Demand(DEGREE), InProcess(), ["pit"])
+        advise(scene, asked(["pit"], DEGREE), InProcess())
 
 
 def test_a_scene_is_asked_up_to_its_first_tie() -> None:
@@ -198,18 +211,18 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
     tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
     assert solve_pic(tie).ambiguous == (2,)
-    advice = advise(tie, Demand(DEGREE), InProcess(), ["pit"], phases=1)
+    advice = advise(tie, asked(["pit"], DEGREE, phases=1), InProcess())
     assert advice.cut is ReferenceCut.TIE
     assert advice.impacts == 1
     at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
     with pytest.raises(InputError, match="from its first impact on: a disc meets two others at once"):
-        advise(at_once, Demand(DEGREE), InProcess(), ["pit"])
+        advise(at_once, asked(["pit"], DEGREE), InProcess())
 
 
 def test_with_friction_pit_is_tried() -> None:
     """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
     rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
-    advice = advise(rough, Demand(5 * DEGREE), InProcess(), ["pit"])
+    advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcess())
     assert advice.closed_form is None
     assert advice.answers == ()
     assert advice.sampling is not None
@@ -228,12 +241,12 @@ def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     """Discs that spin and do not rub have the closed form of those that do not; where one falls past the other none."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
     spinning = Scene(**{**dict(pair()), "discs": discs})
-    steps = [advise(scene, Demand(DEGREE), InProcess(), ["pit"]).closed_form for scene in (pair(), spinning)]
+    steps = [advise(scene, asked(["pit"], DEGREE), InProcess()).closed_form for scene in (pair(), spinning)]
     assert steps[0] is not None
     assert steps[0] == steps[1]
     hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
     falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
-    assert advise(falling, Demand(10 * DEGREE), InProcess(), ["pit"], phases=1).closed_form is None
+    assert advise(falling, asked(["pit"], 10 * DEGREE, phases=1), InProcess()).closed_form is None
 
 
 def test_an_impact_in_the_last_step_is_asked_for() -> None:

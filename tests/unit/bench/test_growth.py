@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 
 from carom.adapter import Capabilities, Profile
 from carom.bench import growth
+from carom.bench.options import GrowthOptions
 from carom.cli import app
 from carom.runs.job import Answer, Method, Status, Task, UnsupportedError
 from carom.runs.journal import Entry
@@ -49,7 +50,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             ran.extend((task.engine, task.discs) for task in grown if isinstance(task, growth.GrowthTask))
             return super().ask_each(tasks)
 
-    monkeypatch.setattr(growth, "LocalPool", Pool)
+    monkeypatch.setattr("carom.runs.pool.LocalPool", Pool)
     return ran
 
 
@@ -63,7 +64,7 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
 
     path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
     with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
-        growth.growth(engines, sizes=sizes, notes=journal, progress=interrupt)
+        growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal, progress=interrupt)
     assert ran == [("pit", 2), ("pymunk", 2), ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
         values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
@@ -71,7 +72,7 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
         keys = list(journal.entries)
         journal.add([Entry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
-        found = growth.growth(engines, sizes=sizes, notes=journal)
+        found = growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal)
     assert ran[3:] == [("pymunk", 3), ("pit", 4), ("pymunk", 4)]
     pit, pymunk = (curve.points for curve in found.curves)
     assert [value.timing.advance_s for value in earlier] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
@@ -83,10 +84,10 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
     """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
-        first = growth.growth(["pit"], sizes=[2], budget_s=1e-9, notes=journal)
+        first = growth.growth(GrowthOptions(["pit"], sizes=[2], budget_s=1e-9), notes=journal)
     assert "raise --budget" in first.curves[0].points[0].reason
     with growth.growth_journal(path, resume=True) as journal:
-        second = growth.growth(["pit"], sizes=[2], notes=journal)
+        second = growth.growth(GrowthOptions(["pit"], sizes=[2]), notes=journal)
     assert second.curves[0].points[0].reason == ""
     assert ran == [("pit", 2)]
 

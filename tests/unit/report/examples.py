@@ -15,10 +15,10 @@ from carom.bench.adviser import (
     StepRange,
     StepTrial,
 )
-from carom.bench.bench_plan import BenchPlan
 from carom.bench.convergence import fit_order
 from carom.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.bench.noise import Noise, Spread
+from carom.bench.options import BenchPlan
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import CellTiming
 from carom.bench.sampling_limit import PairLimit, Window

@@ -19,7 +19,8 @@ from carom.report.replay import impact_rows
 from carom.report.stress_document import stress_document
 from carom.report.trend import trend_sections
 from carom.runs.explain import explain
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 from carom.stress.spots import SpotEnding

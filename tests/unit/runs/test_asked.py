@@ -1,81 +1,151 @@
-"""What makes no sense is refused from Python by field and value, in one way in every study."""
+"""What a study declares is what Python, the command line and the journal follow: nonsense is refused by name."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
 import carom
-from carom.bench.bench_plan import BenchPlan
-from carom.bench.growth import growth
+from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
+from carom.cli import app
+from carom.cli.asked import shown_option
+from carom.declared import Declared, declared
 from carom.errors import InputError
-from carom.runs.plan import Options
-from carom.stress.campaign import StressOptions
-from carom.tune.run import TuneOptions
+from carom.runs.options import Options
+from carom.stress.options import StressOptions
+from carom.tune.options import TuneOptions
 
-#: Of each field, by whatever study has it, what can't be meant.
-WRONG: dict[str, tuple[Any, ...]] = {
-    "engines": ("pit", 5, [5]),
-    "profiles": ("tuned", 5, [None]),
-    "dts": (0.1, "0.1", [0.0], [-1.0], [math.nan], [math.inf], ["0.1"], [True]),
-    "dt_s": (0.0, -1.0, math.nan, math.inf, "0.1", True),
-    "phases": (-1, 1.5, "2", True, 10**9),
-    "seed": ("x", -1, 0.5, True, 2**64),
-    "jobs": (0, -1, 1.5, "2", True, 10**9),
-    "rounds": (1, 2, -1, 7.5, "7", True),
-    "trials": (0, -5, "10", 2.5),
-    "target": (0.0, -1.0, math.nan, math.inf, "x", True),
-    "timing": ("no", 0, None),
-    "samples": ("no", 1),
-    "quick": ("yes", 1),
-    "certified": ("no", 1),
-    "certify_s": (0, -1, math.nan, math.inf, "5"),
-    "budget_s": (0, -1, math.nan, math.inf, "5"),
-    "time_limit_s": (0, -1, math.nan, math.inf, "5"),
-    "memory_limit_mb": (0, -1, math.nan, math.inf, "5"),
+#: Each study with the command of its options; a growth bench has its options from `carom bench`.
+STUDIES: dict[type[Declared], tuple[str, ...]] = {
+    Options: ("run", "paper/missed"),
+    BenchPlan: ("bench", "paper/missed"),
+    GrowthOptions: (),
+    AdviceOptions: ("advise", "paper/missed"),
+    StressOptions: ("stress",),
+    TuneOptions: ("tune", "pymunk"),
 }
-STUDIES = (Options, BenchPlan, StressOptions, TuneOptions)
-CASES = [
-    (study, name, value)
-    for study in STUDIES
-    for name in study.__dataclass_fields__
-    if name in WRONG
-    for value in WRONG[name]
-]
+WRONG = [(study, name, value) for study in STUDIES for name, one in declared(study).items() for value in one.wrong]
 
 
-@pytest.mark.parametrize(("study", "name", "value"), CASES)
-def test_what_makes_no_sense_is_refused_by_name(study: Callable[..., Any], name: str, value: Any) -> None:
-    """Each study refuses each wrong value of each of its fields, and the message begins with the field."""
+def optional(study: type[Declared], name: str) -> bool:
+    return next(field.default for field in dataclasses.fields(study) if field.name == name) is None
+
+
+@pytest.mark.parametrize(("study", "name", "value"), WRONG)
+def test_what_makes_no_sense_is_refused_from_python(study: type[Declared], name: str, value: Any) -> None:
+    """Each study refuses each value that its declaration calls wrong, and the message begins with the field."""
+    if value is None and optional(study, name):
+        study(**{name: None})
+        return
     with pytest.raises(InputError, match=rf"^{name}(\[0\])? must be"):
         study(**{name: value})
 
 
-@pytest.mark.parametrize("study", STUDIES)
-def test_every_field_that_is_a_number_or_a_list_is_checked(study: Any) -> None:
-    """A field that a study gains is checked, or named here with the reason why not."""
-    others = {"settings", "error", "profile"}  # checked where they are read: a mapping, a kind, a name
-    assert study.__dataclass_fields__.keys() - others <= WRONG.keys()
+def texts() -> list[tuple[type[Declared], str, str]]:
+    """Every option that a shell has, with each wrong value that is a number or is no number."""
+    found = []
+    for study, name, value in WRONG:
+        one = declared(study)[name]
+        item = value[0] if one.many and isinstance(value, list) else value
+        number = isinstance(item, int | float) and not isinstance(item, bool)
+        if one.many and not isinstance(value, list):
+            continue
+        if STUDIES[study] and one.flags and one.kind.word not in {"", "NAME", "ANGLE"} and (number or item == "x"):
+            found.append((study, name, str(item)))
+    return found
+
+
+@pytest.mark.parametrize(("study", "name", "text"), texts())
+def test_the_shell_refuses_in_the_same_words(study: type[Declared], name: str, text: str) -> None:
+    """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
+    one = declared(study)[name]
+    result = CliRunner().invoke(app, [*STUDIES[study], one.flags[0], text])
+    assert result.exit_code == 2, result.output
+    assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
+
+
+@pytest.mark.parametrize("study", [study for study, command in STUDIES.items() if command])
+def test_help_shows_what_is_declared(study: type[Declared]) -> None:
+    """`--help` has each option that the shell has, with its words, its bounds and its default."""
+    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [STUDIES[study][0], "--help"])
+    shown = "".join(result.output.split())
+    for name, one in declared(study).items():
+        if one.flags:
+            assert one.flags[0].partition("/")[0] in shown
+            assert "".join(shown_option(study, name).help.split()) in shown
+
+
+@pytest.mark.parametrize("study", [Options, BenchPlan, GrowthOptions, AdviceOptions, StressOptions, TuneOptions])
+def test_the_shells_defaults_are_pythons(study: type[Declared]) -> None:
+    """Where the shell says nothing, the options are those that Python has by default."""
+    assert study.said({}) == study()
+    assert study.said(dict.fromkeys(declared(study))) == study()
+
+
+#: Another sensible value of each kind of option, by name.
+OTHER: dict[str, Any] = {
+    "engines": ["pit"],
+    "profiles": ["tuned"],
+    "profile": "located",
+    "dts": [0.25],
+    "sizes": [3],
+    "settings": {"iterations": 3},
+    "error": "time",
+    "certified": True,
+    "miss_probability": 0.5,
+}
+
+
+@pytest.mark.parametrize(("study", "name"), [(study, name) for study in STUDIES for name in declared(study)])
+def test_the_stamp_holds_what_changes_answers(study: type[Declared], name: str) -> None:
+    """An option on which the answers in a journal depend changes its stamp, and no other does."""
+    usual = study()
+    value = getattr(usual, name)
+    if isinstance(value, bool):
+        other: Any = not value
+    elif name in OTHER:
+        other = OTHER[name]
+    else:
+        other = value + 1 if value else 2
+    changed = study(**{name: other})
+    assert getattr(changed, name) != value
+    assert (changed.stamp != usual.stamp) is declared(study)[name].stamped
 
 
 def test_usual_values_are_taken() -> None:
-    """Defaults, lists in place of tuples and whole numbers of seconds are what people write."""
-    for study in STUDIES:
-        study()
+    """Lists in place of tuples and whole numbers of seconds are what people write; a series is several steps."""
     assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
     assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
+    assert BenchPlan.said({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
+    assert AdviceOptions.said({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(80)
+    assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 
-def test_calls_refuse_likewise() -> None:
-    """A name in place of a scene, and wrong limits of single calls, are refused in a sentence, too."""
-    for act, words in (
-        (lambda: carom.run(7, "pit", dt=0.1), "scene must be a Scene or the name of one in the catalogue, got 7"),  # type: ignore[arg-type] # what is refused
-        (lambda: growth(["pit"], sizes=[0]), "a number of discs must be a whole number, 1 or more, got 0"),
-        (lambda: growth("pit"), "engines must be a list"),
-        (lambda: growth(["pit"], budget_s=-1), "budget_s must be"),
-    ):
-        with pytest.raises(InputError, match=words):
-            act()
+def test_a_single_run_refuses_likewise() -> None:
+    """What is no scene, and a wrong step or limit, are refused in a sentence, too."""
+    no_scene: Any = 7
+    with pytest.raises(InputError, match="scene must be a Scene or the name of one in the catalogue, got 7"):
+        carom.run(no_scene, "pit", dt=0.1)
+    for name, value in (("dt", 0.0), ("time_limit_s", -1.0)):
+        wrong: Any = {"dt": 0.1, name: value}
+        with pytest.raises(InputError, match=f"^{name} must be"):
+            carom.run("paper/missed", "pit", **wrong)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("run", "paper/missed", "-e", "pimunk"), "no engine is named 'pimunk'; did you mean 'pymunk'?"),
+        (("run", "paper/missed", "-e", "pit", "-p", "tunde"), "a profile 'tunde'; did you mean 'tuned'?"),
+        (("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"), "did you mean 'iterations'?"),
+    ],
+)
+def test_a_near_name_is_asked_for(arguments: tuple[str, ...], words: str) -> None:
+    """Of engines, profiles and settings a name that is nearly right is answered with the right one."""
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())

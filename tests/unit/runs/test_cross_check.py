@@ -19,7 +19,8 @@ from carom.runs import execute, reference
 from carom.runs.job import Answer, Job, Method, Status, Task
 from carom.runs.observe import Observe
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options, default_dts, plan_of
+from carom.runs.options import Options, default_dts
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.runs.timing import Measure
 from carom.scenes import catalogue

@@ -16,7 +16,8 @@ from carom.runs.execute import cross_check, execute
 from carom.runs.explain import explain
 from carom.runs.job import Answer, Job, Status, Task
 from carom.runs.observe import Observe
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import catalogue
 

@@ -18,7 +18,8 @@ from carom.runs.environment import resident_bytes
 from carom.runs.execute import execute
 from carom.runs.folder import _clear_abandoned
 from carom.runs.job import Status
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 from carom.runs.results import Row
 

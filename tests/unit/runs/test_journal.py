@@ -21,7 +21,7 @@ from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, Entry, canonical
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options
+from carom.runs.options import Options
 from carom.runs.scoring import Measures, score_journal
 from carom.scenes import all_scenes
 from carom.stress.campaign import stress_journal

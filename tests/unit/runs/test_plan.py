@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from tests.stage import disc_at, staged
 
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)

@@ -15,7 +15,8 @@ import pytest
 from carom import Disc, Scene, Wall
 from carom.runs.execute import execute
 from carom.runs.job import Status
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess, LocalPool, Pool
 from carom.runs.results import Results
 

@@ -21,7 +21,8 @@ from carom.runs.execute import execute
 from carom.runs.job import Job, Method
 from carom.runs.keys import job_key
 from carom.runs.observed import DRAWN, observed_journal
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.runs.tried import tried_by
 from carom.trace import Setting

@@ -17,7 +17,7 @@ from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import Observe
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options
+from carom.runs.options import Options
 from carom.runs.worker import codec_of
 from carom.scenes import all_scenes
 from carom.trace import Trace

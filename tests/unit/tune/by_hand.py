@@ -11,7 +11,8 @@ from carom.scenes import find_scenes
 from carom.trace import Trace
 from carom.tune.judge import Jury
 from carom.tune.merit import Merit, merit_of
-from carom.tune.run import TuneOptions, tune
+from carom.tune.options import TuneOptions
+from carom.tune.run import tune
 
 
 def merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:

@@ -1,0 +1,44 @@
+"""Series of steps: those that are asked for by their ends, and a scene's own."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = ["STEPS", "default_steps", "geometric_steps"]
+
+#: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
+#: 1/60 s, in so many steps as a fitted order needs to have a confidence interval worth reading.
+FINEST = 60 / 10_000
+STEPS = 6
+
+
+def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
+    """Return so many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
+
+    Raises:
+        InputError: An end is no positive number, or there are fewer than two steps.
+    """
+    for name, value in (("the coarsest step", coarsest_s), ("the finest step", finest_s)):
+        if not 0 < value < math.inf:
+            raise InputError(f"{name} must be a positive number of seconds, got {value}")
+    if count < 2:
+        raise InputError(f"a series of steps needs two of them or more, got {count}")
+    coarsest_s, finest_s = max(coarsest_s, finest_s), min(coarsest_s, finest_s)
+    rates = [(1 / coarsest_s) * (coarsest_s / finest_s) ** (k / (count - 1)) for k in range(count)]
+    ends = rates[0], rates[-1]
+    if all(round(rate) >= 1 and abs(rate - round(rate)) < 1e-9 * rate for rate in ends):  # a float holds 1/60 to 1e-16
+        rates = [float(round(rate)) for rate in rates]
+        return tuple(1.0 / rate for rate in dict.fromkeys(rates))
+    return (coarsest_s, *(1.0 / rate for rate in rates[1:-1]), finest_s)
+
+
+def default_steps(scene: Scene) -> tuple[float, ...]:
+    """Return the series of steps that a scene is run at where none are asked for."""
+    frame_s = 1.0 / scene.frame_rate_hz
+    return geometric_steps(frame_s, frame_s * FINEST, STEPS)

@@ -1,0 +1,51 @@
+"""What may be asked of a campaign: see `carom.declared`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+
+from carom.declared import flag, option, seconds
+from carom.limits import DEFAULT_TIME_LIMIT_S
+from carom.runs.options import Limited, engine_names, profile_names
+
+__all__ = ["StressOptions"]
+
+#: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
+QUICK_TIME_LIMIT_S = 10.0
+
+
+@dataclass(frozen=True)
+class StressOptions(Limited):
+    """What is asked of a campaign beside its attacks and engines.
+
+    Attributes:
+        engines: Names of adapters; None for all.
+        profiles: Names of profiles.
+        quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
+        time_limit_s: An engine that gives no answer for so many seconds has given way; given as None, it is that of
+            the form.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    engines: Sequence[str] | None = engine_names()
+    profiles: Sequence[str] = profile_names("default", "tuned")
+    quick: bool = option(
+        False, flag(), "The quick form: under a minute, with fewer rungs and nearer ends.", "--quick", stamped=True
+    )
+    _: KW_ONLY
+    time_limit_s: float = option(
+        None,
+        seconds(),
+        "Seconds after which an engine that gives no answer has given way.",
+        "--time-limit",
+        stamped=True,
+        said=f"{DEFAULT_TIME_LIMIT_S:g}, or {QUICK_TIME_LIMIT_S:g} with --quick",
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.time_limit_s is None:
+            object.__setattr__(self, "time_limit_s", QUICK_TIME_LIMIT_S if self.quick else DEFAULT_TIME_LIMIT_S)

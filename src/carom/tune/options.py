@@ -1,0 +1,44 @@
+"""What may be asked of a search for settings: see `carom.declared`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from carom.declared import flag, name, option, step, whole
+from carom.runs.options import MOST_SEED, Limited
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = ["TuneOptions"]
+
+
+@dataclass(frozen=True)
+class TuneOptions(Limited):
+    """What is asked of a search beside its engine and its scenes.
+
+    Attributes:
+        profile: The profile that it begins with.
+        dt_s: Step, seconds; by default each scene's own frame.
+        trials: How many different settings are tried, before the best is gone over once more.
+        seed: Of the optimiser's random numbers.
+        timing: Whether the cost decides between settings that are equally right; jobs are run one at a time then.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    profile: str = option("default", name(), "The profile to begin with.", "--profile", "-p")
+    dt_s: float | None = option(None, step(), "Step in seconds, such as 1/240.", "--dt", said="each scene's own frame")
+    trials: int = option(
+        100, whole(1, MOST_SEED), "How many settings to try, before the best is gone over once more.", "--trials"
+    )
+    seed: int = option(0, whole(0, 2**32 - 1), "Seed of the optimiser.", "--seed")
+    timing: bool = option(
+        False, flag(), "Let the time of the steps decide between what is equally right.", "--timing/--no-timing"
+    )
+
+    def step_of(self, scene: Scene) -> float:
+        """Return the step at which a scene is run, seconds."""
+        return 1.0 / scene.frame_rate_hz if self.dt_s is None else self.dt_s
