@@ -45,7 +45,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
     found: Asked = []
 
     class Worker:
-        def __init__(self, memory_bytes: int) -> None:
+        def __init__(self, memory_bytes: int, *_how: object) -> None:
             self._memory_bytes = memory_bytes
 
         def ask_each(self, tasks: Sequence[Task[Any]], time_limit_s: float) -> Iterator[Answer[Any]]:
