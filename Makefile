@@ -59,7 +59,7 @@ demo: $(VENV)/built-for-reports
 
 # Deviations of the engines are what the report is there to show, so they do not fail it; a crash does.
 report: $(VENV)/built-for-reports
-	$(BIN)/carom run --report $(REPORT) --fail-on never
+	$(BIN)/carom run --out $(REPORT) --fail-on never
 
 test: $(VENV)/built-for-tests
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist worksteal
@@ -104,8 +104,8 @@ hazards: $(BUILT)
 ROWS = || [ $$? -eq 4 ]
 # With the engines that are installed: `make engines` brings those that are not.
 atlas: $(BUILT) $(HAZARDS)
-	$(BIN)/carom run paper classics gravity engines -p all --report reports/atlas --no-timing --fail-on never --resume $(ROWS)
-	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --report reports/atlas-speed --fail-on never $(ROWS)
+	$(BIN)/carom run paper classics gravity engines -p all --out reports/atlas --no-timing --fail-on never --resume $(ROWS)
+	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --out reports/atlas-speed --fail-on never $(ROWS)
 	$(BIN)/carom stress tunnelling slow mass-ratio grazing duration --quick --out reports/atlas-stress --resume
 	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress $(HAZARDS)
 

@@ -21,9 +21,9 @@ from carom.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 from carom.text import shown
 
 __all__ = [
-    "Declared",
-    "Kind",
+    "DeclaredOptions",
     "Option",
+    "ValueKind",
     "declared",
     "flag",
     "measure",
@@ -39,7 +39,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-class Kind:
+class ValueKind:
     """Which values an option takes.
 
     Attributes:
@@ -61,7 +61,7 @@ class Kind:
         return InputError(f"{name} must be {self.said}, got {shown(value)}")
 
 
-def taken(kind: Kind, name: str, value: Any) -> Any:
+def taken(kind: ValueKind, name: str, value: Any) -> Any:
     """Return a value as a study takes it.
 
     Raises:
@@ -86,7 +86,7 @@ class Option:
         default: Its default, in words, where the value does not say it.
     """
 
-    kind: Kind
+    kind: ValueKind
     what: str
     flags: tuple[str, ...]
     many: bool
@@ -102,18 +102,18 @@ class Option:
 
 
 def option(
-    default: Any, kind: Kind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
+    default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
 ) -> Any:
     """Declare a field; None as its default stands for what `said` says, and is taken, too."""
     return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
 
 
-def declared(options: type[Declared] | Declared) -> dict[str, Option]:
+def declared(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
     """Return the options of a study by name."""
     return {field.name: field.metadata["option"] for field in dataclasses.fields(options)}
 
 
-class Declared:
+class DeclaredOptions:
     """Options of a study: to be made a frozen dataclass, with an `option` a field.
 
     Raises:
@@ -174,7 +174,7 @@ def _real(value: Any) -> float:
     return float(value)
 
 
-def whole(least: int, most: int) -> Kind:
+def whole(least: int, most: int) -> ValueKind:
     """Return the whole numbers between two."""
 
     def take(value: Any) -> int:
@@ -186,10 +186,10 @@ def whole(least: int, most: int) -> Kind:
         return found
 
     wrong = (least - 1, most + 1, -math.inf, math.nan, least + 0.5, "2", True, None)
-    return Kind(f"a whole number from {least} to {most}", "INTEGER", take, int, wrong)
+    return ValueKind(f"a whole number from {least} to {most}", "INTEGER", take, int, wrong)
 
 
-def measure(said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float) -> Kind:
+def measure(said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float) -> ValueKind:
     """Return the finite numbers above `least` and up to `most`."""
 
     def take(value: Any) -> float:
@@ -198,20 +198,20 @@ def measure(said: str, word: str, least: float, most: float, *, read: Callable[[
             raise ValueError
         return found
 
-    return Kind(said, word, take, read, (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None))
+    return ValueKind(said, word, take, read, (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None))
 
 
-def seconds() -> Kind:
+def seconds() -> ValueKind:
     """Return the limits of time."""
     return measure(f"a positive number of seconds, {LONGEST_S:g} at most", "SECONDS", 0.0, LONGEST_S)
 
 
-def megabytes() -> Kind:
+def megabytes() -> ValueKind:
     """Return the limits of memory."""
     return measure(f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB)
 
 
-def step(read: Callable[[str], Any] | None = None, also: str = "") -> Kind:
+def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return steps; `read` reads a text that may say several, as `also` says."""
     limits = f"above 0: from {SMALLEST:.3g} to {LARGEST:.3g}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
@@ -233,9 +233,9 @@ def _text(value: Any) -> str:
     return value
 
 
-def name() -> Kind:
+def name() -> ValueKind:
     """Return names; whether there is such a one is asked where it is known."""
-    return Kind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
+    return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
 
 
 def _bool(value: Any) -> bool:
@@ -244,12 +244,12 @@ def _bool(value: Any) -> bool:
     return value
 
 
-def flag() -> Kind:
+def flag() -> ValueKind:
     """Return True and False."""
-    return Kind("True or False", "", _bool, wrong=("no", 0, 1, None))
+    return ValueKind("True or False", "", _bool, wrong=("no", 0, 1, None))
 
 
-def one_of(kinds: type[StrEnum]) -> Kind:
+def one_of(kinds: type[StrEnum]) -> ValueKind:
     """Return the values of an enumeration, each by its name, too."""
     listed = ", ".join(one.value for one in kinds)
-    return Kind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))
+    return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

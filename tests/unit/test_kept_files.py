@@ -15,7 +15,8 @@ from carom.report.records_line import text_of
 from carom.runs.execute import execute
 from carom.runs.journal import JOURNAL_FORMAT, canonical
 from carom.runs.observed import observed_journal
-from carom.runs.plan import Options, plan_of
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 

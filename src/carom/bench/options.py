@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from carom.bench.axes import ErrorKind
 from carom.bench.series import STEPS, geometric_steps
-from carom.declared import Kind, flag, fraction, measure, name, one_of, option, seconds, step, whole
+from carom.declared import ValueKind, flag, fraction, measure, name, one_of, option, seconds, step, whole
 from carom.limits import ADVICE_STEPS, LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES, MOST_STEPS
 from carom.runs.options import MOST_SEED, Limited, engine_names, profile_names
 
@@ -156,7 +156,7 @@ class AdviceOptions(Limited):
     )
     miss_probability: float = option(
         0.0,
-        Kind("0 or more and below 1", "NUMBER", _share, float, (-0.1, 1.0, math.nan, "x", True, None)),
+        ValueKind("0 or more and below 1", "NUMBER", _share, float, (-0.1, 1.0, math.nan, "x", True, None)),
         "Share of starts at which an impact may be missed, 0 to below 1.",
         "--miss-probability",
     )

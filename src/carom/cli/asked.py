@@ -12,11 +12,11 @@ from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hin
 import typer
 
 from carom.cli.shared import guarded
-from carom.declared import Declared, Option, declared
+from carom.declared import DeclaredOptions, Option, declared
 
 __all__ = ["asking", "shown_option"]
 
-Asked = TypeVar("Asked", bound=Declared)
+Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
 
 
@@ -51,7 +51,7 @@ def asking(
     return decorated
 
 
-def shown_option(kind: type[Declared], name: str) -> Any:
+def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
     """Return an option as `--help` shows it: what it is, its bounds, and its default."""
     one = declared(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)

@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.report import wording
 from carom.report.grid import BROKEN, GRADED, Mark, mark_read
 from carom.report.records import read_records
-from carom.report.records_line import Line, Reference, Summary
+from carom.report.records_line import RowLine, SceneLine, Summary
 from carom.runs.environment import Environment
 from carom.runs.job import Method
 
@@ -229,7 +229,7 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
     return summary, cells
 
 
-def _cell(summary: Summary, line: Line) -> _Cell:
+def _cell(summary: Summary, line: RowLine) -> _Cell:
     mark = mark_read(line.status, line.grade, line.float_bits)
     found = {one.verdict: one.reason for one in line.verdicts}
     said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
@@ -245,7 +245,7 @@ def _cell(summary: Summary, line: Line) -> _Cell:
     )
 
 
-def _numbers(line: Line, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
+def _numbers(line: RowLine, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
     """Yield what tells how good a cell is, with what rounding makes of it in the floats declared."""
     bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
     if bits is None or total is None or line.missed is None or line.spurious is None:
@@ -275,7 +275,7 @@ def _numbers(line: Line, scales: Scales, found: Mapping[str, str]) -> Iterator[_
         yield _Number(_NAMES[name], None if math.isnan(error) else shown(error), shown(limit), unit)
 
 
-def _reference(scene: Reference) -> Mapping[str, Any]:
+def _reference(scene: SceneLine) -> Mapping[str, Any]:
     """Return the numbers of a scene's reference, by their names."""
     return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
 

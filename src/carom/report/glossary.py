@@ -10,14 +10,14 @@ from carom.comparator.meaning import GRADED_WHEN, SAID_WHEN
 from carom.errors import UnknownNameError
 from carom.report.grid import GRADED, Mark
 
-__all__ = ["Entry", "explained", "glossary"]
+__all__ = ["Meaning", "explained", "glossary"]
 
 #: Words of the field for what a report has another word for.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 
 
 @dataclass(frozen=True)
-class Entry:
+class Meaning:
     """A word that a report uses.
 
     Attributes:
@@ -37,18 +37,18 @@ class Entry:
         return f"{told}\n  When: {self.when}." if self.when else told
 
 
-def glossary() -> Iterator[Entry]:
+def glossary() -> Iterator[Meaning]:
     """Yield every word: grades from best to worst, then the other marks of a table, then the verdicts."""
     for mark in Mark:
         grade = GRADED.get(mark)
         when = "" if grade is None else GRADED_WHEN[grade].replace("*", "")
-        yield Entry(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
+        yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
     for verdict, when in SAID_WHEN.items():
         word = verdict.name.lower().replace("_", " ")
-        yield Entry(word, "verdict", verdict.value, when.replace("*", ""))
+        yield Meaning(word, "verdict", verdict.value, when.replace("*", ""))
 
 
-def explained(word: str) -> list[Entry]:
+def explained(word: str) -> list[Meaning]:
     """Return what a word means: of every verdict, grade or mark that has it for its name or for its sentence.
 
     Raises:

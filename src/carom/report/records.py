@@ -20,7 +20,7 @@ from carom.limits import MOST_BYTES, MOST_VALUES, values_in
 from carom.report import wording
 from carom.report.files import FORMATS
 from carom.report.grid import BROKEN, Mark, mark_of, reasons_of
-from carom.report.records_line import Found, Line, Reference, Summary, Taken, read_line, text_of
+from carom.report.records_line import RowLine, SceneLine, Summary, Taken, VerdictLine, read_line, text_of
 from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
 from carom.text import shortened, visible
@@ -53,7 +53,7 @@ def _summary(results: Results) -> Summary:
         elapsed_s=results.elapsed_s,
         verdicts={verdict.name.lower(): verdict.value for verdict in Verdict},
         scenes={
-            name: Reference(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
+            name: SceneLine(score.expected, score.horizon_s, score.beyond_horizon, score.scales)
             for name, _, score in scored
         },
         sampling=tuple({(name, dt_s): _of_pit(name, dt_s, score) for name, dt_s, score in scored}.values()),
@@ -71,14 +71,14 @@ def _of_pit(scene: str, dt_s: float, score: Score) -> dict[str, str | int | floa
     }
 
 
-def read_records(path: Path) -> tuple[Summary, list[Line]]:
+def read_records(path: Path) -> tuple[Summary, list[RowLine]]:
     """Return what `records` wrote: the summary, and the lines of the rows.
 
     Raises:
         InputError: The file can't be read, is of another format, not whole, or a field is not as declared.
     """
     head, rows = raw_records(path)
-    return read_line(Summary, head, path, 1), [read_line(Line, row, path, k) for k, row in enumerate(rows, start=2)]
+    return read_line(Summary, head, path, 1), [read_line(RowLine, row, path, k) for k, row in enumerate(rows, start=2)]
 
 
 def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
@@ -123,9 +123,9 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         yield line
 
 
-def _line(row: Row) -> Line:
+def _line(row: Row) -> RowLine:
     job, score, trace = row.job, row.score, row.trace
-    return Line(
+    return RowLine(
         scene=job.scene.name,
         engine=job.engine,
         profile=job.profile,
@@ -135,7 +135,7 @@ def _line(row: Row) -> Line:
         status=row.status,
         reason="; ".join(reasons_of(row)) if not mark_of(row).ran else "",
         grade=row.grade,
-        verdicts=tuple(Found(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
+        verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
         matched=len(score.errors) if score else None,
         missed=score.missed if score else None,
         spurious=score.spurious if score else None,

@@ -45,7 +45,17 @@ from carom.runs.timing import Timing
 from carom.text import shortened
 from carom.trace import Outcome, Setting
 
-__all__ = ["OF_SPINS", "Found", "Line", "Reference", "Summary", "Taken", "read_line", "records_schema", "text_of"]
+__all__ = [
+    "OF_SPINS",
+    "RowLine",
+    "SceneLine",
+    "Summary",
+    "Taken",
+    "VerdictLine",
+    "read_line",
+    "records_schema",
+    "text_of",
+]
 
 #: Of the parts of a score, what is of spins: it is written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
@@ -55,7 +65,7 @@ Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
 
 @dataclass(frozen=True)
-class Reference:
+class SceneLine:
     """What is the same for all cells of a scene."""
 
     expected: int
@@ -81,12 +91,12 @@ class Summary:
     command: str
     elapsed_s: float
     verdicts: Mapping[str, str]
-    scenes: Mapping[str, Reference]
+    scenes: Mapping[str, SceneLine]
     sampling: tuple[Mapping[str, str | int | float | None], ...]
 
 
 @dataclass(frozen=True)
-class Found:
+class VerdictLine:
     """A verdict by its name, and the numbers that it was derived from, as a sentence."""
 
     verdict: str
@@ -104,7 +114,7 @@ class Taken:
 
 
 @dataclass(frozen=True)
-class Line:
+class RowLine:
     """Every other line: one cell, a scene on a method at a step. What was not run has null for what is of a run.
 
     Attributes:
@@ -125,7 +135,7 @@ class Line:
     status: Status
     reason: str
     grade: Grade | None
-    verdicts: tuple[Found, ...]
+    verdicts: tuple[VerdictLine, ...]
     matched: int | None
     missed: tuple[int, ...] | None
     spurious: tuple[int, ...] | None
@@ -153,7 +163,7 @@ class Line:
     time_ratio: float | None
 
 
-def text_of(line: Summary | Line, *, spins: bool = True) -> str:
+def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON, without its end; `spins` says whether what is of spins is written."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
@@ -163,7 +173,7 @@ def text_of(line: Summary | Line, *, spins: bool = True) -> str:
 
 _JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
 
-L = TypeVar("L", Summary, Line)
+L = TypeVar("L", Summary, RowLine)
 
 
 def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
@@ -188,7 +198,7 @@ def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: i
 
 def records_schema() -> dict[str, Any]:
     """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
-    schema = TypeAdapter(_written(Summary | Line)).json_schema(mode="serialization", schema_generator=_Described)
+    schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
     parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN or infinite, or there is none."}}
     either = _named(schema, parts)
     parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}

@@ -16,7 +16,7 @@ from carom.report import wording
 from carom.report.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Document, Lines, Section, Table, Text
 from carom.report.grid import Mark, mark_read
 from carom.report.made import making
-from carom.report.records_line import Line, Summary
+from carom.report.records_line import RowLine, Summary
 from carom.report.tables import mark_cell
 from carom.runs.job import Method
 
@@ -27,12 +27,12 @@ ABOUT = (
     "does not hold: the command that made it makes them."
 )
 
-_Kind = tuple[Method, Sequence[Line]]
+_Kind = tuple[Method, Sequence[RowLine]]
 
 
-def redrawn_document(summary: Summary, lines: Sequence[Line]) -> Document:
+def redrawn_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
     """Return what the records of a cross-check say, as a document."""
-    methods: dict[Method, list[Line]] = {}
+    methods: dict[Method, list[RowLine]] = {}
     for line in lines:
         methods.setdefault(_method(line), []).append(line)
     coarse = [line for line in lines if line.refinement == 0]
@@ -58,11 +58,11 @@ def redrawn_document(summary: Summary, lines: Sequence[Line]) -> Document:
     )
 
 
-def _method(line: Line) -> Method:
+def _method(line: RowLine) -> Method:
     return Method(line.engine, line.profile, tuple(line.tried.items()))
 
 
-def _mark(line: Line) -> Mark:
+def _mark(line: RowLine) -> Mark:
     return mark_read(line.status, line.grade, line.float_bits)
 
 
@@ -85,7 +85,7 @@ def _median_price(item: _Kind) -> str:
     return wording.number(statistics.median(paid), 3) if paid else wording.ABSENT
 
 
-def _grid(coarse: Sequence[Line], methods: Sequence[Method]) -> Table:
+def _grid(coarse: Sequence[RowLine], methods: Sequence[Method]) -> Table:
     cells = {(line.scene, _method(line)): line for line in coarse}
 
     def cell(method: Method, scene: str) -> Cell:
@@ -102,7 +102,7 @@ def _grid(coarse: Sequence[Line], methods: Sequence[Method]) -> Table:
     return Table(columns, list(dict.fromkeys(line.scene for line in coarse)), css="grid")
 
 
-def _figure(line: Line) -> str:
+def _figure(line: RowLine) -> str:
     """Return how many impacts are missed or invented, else the velocity error."""
     if line.total is None:
         return ""
@@ -111,13 +111,13 @@ def _figure(line: Line) -> str:
     return lost or wording.number(line.total.velocity)
 
 
-def _reasons(line: Line) -> Iterator[str]:
+def _reasons(line: RowLine) -> Iterator[str]:
     if line.reason:
         yield line.reason
     yield from (f"{found.verdict.replace('_', ' ')} ({found.reason})" for found in line.verdicts)
 
 
-def _cells(lines: Sequence[Line]) -> Table:
+def _cells(lines: Sequence[RowLine]) -> Table:
     columns = (
         Column("scene", lambda line: line.scene),
         Column("engine", lambda line: line.engine),
@@ -130,5 +130,5 @@ def _cells(lines: Sequence[Line]) -> Table:
     return Table(columns, lines, folded=wording.count(len(lines), "cell"), css="cells", packed=True)
 
 
-def _metric(name: str, line: Line) -> str:
+def _metric(name: str, line: RowLine) -> str:
     return wording.ABSENT if line.total is None else wording.number(getattr(line.total, name))

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import TYPE_CHECKING, Any
 
-from carom.declared import Declared, Kind, flag, megabytes, name, option, seconds, step, whole
+from carom.declared import DeclaredOptions, ValueKind, flag, megabytes, name, option, seconds, step, whole
 from carom.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ def engine_names(*, stamped: bool = False) -> Any:
     """Declare which engines are asked for; a manifest becomes known, and is its engine's name."""
     return option(
         None,
-        Kind("a name", "NAME", name().take, _engine, name().wrong),
+        ValueKind("a name", "NAME", name().take, _engine, name().wrong),
         "Engine, or the engine.toml of one that is a program; repeatable. Its adapter runs with your permissions.",
         "--engine",
         "-e",
@@ -82,7 +82,7 @@ def memory_limit(*, stamped: bool = False) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limited(Declared):
+class Limited(DeclaredOptions):
     """What every study that starts engines is given.
 
     Attributes:
@@ -153,7 +153,7 @@ class Options(Limited):
     )
     settings: Mapping[str, Setting] = option(
         (),
-        Kind("a mapping from names to values", "", _mapping, wrong=("x", 5, ["x"], None)),
+        ValueKind("a mapping from names to values", "", _mapping, wrong=("x", 5, ["x"], None)),
         "Settings to try instead of the profiles' own.",
         stamped=True,
     )

@@ -265,7 +265,7 @@ def test_the_schema_knows_every_field_that_is_written(results: Results) -> None:
     """No line has a field that the schema does not name."""
     parts = records_schema()["$defs"]
     for k, line in enumerate(map(json.loads, records(results).splitlines())):
-        assert set(line) == set(parts["Line" if k else "Summary"]["properties"])
+        assert set(line) == set(parts["RowLine" if k else "Summary"]["properties"])
 
 
 def test_a_number_that_is_not_finite_is_worse(write: Write) -> None:

@@ -13,14 +13,14 @@ import carom
 from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
 from carom.cli import app
 from carom.cli.asked import shown_option
-from carom.declared import Declared, declared
+from carom.declared import DeclaredOptions, declared
 from carom.errors import InputError
 from carom.runs.options import Options
 from carom.stress.options import StressOptions
 from carom.tune.options import TuneOptions
 
 #: Each study with the command of its options; a growth bench has its options from `carom bench`.
-STUDIES: dict[type[Declared], tuple[str, ...]] = {
+STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     Options: ("run", "paper/missed"),
     BenchPlan: ("bench", "paper/missed"),
     GrowthOptions: (),
@@ -31,12 +31,12 @@ STUDIES: dict[type[Declared], tuple[str, ...]] = {
 WRONG = [(study, name, value) for study in STUDIES for name, one in declared(study).items() for value in one.wrong]
 
 
-def optional(study: type[Declared], name: str) -> bool:
+def optional(study: type[DeclaredOptions], name: str) -> bool:
     return next(field.default for field in dataclasses.fields(study) if field.name == name) is None
 
 
 @pytest.mark.parametrize(("study", "name", "value"), WRONG)
-def test_what_makes_no_sense_is_refused_from_python(study: type[Declared], name: str, value: Any) -> None:
+def test_what_makes_no_sense_is_refused_from_python(study: type[DeclaredOptions], name: str, value: Any) -> None:
     """Each study refuses each value that its declaration calls wrong, and the message begins with the field."""
     if value is None and optional(study, name):
         study(**{name: None})
@@ -45,7 +45,7 @@ def test_what_makes_no_sense_is_refused_from_python(study: type[Declared], name:
         study(**{name: value})
 
 
-def texts() -> list[tuple[type[Declared], str, str]]:
+def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     """Every option that a shell has, with each wrong value that is a number or is no number."""
     found = []
     for study, name, value in WRONG:
@@ -60,7 +60,7 @@ def texts() -> list[tuple[type[Declared], str, str]]:
 
 
 @pytest.mark.parametrize(("study", "name", "text"), texts())
-def test_the_shell_refuses_in_the_same_words(study: type[Declared], name: str, text: str) -> None:
+def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
     one = declared(study)[name]
     result = CliRunner().invoke(app, [*STUDIES[study], one.flags[0], text])
@@ -69,7 +69,7 @@ def test_the_shell_refuses_in_the_same_words(study: type[Declared], name: str, t
 
 
 @pytest.mark.parametrize("study", [study for study, command in STUDIES.items() if command])
-def test_help_shows_what_is_declared(study: type[Declared]) -> None:
+def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
     """`--help` has each option that the shell has, with its words, its bounds and its default."""
     result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [STUDIES[study][0], "--help"])
     shown = "".join(result.output.split())
@@ -80,7 +80,7 @@ def test_help_shows_what_is_declared(study: type[Declared]) -> None:
 
 
 @pytest.mark.parametrize("study", [Options, BenchPlan, GrowthOptions, AdviceOptions, StressOptions, TuneOptions])
-def test_the_shells_defaults_are_pythons(study: type[Declared]) -> None:
+def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
     """Where the shell says nothing, the options are those that Python has by default."""
     assert study.said({}) == study()
     assert study.said(dict.fromkeys(declared(study))) == study()
@@ -101,7 +101,7 @@ OTHER: dict[str, Any] = {
 
 
 @pytest.mark.parametrize(("study", "name"), [(study, name) for study in STUDIES for name in declared(study)])
-def test_the_stamp_holds_what_changes_answers(study: type[Declared], name: str) -> None:
+def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name: str) -> None:
     """An option on which the answers in a journal depend changes its stamp, and no other does."""
     usual = study()
     value = getattr(usual, name)

@@ -243,7 +243,7 @@ def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
         ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
         ({"dts": 0.1}, "dts must be a list, also where there is one of them, got 0.1"),
         ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
-        ({"jobs": 0}, "jobs must be a whole number, 1 or more, got 0"),
+        ({"jobs": 0}, "jobs must be a whole number from 1 to 1024, got 0"),
         ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
         ({"scenes": [7]}, "scenes[0] must be a Scene, or one of the catalogue or its name, got 7"),
     ],

@@ -102,7 +102,10 @@ def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words:
 
 def test_an_unknown_setting_is_refused_with_those_that_there_are(scene: Scene) -> None:
     """A setting that no profile and no knob has is refused for the engine that lacks it, with its names."""
-    with pytest.raises(UnknownNameError, match=r"pymunk has no setting 'iteration'; there are: .*\biterations\b"):
+    with pytest.raises(
+        UnknownNameError,
+        match=r"pymunk has no setting 'iteration'; did you mean 'iterations'\? there are: .*\biterations\b",
+    ):
         carom.run(scene, "pymunk", dt=1 / 60, settings={"iteration": 5})
     with InProcess() as pool, pytest.raises(UnknownNameError, match="pit has no setting 'iterations'"):
         plan_of([scene], Options(["pymunk", "pit"], settings={"iterations": 5}), pool)
