@@ -164,7 +164,9 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable
 
 @pytest.fixture
 def forking(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pools fork their workers, as in the command `carom`: the threads of the test's own runner start none."""
+    """Pools fork their workers, as in the command `carom`: no thread and no engine, whatever the runner has."""
+    for engine in ("pymunk", "mujoco", "pybullet", "Box2D"):
+        monkeypatch.delitem(sys.modules, engine, raising=False)
     monkeypatch.setattr("carom.runs.template._allowed", True)
     monkeypatch.setattr("threading.active_count", lambda: 1)
 

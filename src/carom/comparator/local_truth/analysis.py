@@ -129,10 +129,12 @@ class StepWatch:
             # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
             scale = np.tile(self._scale, (len(block), 1))
             for chain in finished:
-                judged = judge(block, chain, activity, self._known_of_pit(block, chain), ends=ends)
+                discs = list(chain.discs)
+                before = float(self._scale[discs].max()) if chain.continues else 0.0
+                known = self._known_of_pit(block, chain)
+                judged = judge(block, chain, activity, known, ends=ends, speed_before=before)
                 self._keep(block, chain, judged)
-                scale[chain.end :, list(chain.discs)] = judged.speed
-                self._scale[list(chain.discs)] = judged.speed
+                scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
             held = [chain.later(-self._gone) for chain in self._chains.held()]
             flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
             self._between(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))

@@ -140,7 +140,13 @@ def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float,
 
 
 def judge(
-    block: Block, chain: Chain, activity: Activity, found_by_pit: Mapping[Pair, bool], *, ends: bool
+    block: Block,
+    chain: Chain,
+    activity: Activity,
+    found_by_pit: Mapping[Pair, bool],
+    *,
+    ends: bool,
+    speed_before: float = 0.0,
 ) -> Comparison:
     """Compare a window with PIC, and with PIT, from its own state.
 
@@ -150,6 +156,7 @@ def judge(
         activity: What the pairs do in them.
         found_by_pit: Of the pairs of a chain that was cut, whether PIT found them from the state at its very beginning.
         ends: Whether the run ends with the block.
+        speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
     window = _Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
@@ -169,7 +176,7 @@ def judge(
         and found.place <= 10.0 * window.touching
         and found.impacts == len(window.truth)
     )
-    missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair)]
+    missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
     judged.missed = len(missed)
     if chain.end == len(block) and ends and not missed and _still_open(window):
         judged.open = True
@@ -236,7 +243,7 @@ def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
     return gained if lossless else max(gained, 0.0)
 
 
-def _is_missed(window: _Window, pair: Pair) -> bool:
+def _is_missed(window: _Window, pair: Pair, speed_before: float) -> bool:
     """Whether the bodies of a pair passed through each other: due in a step of their own, and going on as before."""
     block, law, activity = window.block, window.law, window.activity
     steps = window.chain.pairs[pair]
@@ -257,8 +264,10 @@ def _is_missed(window: _Window, pair: Pair) -> bool:
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # that slow it may as well rest
+    if before.closing <= PASSED * speed_before:
+        return False  # what an answer leaves is an error of velocity
     unchanged = math.dist(was, now) <= PASSED * max(before.closing, 1e-3 * size)
-    past = after.gap > 0.0 or after.closing <= 0.0
+    past = after.gap > window.touching or after.closing <= 0.0
     repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * before.closing
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
