@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import os
-import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.text import near
+from carom.text import is_older, near
 
 if TYPE_CHECKING:
     from carom.program.adapter import ProgramAdapter
@@ -304,19 +303,10 @@ def _too_old(engine: Engine) -> str:
         installed = metadata.version(engine.distribution)
     except (metadata.PackageNotFoundError, ValueError):  # not installed as a distribution, or no name to ask for
         return ""
-    if _numbers_of(installed) >= _numbers_of(engine.oldest):
+    if not is_older(installed, engine.oldest):
         return ""
     reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
     return f"{reason}; {engine.install}" if engine.install else reason
-
-
-def _numbers_of(version: str) -> tuple[int, ...]:
-    """Return the numbers that a release begins with, without zeros at the end: 4.0.0rc1 counts as 4."""
-    found = re.match(r"[0-9]+(\.[0-9]+)*", version)
-    numbers = [int(number) for number in found[0].split(".")] if found else []
-    while numbers and not numbers[-1]:
-        numbers.pop()
-    return tuple(numbers)
 
 
 def why_unavailable(adapter: Adapter) -> str:

@@ -6,7 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable
 
-__all__ = ["last_words", "near", "shortened", "shown", "visible"]
+__all__ = ["is_older", "last_words", "near", "release_numbers", "shortened", "shown", "visible"]
 
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
@@ -56,3 +56,17 @@ def near(name: str, known: Iterable[str]) -> str:
     """Return the question whether a name that is not known was meant to be a near one; empty where none is near."""
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}? " if found else ""
+
+
+def release_numbers(version: str) -> tuple[int, ...]:
+    """Return the numbers that a release begins with, without zeros at the end: 4.0.0rc1 counts as 4."""
+    found = re.match(r"[0-9]+(\.[0-9]+)*", version)
+    numbers = [int(number) for number in found[0].split(".")] if found else []
+    while numbers and not numbers[-1]:
+        numbers.pop()
+    return tuple(numbers)
+
+
+def is_older(version: str, oldest: str) -> bool:
+    """Return whether a release is known to be older than another; one without a number at its front is not."""
+    return version[:1].isdigit() and release_numbers(version) < release_numbers(oldest)

@@ -67,6 +67,8 @@ class Engine:
         no_wheel_from: First CPython version for which the engine publishes no wheel, if any.
         oldest: Oldest release that the adapter drives as it says, as "5.7": one that is older is unavailable. Empty
             where none is known to fail.
+        newest_tried: Newest release that the adapter was run on. A newer one is run, and said to be untried. Empty
+            where nobody has noted it.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Engine:
     install: str = ""
     no_wheel_from: tuple[int, int] | None = None
     oldest: str = ""
+    newest_tried: str = ""
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,9 @@ class ProgramAdapter:
         self._manifest, self._folder = manifest, folder
         self._program: Program | None = None
         self.name = manifest.name
-        self.engine = Engine(manifest.engine or manifest.name)
+        self.engine = Engine(
+            manifest.engine or manifest.name, oldest=manifest.oldest, newest_tried=manifest.newest_tried
+        )
         self.capabilities: Capabilities = manifest.capabilities
         self.knobs: Mapping[str, Knob] = manifest.knobs
 

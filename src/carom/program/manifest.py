@@ -18,6 +18,7 @@ from carom.arguments import shown
 from carom.errors import AdapterError
 from carom.fields import said_of
 from carom.program.messages import PROTOCOL
+from carom.text import is_older
 from carom.trace import Setting
 
 __all__ = ["MANIFEST", "Manifest", "ProgramProfile", "load_manifest"]
@@ -95,6 +96,8 @@ class Manifest(_Table):
         name: The name given to ``--engine``.
         engine: What people call the engine; its name by default.
         version: The engine's version, where it can be told without asking.
+        oldest: Oldest release that the program drives as it says: with an older one the engine is unavailable.
+        newest_tried: Newest release that it was run on.
         package: The ``package.json`` of the npm package that the program needs, as a file beside the manifest: without
             it the engine is unavailable, and its version is the engine's where `version` is empty.
         command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file beside the
@@ -110,6 +113,8 @@ class Manifest(_Table):
     name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
     engine: str = ""
     version: str = ""
+    oldest: str = Field("", pattern=r"^([0-9]+(\.[0-9]+)*)?$")
+    newest_tried: str = Field("", pattern=r"^([0-9]+(\.[0-9]+)*)?$")
     package: str = ""
     command: tuple[str, ...] = Field(min_length=1)
     install: str = ""
@@ -151,6 +156,9 @@ class Manifest(_Table):
             reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
         elif self.package and not (file := folder / self.package).is_file():
             reason = f"{file.parent.name} is not installed"
+        elif self.oldest and is_older(version := self.version_from(folder), self.oldest):
+            name = self.engine or self.name
+            reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
         else:
             return ""
         install = " ".join(_from(folder, word) for word in self.install.split(" "))

@@ -125,8 +125,9 @@ def sound_adapter(adapter: Adapter) -> Declared:
     plain_text(adapter.name, "the name of an adapter")
     engine = _held(adapter.engine, Engine, "engine")
     plain_text(engine.name, "engine.name")
-    if plain_text(engine.oldest, "engine.oldest") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", engine.oldest):
-        raise slip(f"engine.oldest must be numbers with dots between them, got {_shown(engine.oldest)}", DECLARED)
+    for field, release in (("oldest", engine.oldest), ("newest_tried", engine.newest_tried)):
+        if plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
+            raise slip(f"engine.{field} must be numbers with dots between them, got {_shown(release)}", DECLARED)
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
         raise slip(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
