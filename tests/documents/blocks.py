@@ -99,6 +99,8 @@ def unfenced(page: Path) -> list[str]:
 def fault_of(command: str) -> str | None:
     """Return what is wrong with a command: a program, an option, a target or a module that there is not."""
     words = shlex.split(command, comments=True)
+    if ">" in words:  # where its output goes is no argument
+        words = words[: words.index(">")]
     match words:
         case ["carom", *arguments]:
             return _fault_of_carom(arguments)
