@@ -9,7 +9,7 @@ import pytest
 
 from carom import extension
 
-#: For a test that compares the compiled form with another. The suite passes without a compiler, too.
+#: For a test that compares the compiled form with another. The suite passes without a compiler, too: see conftest.py.
 needs_extension = pytest.mark.skipif(not extension.extension_available(), reason="the compiled extension is not built")
 
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.arguments import count, number, shown
-from carom.errors import InputError
+from carom.errors import InputError, MissingExtraError
+from carom.extension import extension_available, extension_notes
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units
 
-__all__ = ["ALWAYS", "PLAIN", "RunOptions", "require_goal"]
+__all__ = ["ALWAYS", "PLAIN", "RunOptions", "require_compiled", "require_goal"]
 
 ALWAYS = (-math.inf, math.inf)
 
@@ -73,6 +74,16 @@ def _window(window_s: Any) -> tuple[float, float]:
 
 #: The options by default.
 PLAIN = RunOptions()
+
+
+def require_compiled(part: str) -> None:
+    """Refuse a part that plain Python has no form of.
+
+    Raises:
+        MissingExtraError: The extension does not serve; the message says why, and the remedy.
+    """
+    if not extension_available():
+        raise MissingExtraError(f"{part} is compiled only, carom.solve_pic is not: {'; '.join(extension_notes())}")
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene, as_scene
+from carom.solvers.options import require_compiled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,7 +54,7 @@ def certify(
         ended before.
 
     Raises:
-        MissingExtraError: python-flint is not installed.
+        MissingExtraError: python-flint is not installed, or the compiled extension not there.
         InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
     if count("digits", digits, least=1) > 10_000:
@@ -67,6 +68,7 @@ def certify(
     if isinstance(scene, str):
         scene = as_scene(scene)
     _refuse_quartics(scene)
+    require_compiled("certify")
     try:
         import flint  # noqa: F401 - what follows needs it
     except ModuleNotFoundError:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from flint import arb, ctx
 
-from carom.extension import Patience, extension_notes
+from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.floats import nearest
@@ -63,7 +63,6 @@ class Goal(NamedTuple):
     impacts: float
     deadline_s: float
     progress: Progress | None
-    patience: Patience
 
 
 class Stop(NamedTuple):
@@ -106,7 +105,7 @@ class CertifiedRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the run ended, and whether balls alone have decided all."""
+        """How the run ended, and what is to be said of the extension."""
         what = self.degeneracy or (self.ending and self.ending.value)
         return (*([str(what)] if what else []), *extension_notes())
 
@@ -140,7 +139,7 @@ class CertifiedRun:
             return self.outcome
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
-        goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress, Patience())
+        goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress)
         start = contact_at_start(self.scene) if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
@@ -182,7 +181,7 @@ class CertifiedRun:
         # An interrupt may have cut an impact in two.
         if impacts < len(attempt.events) or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, impacts)
-            if attempt.advance(Goal(self.time_s, impacts, math.inf, None, Patience())).ending is Ending.INTERRUPTED:
+            if attempt.advance(Goal(self.time_s, impacts, math.inf, None)).ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
@@ -335,7 +334,6 @@ class Attempt:
             return None
         if not self._log.convert():
             return Stop()
-        goal.patience.look()
         if goal.progress is not None:
             goal.progress(len(self.events), max(self.bodies.time))
         if time.perf_counter() > goal.deadline_s:

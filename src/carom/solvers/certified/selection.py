@@ -16,13 +16,12 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.extension import extension_available
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.exact import exactly_simultaneous
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.meetings import Meeting, meet
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.solvers.certified.start_bounds import StartBounds
 
 __all__ = ["Choice", "OutOfTime", "Selection", "Undecided"]
 
@@ -60,12 +59,7 @@ class Selection:
 
     def __init__(self, bodies: BallBodies) -> None:
         self.bodies = bodies
-        if extension_available():
-            from carom.solvers.certified import bounds
-
-            self.bounds: bounds.LowerBounds | StartBounds = bounds.LowerBounds(bodies)
-        else:
-            self.bounds = StartBounds(bodies)
+        self.bounds = LowerBounds(bodies)
         self.end_s = self.deadline_s = math.inf
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}

@@ -10,11 +10,10 @@ import numpy as np
 
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
-from carom.errors import CaromError, InputError
-from carom.extension import extension_available, extension_notes
+from carom.errors import InputError
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import standstill_impacts
-from carom.solvers.options import ALWAYS, RunOptions, require_goal
+from carom.solvers.options import ALWAYS, RunOptions, require_compiled, require_goal
 from carom.solvers.rows import Rows
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
@@ -89,7 +88,7 @@ class EventDrivenRun:
     Raises:
         InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `resume` is
             the state of a run of another scene; the message names what differs.
-        CaromError: The compiled extension is not there; `carom.solve_pic` does without.
+        MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
     def __init__(
@@ -189,8 +188,7 @@ class EventDrivenRun:
 
 
 def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> kernel.Kernel:
-    if not extension_available():
-        raise CaromError(f"EventDrivenRun is compiled only, carom.solve_pic is not: {'; '.join(extension_notes())}")
+    require_compiled("EventDrivenRun")
     from carom.solvers.event_driven import kernel
 
     return kernel.Kernel(

@@ -1,18 +1,21 @@
-"""Balls alone: what a certified run is without the extension."""
+"""Balls alone: what a certified run is without float64 bounds."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
-from tests.forms import needs_extension, plain_form
+from tests.forms import plain_form
 
 from carom import Disc, Scene, certify
 from carom.bench.gas import gas_scene
+from carom.errors import MissingExtraError
 from carom.scenes import catalogue
+from carom.solvers.certified import selection
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.result import CertifiedTrace
-from carom.solvers.certified.start_bounds import StartBounds
+
+from .start_bounds import StartBounds
 
 SCENES = [
     gas_scene(9, 0.4),
@@ -28,13 +31,18 @@ def told(certified: CertifiedTrace) -> tuple[object, ...]:
     return certified.ending, certified.decimals, trace.impacts[["first", "second"]].tolist(), kind, certified.commuted
 
 
-@needs_extension
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
-def test_the_digits_are_the_same_without_the_extension(scene: Scene) -> None:
+def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Balls alone certify the same impacts, with the same digits, and stop at the same event."""
-    compiled = certify(scene, max_impacts=40, digits=20)
-    with plain_form():
-        assert told(certify(scene, max_impacts=40, digits=20)) == told(compiled)
+    bounded = certify(scene, max_impacts=40, digits=20)
+    monkeypatch.setattr(selection, "LowerBounds", StartBounds)
+    assert told(certify(scene, max_impacts=40, digits=20)) == told(bounded)
+
+
+def test_without_the_extension_nothing_is_certified() -> None:
+    """Where the bounds are not compiled, it is said what is missing."""
+    with plain_form(), pytest.raises(MissingExtraError, match="certify is compiled only"):
+        certify(SCENES[0])
 
 
 def test_a_bound_says_nothing_until_it_is_raised() -> None:

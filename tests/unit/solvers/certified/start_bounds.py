@@ -1,4 +1,4 @@
-"""What serves as lower bounds where the extension is not built: the start of both paths, until balls know better."""
+"""What the lower bounds are compared with: the start of both paths, until balls know better."""
 
 from __future__ import annotations
 
