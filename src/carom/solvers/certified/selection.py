@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 from flint import arb
 
+from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.exact import exactly_simultaneous
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.meetings import Meeting, meet
@@ -59,7 +59,7 @@ class Selection:
 
     def __init__(self, bodies: BallBodies) -> None:
         self.bodies = bodies
-        self.bounds = LowerBounds(bodies)
+        self.bounds = bounds.LowerBounds(bodies)
         self.end_s = self.deadline_s = math.inf
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}

@@ -13,7 +13,7 @@ from tests.rebuilt import in_units
 from carom import Scene, certify
 from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
-from carom.solvers.certified import selection
+from carom.solvers.certified import bounds
 from carom.solvers.certified.result import CertifiedTrace
 
 from .start_bounds import StartBounds
@@ -74,7 +74,7 @@ def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) ->
 @pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, 250)])
 def test_powers_of_two_change_no_digit_without_bounds(length: int, speed: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """The same with balls alone."""
-    monkeypatch.setattr(selection, "LowerBounds", StartBounds)
+    monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     found = certify(scaled(SCENES[0], length, speed), max_impacts=MOST)
     assert numbers(found, length, speed) == numbers(certify(SCENES[0], max_impacts=MOST))
 

@@ -11,7 +11,7 @@ from carom import Disc, Scene, certify
 from carom.bench.gas import gas_scene
 from carom.errors import MissingExtraError
 from carom.scenes import catalogue
-from carom.solvers.certified import selection
+from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.result import CertifiedTrace
 
@@ -35,7 +35,7 @@ def told(certified: CertifiedTrace) -> tuple[object, ...]:
 def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Balls alone certify the same impacts, with the same digits, and stop at the same event."""
     bounded = certify(scene, max_impacts=40, digits=20)
-    monkeypatch.setattr(selection, "LowerBounds", StartBounds)
+    monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     assert told(certify(scene, max_impacts=40, digits=20)) == told(bounded)
 
 
