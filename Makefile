@@ -41,8 +41,8 @@ help:
 	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
-	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/hazards.md"
-	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write docs/atlas.md"
+	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/hazards.md and the tables of docs/engines"
+	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write the tables of docs/engines"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
@@ -99,6 +99,7 @@ $(HAZARDS): | $(BUILT)
 hazards: $(BUILT)
 	mkdir -p reports
 	$(BIN)/python -m tests.hazards --figures $(HAZARDS) --write docs/hazards.md
+	$(BIN)/python docs/figures/engine_pages.py
 
 # An engine that crashes or gives no answer in time, exit code 4, is a row of the atlas.
 ROWS = || [ $$? -eq 4 ]
@@ -108,6 +109,7 @@ atlas: $(BUILT) $(HAZARDS)
 	$(BIN)/carom run classics/oblique-3-4-5 classics/box classics/gas -p all --dt 1/60 --out reports/atlas-speed --fail-on never $(ROWS)
 	$(BIN)/carom stress tunnelling slow mass-ratio grazing duration --quick --out reports/atlas-stress --resume
 	$(BIN)/python docs/figures/atlas.py reports/atlas reports/atlas-speed reports/atlas-stress $(HAZARDS)
+	$(BIN)/python docs/figures/engine_pages.py
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
@@ -135,6 +137,7 @@ generated: $(BUILT)
 	$(BIN)/carom diff --schema > src/carom/results.schema.json
 	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
 	$(BIN)/python docs/figures/readme.py
+	$(BIN)/python docs/figures/engine_pages.py
 	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py
 	git diff --stat
 

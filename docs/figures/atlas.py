@@ -1,40 +1,40 @@
-"""The atlas of engines: `make atlas` measures, and then has this script write `docs/atlas.md`.
+"""What `make atlas` measures, reduced to the tables of the engines' pages: `docs/figures/measured.json`.
 
 It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
-`stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number on the page is
-reduced from them here; what is not finite is null
-there, and left out.
+`stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number of these tables is
+reduced from them here; what is not finite is null there, and left out. `engine_pages.py` puts them into the pages.
 """
 
 from __future__ import annotations
 
 import json
 import math
-import re
 import statistics
 import sys
-import textwrap
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report.document import Code, Column, Document, Section, Table, Text
+from carom.report.document import Column, Table
 from carom.report.records import raw_records
-from carom.report.render.markdown import markdown
-from carom.report.wording import count, listed, number, percent
+from carom.report.wording import number, percent
 from carom.scenes import all_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = ROOT / "docs" / "atlas.md"
+MEASURED = ROOT / "docs" / "figures" / "measured.json"
 
 #: The best grade first.
 GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
-#: The command that the figures over many starts are from.
-HAZARDS_BY = "make hazards"
+#: Carom's own methods: what engines are compared with, and nothing to choose.
+OWN = ("pic", "pit")
+#: Profiles that no program can paste: their steps are cut by Carom.
+CUT = ("located",)
+#: Profiles that give a disc another shape: what they find is no answer for who has spheres.
+RESHAPED = ("cylinder", "cylinder-plain")
 #: Attacks of the stress campaign that the atlas tells of, with the heading of their column.
 ATTACKS = {
     "tunnelling": "tunnels: speed x dt / radius",
@@ -235,14 +235,18 @@ def choices(need: Need, methods: Sequence[Method]) -> list[str]:
     return [said for _, said in sorted(found.values())]
 
 
-def best(methods: Sequence[Method]) -> Method:
-    """Return the profile of an engine with the fewest scenes wrong, then the most exact, close and sampled ones."""
+def best(methods: Sequence[Method]) -> Method | None:
+    """Return the profile of an engine to paste: the fewest scenes wrong, then the most exact, close and sampled ones.
 
-    def rank(method: Method) -> tuple[int, ...]:
+    Among equals one that somebody tuned comes before what is shipped; None where each is cut or reshaped.
+    """
+
+    def rank(method: Method) -> tuple[int | bool, ...]:
         tally = Counter(row["grade"] for row in method.coarse)
-        return (tally["wrong"], *(-tally[grade] for grade in GRADES[:3]))
+        return (tally["wrong"], *(-tally[grade] for grade in GRADES[:3]), method.profile == "default")
 
-    return min(methods, key=rank)
+    pasted = [method for method in methods if method.profile not in (*CUT, *RESHAPED)]
+    return min(pasted, key=rank) if pasted else None
 
 
 def settings(method: Method) -> str:
@@ -256,7 +260,7 @@ def settings(method: Method) -> str:
     )
 
 
-def atlas(
+def measured(
     head: dict[str, Any],
     rows: Sequence[Row],
     timed: Sequence[Row],
@@ -264,48 +268,51 @@ def atlas(
     hazards: Sequence[Row],
     commands: Sequence[str],
     timed_on: str = "",
-) -> Document:
-    """Return the page; the commands are those of the cross-check, of the one that was timed, and of the campaign.
+) -> dict[str, Any]:
+    """Return the tables as data, with what was measured when.
 
-    Run times say on which day they were measured, where that is another.
+    The commands are those of the cross-check, of the one that was timed, and of the campaign.
     """
-    methods = methods_of(rows, timed, hazards)
+    return tables_of(methods_of(rows, timed, hazards), stress) | {
+        "measured": {
+            name: head["environment"][name] for name in ("date", "carom", "python", "processor", "system", "versions")
+        }
+        | {"timed": timed_on or head["environment"]["date"][:10], "scenes": len(head["scenes"])},
+        "commands": list(commands),
+    }
+
+
+def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, Any]:
+    """Return all tables: which engine for which need, a crowd, where each gives way, and an engine's own."""
     engines: dict[str, list[Method]] = {}
     for method in methods:
-        if method.engine != "pic":
+        if method.engine not in OWN:
             engines.setdefault(method.engine, []).append(method)
-    here = head["environment"]
-    versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
-    apart = f" Run times are of {timed_on}." if timed_on not in ("", here["date"][:10]) else ""
-    lead = (
-        f"What {count(len(engines), 'method')} do to discs that collide, in {count(len(head['scenes']), 'scene')}, "
-        "compared with PIC: which to use at which step, and what each does to time, direction, energy and speed.",
-        f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, on {here['processor']} "
-        f"({here['cores']} cores, {here['system']}): {versions}.",
-        f"Errors are totals, at each scene's own frame rate; 'make atlas' measures all of it anew.{apart}",
-    )
-    return Document(
-        "Atlas of engines",
-        lead,
-        (
-            Section("Which engine and step for which need", tuple(_needs(methods))),
-            Section("What no manual says", (_findings(hazards), Code(HAZARDS_BY))),
-            Section("A crowd, each step from the run's own state", tuple(crowd_table(methods))),
-            Section("Where each gives way", (_limits(stress, methods), Code(commands[2]))),
-            *(section for engine, own in engines.items() for section in _engine(engine, own)),
-            Section("Made by", (Code("\n".join(commands)),)),
-        ),
-    )
+    return {
+        "needs": data(_needs(methods)),
+        "crowd": data(crowd_table(methods)),
+        "limits": data(_limits(stress, methods)),
+        "engines": {engine: _engine(own) for engine, own in engines.items()},
+    }
 
 
-def _needs(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
-    ranked = {need.what: choices(need, [one for one in methods if one.engine != "pic"]) for need in NEEDS}
+def data(table: Table) -> dict[str, Any]:
+    """Return a table as data: headings, rows of texts, and what is said under it."""
+    return {
+        "heads": [column.line for column in table.columns],
+        "rows": [[column.cell(item).line for column in table.columns] for item in table.items],
+        "note": table.note,
+    }
+
+
+def _needs(methods: Sequence[Method]) -> Table:
+    ranked = {need.what: choices(need, [one for one in methods if one.engine not in OWN]) for need in NEEDS}
 
     def say(place: int, need: Need) -> str:
         return ranked[need.what][place] if place < len(ranked[need.what]) else "-"
 
     heads = ("first choice", "second", "third")
-    yield Table(
+    return Table(
         [
             Column("need", lambda need: need.what),
             *(Column(head, partial(say, place)) for place, head in enumerate(heads)),
@@ -315,34 +322,6 @@ def _needs(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
         "in how many of how many, and the run time at one frame over PIT's. Among equals the coarsest step comes "
         "first, then the least run time. A located profile costs what it costs: some 48 steps an impact.",
     )
-    yield Code("carom run paper classics gravity engines -p all --report reports/atlas")
-
-
-def _findings(hazards: Sequence[Row]) -> Table:
-    """Return what each engine does in the scenes of the group `engines`, over many starts; one start is no finding."""
-    known = {(row["of"], row["engine"]): row for row in hazards if row["table"] == "group"}
-    scenes = list(dict.fromkeys(scene for scene, _ in known))
-
-    def say(engine: str, scene: str) -> str:
-        row = known.get((scene, engine))
-        return "-" if row is None else _said(row)
-
-    return Table(
-        [Column("scene", lambda scene: f"{scene.partition('/')[2]}: {all_scenes()[scene].shows}")]
-        + [Column(name, partial(say, name)) for name in dict.fromkeys(engine for _, engine in known)],
-        scenes,
-        note="As shipped (profile default): in how many starts the velocity at the end is off by more than a hundredth "
-        "of the scene's greatest speed, and the least and the most of all, in per cent of it. Starts differ in where "
-        "within a step the impact falls; 'pit' is what looking once a step costs by itself.",
-    )
-
-
-def _said(row: Row) -> str:
-    """Return share and range of a figure over starts."""
-    if "refused" in row:
-        return "unsupported"
-    least, most = percent(row["least"]), percent(row["most"])
-    return f"{row['starts_off']} of {row['starts']}: {least if least == most else f'{least} to {most}'}"
 
 
 def crowd(methods: Sequence[Method]) -> list[tuple[Method, Row]]:
@@ -367,8 +346,8 @@ def _rank(found: tuple[Method, Row]) -> tuple[bool, int, int, int, float, float]
     )
 
 
-def crowd_table(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
-    """Yield the ranking of a crowd: what each step shows from the run's own state."""
+def crowd_table(methods: Sequence[Method]) -> Table:
+    """Return the ranking of a crowd: what each step shows from the run's own state."""
 
     def of(say: Callable[[Row], str]) -> Callable[[tuple[Method, Row]], str]:
         return lambda found: say(found[1]["local_truth"])
@@ -376,7 +355,7 @@ def crowd_table(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
     def not_finite(value: float | None) -> str:
         return "not bounded" if value is None else number(value)
 
-    yield Table(
+    return Table(
         [
             Column("method", lambda found: found[0].name),
             Column("grade", lambda found: found[1]["grade"].replace("_", " ")),
@@ -400,7 +379,6 @@ def crowd_table(methods: Sequence[Method]) -> Iterator[Table | Text | Code]:
         "looking once a step does not explain, inventions, early answers, the worst error, and energy; runs that ended "
         "before the scene did stand last.",
     )
-    yield Code(f"carom run {CHAOTIC} -p all")
 
 
 def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
@@ -412,11 +390,12 @@ def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
         [Column("method", lambda method: method.name)]
         + [Column(head, partial(say, attack), number=True) for attack, head in ATTACKS.items()],
         [method for method in methods if (method.engine, method.profile) in shown],
-        note="The size at which a method first gives way, from the harmless end on (docs/stress.md says what counts).",
+        note="The size at which a method first gives way, from the harmless end on.",
     )
 
 
-def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
+def _engine(own: Sequence[Method]) -> dict[str, Any]:
+    """Return the table of an engine's profiles, and the settings of the one to paste."""
     columns = [
         Column("profile", lambda method: method.profile),
         Column("scenes", grades),
@@ -434,38 +413,23 @@ def _engine(engine: str, own: Sequence[Method]) -> Iterator[Section]:
         Column("run time over PIT's", speed, number=True),
     ]
     chosen = best(own)
-    known = settings(chosen)
-    text = f"Best settings known: profile {chosen.profile} ({chosen.engine}, {grades(chosen)})."
-    yield Section(
-        engine,
-        (
-            Table(
-                columns,
-                own,
-                note="Median and largest over the scenes, of one start each; energy: the most lost and made in any "
-                f"scene but {CHAOTIC}, which is chaotic: its energy is a range over starts, by 'make hazards'. All but "
-                "the last two columns is made of the rows of results.jsonl, which this writes:",
-            ),
-            Code(f"carom run paper classics gravity engines -e {engine} -p all --report reports/{engine}"),
-            Text(text),
-            *((Code(known),) if known else ()),
-        ),
-    )
+    return {
+        "profiles": data(Table(columns, own)),
+        "profile": chosen.profile if chosen else "",
+        "settings": settings(chosen) if chosen else "",
+    }
 
 
 def main() -> None:
-    """Write the page from the three folders and the file named."""
+    """Write the data from the three folders and the file named."""
     report, speeds, campaign, figures = map(Path, sys.argv[1:5])
     head, rows = raw_records(report / "results.jsonl")
     timing, timed = raw_records(speeds / "results.jsonl")
     stress = json.loads((campaign / "stress.json").read_text(encoding="utf-8"))
     commands = (head["command"], timing["command"], stress["command"])
     hazards = json.loads(figures.read_text(encoding="utf-8"))
-    timed_on = timing["environment"]["date"][:10]
-    page = markdown(atlas(head, rows, timed, stress, hazards, commands, timed_on))
-    # The documents' blocks are fenced; a report's Markdown has them indented.
-    fenced = re.sub(r"(?m)(^ {4}.*\n?)+", lambda block: f"```text\n{textwrap.dedent(block[0]).rstrip()}\n```\n", page)
-    PAGE.write_text(fenced, encoding="utf-8")
+    found = measured(head, rows, timed, stress, hazards, commands, timing["environment"]["date"][:10])
+    MEASURED.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

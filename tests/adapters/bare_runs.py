@@ -1,7 +1,7 @@
 """Whole scenes in each engine by its own interface alone: no adapter, nothing of Carom.
 
 What is told of an engine in a report is compared with these runs. `default` is the engine as shipped, elastic and
-undamped; `tuned` is what `docs/engines.md` says of the profile, written down once more.
+undamped; `tuned` is what the pages of `docs/engines` say of the profile, written down once more.
 """
 
 from __future__ import annotations

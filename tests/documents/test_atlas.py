@@ -1,4 +1,4 @@
-"""The atlas of engines says what the rows of a cross-check and a stress campaign say."""
+"""The tables of the engines' pages say what the rows of a cross-check and a stress campaign say."""
 
 from __future__ import annotations
 
@@ -8,9 +8,7 @@ import pytest
 from docs.figures import atlas
 
 from carom import cross_check
-from carom.report.document import Document, Section
 from carom.report.records import raw_records, records
-from carom.report.render.markdown import markdown
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
@@ -58,13 +56,26 @@ def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], 
         "unsupported",
         "-",
     ]
-    page = markdown(atlas.atlas(*found, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress")))
-    assert "5 of 32: 0 % to 25 %" in page
-    assert "unsupported" in page
-    assert "-50 % to -30 % in 16 starts" in page
-    assert "## pit" in page
-    assert "2 sampled, 1 wrong, 1 ungraded" in page
-    assert "## pic" not in page
+    data = atlas.measured(*found, [], STRESS, HAZARDS, ("carom run", "carom run --dt 1/60", "carom stress"))
+    assert data["commands"] == ["carom run", "carom run --dt 1/60", "carom stress"]
+    assert data["measured"]["scenes"] == len(NAMES)
+    assert data["engines"] == {}, "Carom's own methods are nothing to choose"
+    assert not [cell for row in data["needs"]["rows"] for cell in row[1:] if cell.startswith(("pic", "pit"))]
+    assert atlas.gas(atlas.methods_of(found[1], [], HAZARDS)[-1]) == "-50 % to -30 % in 16 starts"
+
+
+def test_the_settings_to_paste_are_of_a_profile_that_can_be_pasted() -> None:
+    """Fewest wrong, then most exact, close and sampled; never cut or reshaped; of equals not what is shipped."""
+
+    def method(profile: str, *grades: str) -> atlas.Method:
+        return atlas.Method("some", profile, tuple({"refinement": 0, "grade": grade} for grade in grades), None)
+
+    located, cylinder = method("located", "exact", "exact"), method("cylinder", "inaccurate", "inaccurate")
+    shipped, tuned = method("default", "sampled", "wrong"), method("tuned", "sampled", "wrong")
+    swept = method("swept", "inaccurate", "inaccurate")
+    assert atlas.best([located, cylinder]) is None
+    assert atlas.best([shipped, located, tuned]) is tuned
+    assert atlas.best([shipped, cylinder, tuned, swept]) is swept
 
 
 def test_the_first_choice_meets_the_need_in_most_scenes(found: tuple[dict[str, Any], list[dict[str, Any]]]) -> None:
@@ -103,6 +114,6 @@ def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
         _gas("ends", outcome="warned"),
     ]
     assert [method.name for method, _ in atlas.crowd(ranked[::-1])] == [method.name for method in ranked]
-    page = markdown(Document("Atlas", (), (Section("Crowd", tuple(atlas.crowd_table(ranked))),)))
-    assert "| loses tuned | parted | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20 |" in page
-    assert "not bounded" in page
+    rows = [" | ".join(row) for row in atlas.data(atlas.crowd_table(ranked))["rows"]]
+    assert "loses tuned | parted | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20" in rows
+    assert any("not bounded" in row for row in rows)

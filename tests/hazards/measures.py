@@ -1,4 +1,4 @@
-"""What is measured: the scenes of the group `engines`, bounces by speed, a gas, and findings of `docs/engines.md`.
+"""What is measured: the scenes of the group `engines`, bounces by speed, a gas, and findings of `docs/engines`.
 
 Each figure has an answer by mechanics, and each is taken at `STARTS` starts. Engines are run also beyond what a profile
 declares: it is there that they do in silence what its limits are declared for.
@@ -109,7 +109,7 @@ def turned_aside(adapter: Adapter, scene: Scene, profile: str, **changes: Settin
 
 @dataclass(frozen=True)
 class Finding:
-    """A sentence of `docs/engines.md`, measured.
+    """A sentence of `docs/engines`, measured.
 
     Attributes:
         says: What the figure is.

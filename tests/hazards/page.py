@@ -130,7 +130,7 @@ NOTES = {
     "mechanics says 1.",
     "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
     "A gas is chaotic: another build of an engine gives other figures of the same kind.",
-    "Findings": "The sentences of docs/engines.md that are figures; right is what mechanics says.",
+    "Findings": "The sentences of docs/engines that are figures; right is what mechanics says.",
 }
 
 

@@ -23,8 +23,7 @@ def table() -> list[tuple[str, str]]:
 def documents() -> Iterator[Path]:
     """What a user reads: README and pages; no decisions or changelog, which tell of their day, and no kept outputs."""
     yield ROOT / "README.md"
-    yield from sorted((ROOT / "docs").glob("*.md"))
-    yield from sorted((ROOT / "docs" / "api").glob("*.md"))
+    yield from sorted(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)
 
 
 def said(source: str) -> str:

@@ -1,4 +1,4 @@
-"""What engines do that their manuals don't say: a scene for each finding of docs/engines.md, asked for by name."""
+"""What engines do that their manuals don't say: scenes for what the pages of docs/engines tell, asked for by name."""
 
 from __future__ import annotations
 

@@ -1,0 +1,140 @@
+"""The tables of the engines' pages: `python docs/figures/engine_pages.py` writes them into `docs/engines/*.md`.
+
+They are made of `measured.json`, which `make atlas` writes, and of the tables of `docs/hazards.md`, which `make
+hazards` does. What stands between `<!-- made by ...: NAME -->` and `<!-- end -->` is written here, the rest by hand.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from carom.report.wording import listed
+from carom.scenes import all_scenes
+
+DOCS = Path(__file__).resolve().parents[1]
+PAGES = DOCS / "engines"
+MEASURED = DOCS / "figures" / "measured.json"
+HAZARDS = DOCS / "hazards.md"
+
+_PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
+#: What a row of `docs/hazards.md` says where no start is off.
+_NONE_OFF = re.compile(r"0 of \d+: ")
+
+Row = Sequence[str]
+
+
+def rows_of(heads: Row, rows: Sequence[Row]) -> str:
+    """Return a table in Markdown."""
+    lines = [heads, ["---"] * len(heads), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+
+
+def table(data: dict[str, Any]) -> str:
+    """Return a table of `measured.json` with what is said under it."""
+    note = f"\n{data['note']}\n" if data["note"] else ""
+    return rows_of(data["heads"], data["rows"]) + note
+
+
+@cache
+def measured() -> dict[str, Any]:
+    """What `make atlas` found."""
+    found: dict[str, Any] = json.loads(MEASURED.read_text(encoding="utf-8"))
+    return found
+
+
+@cache
+def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
+    """The tables of the page of hazards by their headings: their own headings, and their rows."""
+    found = {}
+    for part in HAZARDS.read_text(encoding="utf-8").split("\n## ")[1:]:
+        lines = [tuple(cell.strip() for cell in line.split("|")[1:-1]) for line in part.splitlines() if line[:1] == "|"]
+        found[part.partition("\n")[0]] = (lines[0], tuple(lines[2:]))
+    return found
+
+
+def _cells(heading: str, engine: str) -> Iterator[tuple[str, str, str]]:
+    """Yield what was measured of an engine as shipped, its cell, and that of PIT, from a table of hazards."""
+    heads, rows = hazards()[heading]
+    pit = next(row for row in rows if row[0] == "pit default")
+    for row in (row for row in rows if row[0] == f"{engine} default"):
+        yield from zip(heads[1:], row[1:], pit[1:], strict=True)
+
+
+def hazards_of(engine: str) -> str:
+    """Return the hazards of an engine as shipped: what is off at some start, and what at none."""
+    scenes = list(_cells("The group engines, as shipped", engine))
+    bounces = list(_cells("How slow discs still bounce", engine))
+    lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
+    lines += [
+        (f"head-on at {of}: speed of parting over that of closing, where 1 is right", *said) for of, *said in bounces
+    ]
+    off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
+    rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
+    text = rows_of(("as shipped", "starts off", "least to most", "looking once a step alone"), rows)
+    text += "\nOf scenes: velocity error at the end over the scene's greatest speed.\n"
+    fine = [f"`{of}`" for of, cell, _ in scenes if _NONE_OFF.match(cell)]
+    speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]
+    fine += [f"head-on impacts at {listed(speeds)} m/s"] if speeds else []
+    if fine:
+        text += f"\nNo start is off in {listed(fine)}.\n"
+    gas = [row for row in hazards()["A gas"][1] if row[0].split()[0] == engine]
+    spans = [f"{least} to {most} (`{method.split()[1]}`, {off} starts off)" for method, least, _, most, off in gas]
+    return text + f"\nEnergy of 25 discs after 20 s, over starts: {listed(spans)}.\n"
+
+
+def profiles_of(engine: str) -> str:
+    """Return the table of an engine's profiles."""
+    return table(measured()["engines"][engine]["profiles"])
+
+
+def settings_of(engine: str) -> str:
+    """Return the settings of an engine that are to be pasted."""
+    own = measured()["engines"][engine]
+    return f"Profile `{own['profile']}`:\n\n```text\n{own['settings']}\n```\n"
+
+
+def version() -> str:
+    """Return what was measured, when and on what."""
+    here = measured()["measured"]
+    versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
+    return (
+        f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, {here['processor']}, "
+        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times are of {here['timed']}.\n"
+    )
+
+
+def commands() -> str:
+    """Return the commands that measure all of it."""
+    return "```text\n" + "\n".join(measured()["commands"]) + "\n```\n"
+
+
+#: What stands on the page of all engines, and on that of one.
+SHARED = {
+    "version": version,
+    "needs": lambda: table(measured()["needs"]),
+    "crowd": lambda: table(measured()["crowd"]),
+    "limits": lambda: table(measured()["limits"]),
+    "commands": commands,
+}
+OWN = {"hazards": hazards_of, "profiles": profiles_of, "settings": settings_of}
+
+
+def filled(page: Path) -> str:
+    """Return a page with its parts as they are measured."""
+
+    def part(found: re.Match[str]) -> str:
+        name = found[2]
+        made = SHARED[name]() if name in SHARED else OWN[name](page.stem)
+        return f"{found[1]}{made}{found[3]}"
+
+    return _PART.sub(part, page.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    for page in sorted(PAGES.glob("*.md")):
+        page.write_text(filled(page), encoding="utf-8")

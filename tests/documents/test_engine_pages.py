@@ -1,0 +1,41 @@
+"""The engines' pages hold what was measured, one page an adapter."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from docs.figures import engine_pages
+
+from carom.registry import adapter_points
+
+PAGES = sorted(engine_pages.PAGES.glob("*.md"))
+#: What is about all engines.
+SHARED = {"README", "driven", "left-out"}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_tables_of_a_page_are_those_that_were_measured(page: Path) -> None:
+    """`python docs/figures/engine_pages.py` would change nothing."""
+    assert page.read_text(encoding="utf-8") == engine_pages.filled(page)
+
+
+def test_each_adapter_has_a_page() -> None:
+    """Every engine that comes with Carom has one, with the same headings, and no other has."""
+    own = {page.stem: page.read_text(encoding="utf-8") for page in PAGES if page.stem not in SHARED}
+    assert set(own) == {name for name, point in adapter_points().items() if point.distribution == "carom"} - {
+        "pic",
+        "pit",
+    }
+    for name, text in own.items():
+        for heading in ("When to choose it", "Hazards", "Best settings", "What each profile finds"):
+            assert f"\n## {heading}\n" in text, name
+
+
+def test_a_hazard_is_what_is_off_at_some_start() -> None:
+    """A row is one of the table of hazards, of which some start is off; what no start shows is named apart."""
+    text = engine_pages.hazards_of("box2d3")
+    assert "| `engines/near-miss`: " in text
+    assert "| 32 of 32 | 0.0272 to 0.086 | - |" in text
+    assert "| 0 of 32 |" not in text
+    assert "No start is off in `hard-bounce`" in text
