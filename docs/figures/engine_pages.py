@@ -50,7 +50,7 @@ def measured() -> dict[str, Any]:
 @cache
 def hazards() -> dict[str, tuple[Row, tuple[Row, ...]]]:
     """The tables of the page of hazards by their headings: their own headings, and their rows."""
-    found = {}
+    found: dict[str, tuple[Row, tuple[Row, ...]]] = {}
     for part in HAZARDS.read_text(encoding="utf-8").split("\n## ")[1:]:
         lines = [tuple(cell.strip() for cell in line.split("|")[1:-1]) for line in part.splitlines() if line[:1] == "|"]
         found[part.partition("\n")[0]] = (lines[0], tuple(lines[2:]))
@@ -70,9 +70,8 @@ def hazards_of(engine: str) -> str:
     scenes = list(_cells("The group engines, as shipped", engine))
     bounces = list(_cells("How slow discs still bounce", engine))
     lines = [(f"`engines/{of}`: {all_scenes()[f'engines/{of}'].shows}", cell, pit) for of, cell, pit in scenes]
-    lines += [
-        (f"head-on at {of}: speed of parting over that of closing, where 1 is right", *said) for of, *said in bounces
-    ]
+    parts = "speed of parting over that of closing, where 1 is right"
+    lines += [(f"head-on at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
     text = rows_of(("as shipped", "starts off", "least to most", "looking once a step alone"), rows)
