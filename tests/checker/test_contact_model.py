@@ -18,6 +18,7 @@ from tests.unit.solvers.scenes import random_start
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.instants import Instant
 from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 
@@ -65,14 +66,14 @@ class Wrong(AllPairsRun):
 
     fault = ""
 
-    def _carry_out(self, first: int, second: int, time_s: float) -> None:
+    def _carry_out(self, first: int, second: int, instant: Instant) -> None:
         last_s, wall = self._last_impact_s, second < 0
         if self.fault == "second disc not looked at" and not wall:
             last_s[second] = -np.inf
         if self.fault == "first disc not looked at" or (self.fault == "walls not elastic" and wall):
             last_s[first] = -np.inf
         before_s = last_s[first]
-        super()._carry_out(first, second, time_s)
+        super()._carry_out(first, second, instant)
         if self.fault == "impacts on walls not kept" and wall:
             last_s[first] = before_s
         if self.fault == "kept of another disc" and not wall:

@@ -21,8 +21,8 @@ from carom import DiscArrays
 from carom.physics.pair_time import pair_time
 from carom.solvers.falling import run as falling
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.clock import NEVER, Instant, after, between
 from carom.solvers.falling.run import BallisticRun
+from carom.solvers.plain.instants import NEVER, Instant, after, between
 from carom.trace import ImpactRecord, Outcome
 
 #: Impacts that a run is followed over.
@@ -203,8 +203,8 @@ class RestsTooSoon(BallisticRun):
 class RestsInTheAir(BallisticRun):
     """Ends at rest at its hundredth impact, wherever that is."""
 
-    def _carried_out(self, record: ImpactRecord, resolution_s: float, changed: tuple[int, ...]) -> None:
-        super()._carried_out(record, resolution_s, changed)
+    def _carry_out(self, first: int, second: int, instant: Instant) -> None:
+        super()._carry_out(first, second, instant)
         if self.impacts == 100:
             self._ended = Outcome.AT_REST
 

@@ -445,7 +445,8 @@ def test_what_is_kept_can_be_chosen_under_gravity() -> None:
     assert window.final_position_m.tolist() == whole.final_position_m.tolist()
     seen: list[int] = []
     solve_pic(ball(duration_s=1e4), max_impacts=4000, progress=lambda count, _time: seen.append(count))
-    assert seen == [2000, 4000]
+    assert seen[-1] == 4000
+    assert seen == sorted(set(seen))
 
 
 def test_a_scene_without_gravity_imports_none_of_it() -> None:

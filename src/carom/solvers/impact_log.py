@@ -1,4 +1,4 @@
-"""The impacts of a run as they happen: recorded, and watched for the two ways in which they can lose their meaning.
+"""The impacts of a run as they happen: recorded, and watched for those whose result no physics decides.
 
 An impact is *ambiguous* where it shares a movable disc with an earlier recorded one at what may be the same instant, as
 far as `carom.solvers.impact.resolution` knows both; unless the two normals are exactly orthogonal, for then neither
@@ -73,7 +73,7 @@ class Recent:
 
 
 class ImpactLog:
-    """Impacts in order, those without a unique answer, and whether time has come to a standstill."""
+    """Impacts in order, and those without a unique answer."""
 
     def __init__(self, start: Start) -> None:
         arrays = start.arrays
@@ -84,28 +84,24 @@ class ImpactLog:
         self._spins = Rows(SPIN_DTYPE)
         self._rubs_discs, self._rubs_walls = arrays.rubs_discs, arrays.rubs_walls
         self._recent = [Recent() if movable else None for movable in arrays.movable.tolist()]
-        self._instant = -1.0
-        self._impacts_now = 0
-        self._standstill = standstill_impacts(len(arrays) + len(arrays.walls))
 
     def __len__(self) -> int:
         return len(self.records)
 
-    def add(self, record: ImpactRecord, resolution_s: float = 0.0) -> bool:
-        """Append one impact, whose instant is known to `resolution_s` either way; return whether it is ambiguous."""
-        if record.time_s != self._instant:
-            self._instant = record.time_s
-            self._impacts_now = 0
-        self._impacts_now += 1
+    def add(self, record: ImpactRecord, resolution_s: float = 0.0, *, kept: bool = True) -> bool:
+        """Append one impact, whose instant is known to `resolution_s` either way; return whether it is ambiguous.
+
+        One that is not `kept` is only borne in mind for those that follow.
+        """
         struck = [self._recent[body] for body in (record.first, record.second) if body >= 0]
         rubs = self._rubs_discs if record.second >= 0 else self._rubs_walls
         nx, ny = (math.nan, math.nan) if rubs else record.normal
         found = [recent.strike(record.time_s, resolution_s, nx, ny) for recent in struck if recent]
-        ambiguous = any(found)
-        if ambiguous:
+        if any(found) and kept:
             self._ambiguous.append(len(self.records))
-        self.records.append(record)
-        return ambiguous
+        if kept:
+            self.records.append(record)
+        return any(found)
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
@@ -122,8 +118,3 @@ class ImpactLog:
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that are ambiguous."""
         return tuple(self._ambiguous)
-
-    @property
-    def at_standstill(self) -> bool:
-        """Whether impacts follow one another without the clock advancing by even one unit in the last place."""
-        return self._impacts_now > self._standstill

@@ -56,10 +56,9 @@ class RunOptions:
         begin, end = map(units.of_seconds, self.window_s)
         return RunOptions(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
 
-    @property
-    def recorded_s(self) -> tuple[float, float]:
-        """Impacts reported within these times are recorded; no time is where none are."""
-        return self.window_s if self.record == "all" else (math.inf, -math.inf)
+    def keeps(self, time_s: float) -> bool:
+        """Whether an impact reported at a time, seconds, is recorded."""
+        return self.record == "all" and self.window_s[0] <= time_s <= self.window_s[1]
 
 
 def _window(window_s: Any) -> tuple[float, float]:

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.extension import Patience, extension_available, extension_notes
+from carom.extension import extension_available, extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
+from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import IMPACT_DTYPE, Trace
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from carom.scene import Disc
-    from carom.solvers.run import Progress, Run, Start
+    from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
 __all__ = ["pic_run", "solve_pic"]
@@ -36,15 +37,16 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
     """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
 
-    Under gravity it records everything. Solving for `all_pairs`, as without the extension, changes no result.
+    Solving for `all_pairs`, as without the extension, changes no result.
     """
 
     def make(start: Start, units: Units) -> Run:
+        asked = asdict(options.in_units(units))
         if start.gravity_m_s2 != (0.0, 0.0):
             from carom.solvers.falling.run import BallisticRun
 
-            return BallisticRun(start)
-        asked = asdict(options.in_units(units))
+            del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
+            return BallisticRun(start, **asked)
         if extension_available() and not all_pairs:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
@@ -96,24 +98,16 @@ def solve_pic(
         if trace is not None:
             return trace
     run = pic_run(scene, request.options)
-    outcome, samples = request.carry_out(run, _patient(request.progress))
-    kept = request.kept(run.log)
-    return Trace(
-        method="pic",
-        scene=scene,
-        impacts=kept.impacts,
-        final_position_m=run.positions(),
-        final_velocity_m_s=run.velocities(),
-        end_time_s=run.time_s,
-        outcome=outcome,
-        ambiguous=kept.ambiguous,
+    outcome, samples = request.carry_out(run)
+    return trace_of(
+        run,
+        "pic",
+        scene,
+        outcome,
         samples=samples,
         settings={"contact_duration_s": contact_s} if (contact_s := request.options.contact_duration_s) else {},
-        counts=run.counts,
         impacts_per_disc=run.impacts_per_disc(),
         notes=(*run.notes, *extension_notes()),
-        spins=kept.spins,
-        final_spin_rad_s=run.spins(),
     )
 
 
@@ -142,17 +136,3 @@ def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
         counts={"impacts": len(impacts), "predictions": len(impacts) + 1},
         impacts_per_disc=_IMPACTS_PER_DISC[len(impacts)],
     )
-
-
-def _patient(progress: Progress | None) -> Progress | None:
-    """Return the progress to report: where plain Python runs for want of the extension, it warns of a long run."""
-    if extension_available():
-        return progress
-    patience = Patience()
-
-    def look(impacts: int, time_s: float) -> None:
-        patience.look()
-        if progress is not None:
-            progress(impacts, time_s)
-
-    return look

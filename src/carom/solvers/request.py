@@ -10,24 +10,14 @@ from carom.arguments import count, number, times
 from carom.errors import InputError
 from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
 from carom.sizes import span_problems
-from carom.solvers.options import ALWAYS, PLAIN, RunOptions
+from carom.solvers.options import PLAIN, RunOptions
 from carom.trace import Outcome, Samples
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from carom.scene import Scene
-    from carom.solvers.run import Progress, Run, RunImpacts
+    from carom.solvers.run import Progress, Run
 
 __all__ = ["Request", "frames_of"]
-
-
-class Kept(NamedTuple):
-    """Impacts that are kept of a run, their spins, None where nothing turns, and which of them are ambiguous."""
-
-    impacts: NDArray[np.void]
-    spins: NDArray[np.void] | None
-    ambiguous: tuple[int, ...]
 
 
 class Request(NamedTuple):
@@ -72,11 +62,11 @@ class Request(NamedTuple):
         """Whether impacts are asked for, all or the first few, and nothing else."""
         return self.max_impacts != 0 and self[2:] == (PLAIN, (), None)
 
-    def carry_out(self, run: Run, progress: Progress | None) -> tuple[Outcome, Samples | None]:
+    def carry_out(self, run: Run) -> tuple[Outcome, Samples | None]:
         """Take a run to the end; return how it ended, and the samples that were reached, where any were asked for."""
         outcome, reached, places = Outcome.COMPLETED, [], []
         for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
-            outcome = run.advance_to(time_s, self.max_impacts, progress)
+            outcome = run.advance_to(time_s, self.max_impacts, self.progress)
             if outcome is not Outcome.COMPLETED:
                 break
             reached.append(time_s)
@@ -86,21 +76,6 @@ class Request(NamedTuple):
         if outcome is Outcome.COMPLETED:  # the last is the end
             del reached[-1], places[-1]
         return outcome, Samples(np.array(reached), np.array(places).reshape(len(reached), *run.positions().shape))
-
-    def kept(self, log: RunImpacts) -> Kept:
-        """Return the impacts of a log that are to be kept."""
-        impacts, spins, ambiguous = log.array(), log.spins(), log.ambiguous()
-        begin_s, end_s = self.options.recorded_s
-        if (begin_s, end_s) == ALWAYS:
-            return Kept(impacts, spins, ambiguous)
-        kept = (begin_s <= impacts["time_s"]) & (impacts["time_s"] <= end_s)
-        places = np.cumsum(kept) - 1
-        impacts = impacts[kept]
-        impacts.flags.writeable = False
-        if spins is not None:
-            spins = spins[kept]
-            spins.flags.writeable = False
-        return Kept(impacts, spins, tuple(int(places[k]) for k in ambiguous if kept[k]))
 
 
 def _until(scene: Scene, until_s: object) -> float:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
+
+from carom.trace import Trace
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from carom.disc_arrays import DiscArrays
+    from carom.scene import Scene
     from carom.trace import Outcome
 
-__all__ = ["Progress", "Run", "RunImpacts", "Start"]
+__all__ = ["Progress", "Run", "RunImpacts", "Start", "trace_of"]
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
@@ -83,3 +86,19 @@ class Run(Protocol):
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+
+
+def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:
+    """Return the trace of a run that ended so; `more` are fields that it does not tell, or tells otherwise."""
+    told: dict[str, Any] = {
+        "impacts": run.log.array(),
+        "spins": run.log.spins(),
+        "ambiguous": run.log.ambiguous(),
+        "final_position_m": run.positions(),
+        "final_velocity_m_s": run.velocities(),
+        "final_spin_rad_s": run.spins(),
+        "end_time_s": run.time_s,
+        "counts": run.counts,
+        "notes": run.notes,
+    }
+    return Trace(method=method, scene=scene, outcome=outcome, **(told | more))

@@ -116,27 +116,6 @@ def test_impacts_that_share_only_an_immovable_disc_or_a_wall_are_unique() -> Non
     assert list(kept.ambiguous()) == []
 
 
-def test_time_stands_still_after_a_hundred_impacts_for_each_pair_of_bodies_at_one_instant() -> None:
-    """Of one disc and one wall, 400 impacts at one instant are let through; the next ends the run."""
-    kept = log(discs=1)
-    for _ in range(400):
-        kept.add(impact(1.0, 0, wall_body(0)))
-        assert not kept.at_standstill
-    kept.add(impact(1.0, 0, wall_body(0)))
-    assert kept.at_standstill
-
-
-def test_time_that_advances_at_all_does_not_stand_still() -> None:
-    """Any number of impacts is fine as long as the clock moves, even by one unit in the last place."""
-    kept = log(discs=1)
-    time_s = 1.0
-    for _ in range(5):
-        for _ in range(300):
-            kept.add(impact(time_s, 0, wall_body(0)))
-            assert not kept.at_standstill
-        time_s = math.nextafter(time_s, 2.0)
-
-
 def test_so_many_impacts_at_one_instant_let_through_whatever_ends() -> None:
     """Equal discs in a line have n(n-1)/2 at one instant; masses 1:100 and 1:10,000 at a wall 31 and 314 (Galperin)."""
     assert standstill_impacts(3) >= 314

@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from carom.physics.fall_encounter import encounter_time
 from carom.physics.fall_time import descent_time, return_time
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_gap, wall_speed
-from carom.solvers.falling.clock import NEVER, START, Instant, after, between
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -180,16 +176,3 @@ class FallingBodies(Bodies):
         self.vx[i] += change * nx
         self.vy[i] += change * ny
         self.leaving[i] = speed
-
-    def positions_at(self, time_s: float) -> NDArray[np.float64]:
-        """Centres at `time_s` on the present parabolas, metres, shape ``(n, 2)``."""
-        return self.all_at((time_s, 0.0))[0]
-
-    def velocities_at(self, time_s: float) -> NDArray[np.float64]:
-        """Velocities at `time_s` on the present parabolas, metres a second, shape ``(n, 2)``."""
-        return self.all_at((time_s, 0.0))[1]
-
-    def all_at(self, instant: Instant) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
-        states = np.array([self.state_at(i, instant) for i in range(len(self))])
-        return states[:, :2], states[:, 2:]

@@ -11,6 +11,7 @@ from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
+from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Outcome, Trace
 
@@ -167,18 +168,4 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     clock = FrameClock.at_rate(rate)
     run = pit_run(scene, clock, skipping=skipping)
     outcome = run.advance_to(scene.duration_s)
-    return Trace(
-        method="pit",
-        scene=scene,
-        impacts=run.log.array(),
-        final_position_m=run.positions(),
-        final_velocity_m_s=run.velocities(),
-        end_time_s=run.time_s,
-        outcome=outcome,
-        dt_s=clock.frame_s,
-        ambiguous=run.log.ambiguous(),
-        counts=run.counts,
-        notes=run.notes,
-        spins=run.log.spins(),
-        final_spin_rad_s=run.spins(),
-    )
+    return trace_of(run, "pit", scene, outcome, dt_s=clock.frame_s)

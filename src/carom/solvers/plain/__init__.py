@@ -1,1 +1,1 @@
-"""All pairs on plain floats: Algorithm 2, the oracle of the event-driven kernel, and what runs without a compiler."""
+"""All pairs on plain floats: Algorithm 2, the oracle of the kernel, and what runs without a compiler."""

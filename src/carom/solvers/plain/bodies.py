@@ -22,6 +22,7 @@ from carom.solvers.impact.resolution import (
     too_far_out,
     wall_resolution,
 )
+from carom.solvers.plain.instants import NEVER, Instant
 from carom.trace import ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -105,22 +106,29 @@ class Bodies:
         self.y[i] += self.vy[i] * dt
         self.time[i] = time_s
 
-    def pair_impact_time(self, i: int, j: int) -> float:
-        """Absolute time of the next impact of discs `i` and `j` on their present paths, infinity for never.
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        """Position and velocity of disc `i` at an instant, on its present path."""
+        wait, vx, vy = instant[0] - self.time[i], self.vx[i], self.vy[i]
+        return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy
+
+    def next_pair_impact(self, i: int, j: int) -> Instant:
+        """Instant of the next impact of discs `i` and `j` on their present paths; infinity for never.
 
         It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
         have just met never meet again on these paths: `just_met` in scan.pxd says why.
         """
         if self._has_just_met(i, j) and self._has_just_met(j, i):
-            return math.inf
+            return NEVER
         start = max(self.time[i], self.time[j])
-        return start + pair_time(*self._path(i, start), *self._path(j, start))
+        first, second = self.state_at(i, (start, 0.0)), self.state_at(j, (start, 0.0))
+        return start + pair_time(*first, self.radius[i], *second, self.radius[j]), 0.0
 
-    def wall_impact_time(self, i: int, k: int) -> float:
-        """Absolute time of the next impact of disc `i` on wall `k` on its present path, infinity for never."""
+    def next_wall_impact(self, i: int, k: int) -> Instant:
+        """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
         if self.inverse_mass[i] == 0.0 or self.last_partner[i] == wall_body(k):
-            return math.inf
-        return self.time[i] + wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
+            return NEVER
+        wait = wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
+        return (self.time[i] + wait, 0.0) if wait < math.inf else NEVER  # no number above 1e300 s or so
 
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
         """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT.
@@ -250,25 +258,21 @@ class Bodies:
         return np.array(self.spin) if self.turns else None
 
     def positions_at(self, time_s: float) -> NDArray[np.float64]:
-        """Centres at `time_s` on the present straight paths, metres, shape ``(n, 2)``."""
-        return np.array([self._path(i, time_s)[:2] for i in range(len(self))])
+        """Centres at `time_s` on the present paths, metres, shape ``(n, 2)``."""
+        return self.all_at((time_s, 0.0))[0]
 
-    def velocities(self) -> NDArray[np.float64]:
-        """Velocities, metres a second, shape ``(n, 2)``."""
-        return np.array([self.vx, self.vy]).T.copy()
-
-    def velocities_at(self, time_s: float) -> NDArray[np.float64]:  # noqa: ARG002 - a straight path has but one
+    def velocities_at(self, time_s: float) -> NDArray[np.float64]:
         """Velocities at `time_s` on the present paths, metres a second, shape ``(n, 2)``."""
-        return self.velocities()
+        return self.all_at((time_s, 0.0))[1]
+
+    def all_at(self, instant: Instant) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
+        states = np.array([self.state_at(i, instant) for i in range(len(self))])
+        return states[:, :2].copy(), states[:, 2:].copy()
 
     def _has_just_met(self, i: int, j: int) -> bool:
         """Whether disc `i` is on the path that its impact with `j` gave it; an immovable disc is always on its own."""
         return self.inverse_mass[i] == 0.0 or self.last_partner[i] == j
-
-    def _path(self, i: int, time_s: float) -> tuple[float, float, float, float, float]:
-        """Return centre and velocity of disc `i` on its present path at a time, and its radius."""
-        wait, vx, vy = time_s - self.time[i], self.vx[i], self.vy[i]
-        return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy, self.radius[i]
 
     def _spins(self, before: Vector, after: Vector) -> tuple[float, float, float, float] | None:
         return (*before, *after) if self.turns else None

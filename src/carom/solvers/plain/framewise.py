@@ -10,6 +10,7 @@ from __future__ import annotations
 from carom.scene import Scene, as_scene
 from carom.solvers.pic import pic_run
 from carom.solvers.request import frames_of
+from carom.solvers.run import trace_of
 from carom.trace import Outcome, Trace
 
 __all__ = ["solve_pic_framewise"]
@@ -36,18 +37,5 @@ def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = Non
         outcome = run.advance_to(scene.duration_s if frame == frames else frame / rate)
         if outcome is not Outcome.COMPLETED:
             break
-    return Trace(
-        method="pic (Algorithm 2)",
-        scene=scene,
-        impacts=run.log.array(),
-        final_position_m=run.positions(),
-        final_velocity_m_s=run.velocities(),
-        end_time_s=run.time_s,
-        outcome=outcome,
-        dt_s=1.0 / rate,
-        ambiguous=run.log.ambiguous(),
-        counts={"frames": frames, **run.counts},
-        notes=run.notes,
-        spins=run.log.spins(),
-        final_spin_rad_s=run.spins(),
-    )
+    counts = {"frames": frames, **run.counts}
+    return trace_of(run, "pic (Algorithm 2)", scene, outcome, dt_s=1.0 / rate, counts=counts)

@@ -8,14 +8,16 @@ from there: so it does not matter in how many pieces a run is taken.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
+from carom.extension import Patience
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
-from carom.trace import Outcome, wall_body
+from carom.solvers.plain.instants import NEVER, START, Instant
+from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.solvers.run import Progress, Start
+    from carom.trace import ImpactRecord
 
 __all__ = ["EPOCH_IMPACTS", "AllPairsRun"]
 
@@ -39,6 +42,9 @@ class AllPairsRun:
         InputError: The scene has gravity, or an option is outside its range.
     """
 
+    #: Infinity where time is never counted anew.
+    epoch_impacts: ClassVar[float] = EPOCH_IMPACTS
+
     def __init__(
         self,
         start: Start,
@@ -47,42 +53,58 @@ class AllPairsRun:
         window_s: tuple[float, float] = ALWAYS,
         contact_duration_s: float = 0.0,
     ) -> None:
-        require_supported(start, "PIC")
+        self.bodies = self._bodies_of(start)
         self.options = RunOptions(record, window_s, contact_duration_s)
-        self.bodies = Bodies(start)
         self.log = ImpactLog(start)
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        self._now_s = 0.0  # of the last impact, since the epoch
+        self._now = START  # of the last impact, since the epoch
         self._reported_s = 0.0  # of the last impact, since the start
+        self._ended: Outcome | None = None
         self._at_instant = 0
         self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
+        self._patience = Patience()
         self._last_impact_s = [-math.inf] * len(self.bodies)
         self._impacts_per_disc = [0] * len(self.bodies)
         self._counts = {"impacts": 0, "wall_impacts": 0, "predictions": 0, "epochs": 0}
         # Row i holds when disc i meets wall K-1, ..., wall 0, disc 0, ..., disc n-1, each pair once: so the first of
-        # the least times is that of the first impact in the order of (time, first, second).
-        self._times = np.full((len(self.bodies), len(self.bodies.walls) + len(self.bodies)), math.inf)
+        # the least instants is that of the first impact in the order of (instant, first, second).
+        columns = len(self.bodies.walls) + len(self.bodies)
+        self._instants = np.full((2, len(self.bodies), columns), np.array(NEVER)[:, None, None])
         for i in range(len(self.bodies)):
             self._predict(i, range(i + 1, len(self.bodies)))
 
+    def _bodies_of(self, start: Start) -> Bodies:
+        require_supported(start, "PIC")
+        return Bodies(start)
+
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
-        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out."""
+        """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
+
+        Args:
+            time_s: Seconds from the start; infinity for as long as there are impacts.
+            max_impacts: Number of impacts, counted from the start of the run; None for no limit.
+            progress: Called after each impact with the number of impacts so far and the time reached.
+
+        Raises:
+            InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
+        """
         require_goal(time_s, max_impacts)
-        outcome = None
+        outcome = self._ended
         while outcome is None:
-            first, column = divmod(int(np.argmin(self._times)), self._times.shape[1])
-            impact_s, second = float(self._times[first, column]), column - len(self.bodies.walls)
+            instant, first, second = self._next_impact()
             if self._at_instant > self._standstill:
                 outcome = Outcome.STANDSTILL
-            elif impact_s == math.inf or self._since_start(impact_s) > time_s:
+            elif instant == NEVER or (self._since_start(instant[0]), instant[1]) > (time_s, 0.0):
                 outcome = Outcome.COMPLETED
-            elif max_impacts is not None and self._counts["impacts"] >= max_impacts:
+            elif max_impacts is not None and self.impacts >= max_impacts:
                 outcome = Outcome.MAX_IMPACTS
             else:
-                self._carry_out(first, second, impact_s)
+                self._carry_out(first, second, instant)
+                outcome = self._ended
+                self._patience.look()
                 if progress is not None:
-                    progress(self._counts["impacts"], self._reported_s)
+                    progress(self.impacts, self._reported_s)
         reached_s = time_s if outcome is Outcome.COMPLETED and time_s < math.inf else self._reported_s
         self.time_s = max(self.time_s, reached_s)
         return outcome
@@ -93,7 +115,7 @@ class AllPairsRun:
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self.bodies.velocities()
+        return self.bodies.velocities_at(self.bodies.since_epoch(self.time_s))
 
     def spins(self) -> NDArray[np.float64] | None:
         """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
@@ -117,43 +139,73 @@ class AllPairsRun:
         """Return the time to be reported of a time since the epoch, never less than one reported before."""
         return max(self._reported_s, self.bodies.since_start(time_s))
 
-    def _carry_out(self, first: int, second: int, time_s: float) -> None:
+    def _next_impact(self) -> tuple[Instant, int, int]:
+        """Return the instant and the bodies of the impact that comes first."""
+        heads, rests = self._instants
+        ties = np.flatnonzero(heads == heads.min())
+        place = int(ties[np.argmin(rests.flat[ties])])
+        first, column = divmod(place, heads.shape[1])
+        return (float(heads.flat[place]), float(rests.flat[place])), first, column - len(self.bodies.walls)
+
+    def _carry_out(self, first: int, second: int, instant: Instant) -> None:
         bodies, counts = self.bodies, self._counts
-        if time_s > self._now_s:
-            self._now_s, self._at_instant = time_s, 0
-        self._reported_s = self._since_start(self._now_s)
-        self._at_instant += 1
+        if instant[0] > self._now[0]:
+            self._at_instant = 0
+        self._now = max(self._now, instant)
+        self._reported_s = self._since_start(self._now[0])
         discs = [first, second] if second >= 0 else [first]
         moved = [disc for disc in discs if bodies.inverse_mass[disc] > 0.0]
-        soon = [self._now_s - self._last_impact_s[disc] < self.options.contact_duration_s for disc in moved]
-        for disc in moved:
-            self._last_impact_s[disc] = self._now_s
-        record = bodies.collide(first, second, self._now_s, elastic=any(soon))._replace(time_s=self._reported_s)
-        begin_s, end_s = self.options.recorded_s
-        if begin_s <= record.time_s <= end_s:
-            self.log.add(record, bodies.resolution_s(record))
+        found = self._collide(first, second, moved)
+        if found is None:
+            return
+        self._at_instant += 1
+        self._keep(*found)
         for disc in discs:
             self._impacts_per_disc[disc] += 1
         counts["impacts"] += 1
         counts["wall_impacts"] += second < 0
+        if self._ended is not None:
+            return
         counts["predictions"] += len(moved)
-        if counts["impacts"] % (EPOCH_IMPACTS * len(bodies)) == 0:
+        if counts["impacts"] % (self.epoch_impacts * len(bodies)) == 0:
             self._begin_epoch()
             moved = list(range(len(bodies)))
         for done, disc in enumerate(moved):
             self._predict(disc, (other for other in range(len(bodies)) if other not in moved[: done + 1]))
 
+    def _collide(self, first: int, second: int, moved: list[int]) -> tuple[ImpactRecord, float] | None:
+        """Bring two bodies through their impact; return its record, and to how many seconds its instant is known.
+
+        None where it is no impact: one body rests on the other, and the run has ended.
+        """
+        now_s = self._now[0]
+        soon = [now_s - self._last_impact_s[disc] < self.options.contact_duration_s for disc in moved]
+        for disc in moved:
+            self._last_impact_s[disc] = now_s
+        record = self.bodies.collide(first, second, now_s, elastic=any(soon))._replace(time_s=self._reported_s)
+        return record, self.bodies.resolution_s(record)
+
+    def _keep(self, record: ImpactRecord, resolution_s: float) -> None:
+        if self.options.keeps(record.time_s):
+            self.log.add(record, resolution_s)
+
     def _begin_epoch(self) -> None:
-        self.bodies.begin_epoch(self._now_s)
-        self._last_impact_s = [time_s - self._now_s for time_s in self._last_impact_s]
-        self._now_s = 0.0
+        now_s = self._now[0]
+        self.bodies.begin_epoch(now_s)
+        self._last_impact_s = [time_s - now_s for time_s in self._last_impact_s]
+        self._now = START
         self._counts["epochs"] += 1
 
     def _predict(self, disc: int, others: Iterable[int]) -> None:
         """Solve for the impacts of a disc on all walls and on others."""
-        bodies, walls = self.bodies, len(self.bodies.walls)
-        for k in range(walls):
-            self._times[disc, walls + wall_body(k)] = bodies.wall_impact_time(disc, k)
+        for k in range(len(self.bodies.walls)):
+            self._expect(disc, wall_body(k))
         for other in others:
-            i, j = (disc, other) if disc < other else (other, disc)
-            self._times[i, walls + j] = bodies.pair_impact_time(i, j)
+            self._expect(min(disc, other), max(disc, other))
+
+    def _expect(self, first: int, second: int) -> None:
+        """Solve for the impact of two bodies."""
+        bodies = self.bodies
+        wall = second < 0
+        instant = bodies.next_wall_impact(first, wall_index(second)) if wall else bodies.next_pair_impact(first, second)
+        self._instants[:, first, len(bodies.walls) + second] = instant

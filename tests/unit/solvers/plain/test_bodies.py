@@ -15,6 +15,7 @@ from carom.physics.time_of_impact import time_of_impact
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.instants import NEVER
 from carom.trace import wall_body
 
 
@@ -24,22 +25,22 @@ def test_discs_move_on_straight_lines_from_their_own_clocks() -> None:
     bodies.move_to(0, 1.5)
     assert (bodies.x, bodies.time) == ([1.5, 5.0], [1.5, 0.0])
     np.testing.assert_array_equal(bodies.positions_at(2.0), [[2.0, 0.0], [1.0, 0.0]])
-    np.testing.assert_array_equal(bodies.velocities(), [[1.0, 0.0], [-2.0, 0.0]])
+    np.testing.assert_array_equal(bodies.velocities_at(0.0), [[1.0, 0.0], [-2.0, 0.0]])
 
 
 def test_a_pair_is_predicted_from_the_later_clock() -> None:
     """The absolute time of an impact is the same wherever the two discs' clocks stand: these numbers are exact."""
     bodies = Bodies(line(0.0, 5.0, velocities=(1.0, -1.0)))
-    assert bodies.pair_impact_time(0, 1) == 2.0
+    assert bodies.next_pair_impact(0, 1) == (2.0, 0.0)
     bodies.move_to(1, 1.0)
-    assert bodies.pair_impact_time(0, 1) == 2.0
+    assert bodies.next_pair_impact(0, 1) == (2.0, 0.0)
 
 
 def test_a_wall_is_predicted_and_reflects() -> None:
     """A disc of radius 1/2 at 2 m/s reaches a wall 3 m away after 1.25 s and comes back with the wall's restitution."""
     scene = staged("wall", disc_at(0, 0, 2, 1), wall_at(3, 7, -1, 0), duration_s=9, wall_restitution=0.5)
     bodies = Bodies(scene)
-    assert bodies.wall_impact_time(0, 0) == 1.25
+    assert bodies.next_wall_impact(0, 0) == (1.25, 0.0)
     record = bodies.collide(0, wall_body(0), 1.25)
     assert record[:8] == (1.25, 0, -1, (1.0, 0.0), (2.0, 1.0), (0.0, 0.0), (-1.0, 1.0), (0.0, 0.0))
     assert record.spins is None
@@ -61,7 +62,7 @@ def test_two_immovable_discs_never_meet() -> None:
     """A pair of immovable discs is neither predicted nor tested, even where it overlaps."""
     discs = [Disc(position_m=(x, 0), radius_m=0.5, mass_kg=math.inf) for x in (0.0, 0.5)]
     bodies = Bodies(Scene(name="pegs", duration_s=1, discs=discs))
-    assert bodies.pair_impact_time(0, 1) == math.inf
+    assert bodies.next_pair_impact(0, 1) == NEVER
     assert not bodies.pair_approaches_and_overlaps(0, 1)
 
 
@@ -69,10 +70,10 @@ def test_a_pair_that_has_just_met_meets_again_only_after_another_impact() -> Non
     """Once a third body has changed the path of either, the pair is predicted again."""
     bodies = Bodies(line(0.0, 2.0, 6.0, velocities=(1.0, 0.0, -5.0)))
     bodies.collide(0, 1, 1.0)
-    assert bodies.pair_impact_time(0, 1) == math.inf
+    assert bodies.next_pair_impact(0, 1) == NEVER
     bodies.collide(1, 2, 1.0)
     bodies.vx[1] = -1.0
-    assert bodies.pair_impact_time(0, 1) < math.inf
+    assert bodies.next_pair_impact(0, 1) < NEVER
 
 
 def test_whom_an_immovable_disc_has_met_since_does_not_matter() -> None:
@@ -84,8 +85,8 @@ def test_whom_an_immovable_disc_has_met_since_does_not_matter() -> None:
     bodies.vx[1] = bodies.vx[2] = 0.0
     bodies.vx[1] -= 2.0**-53  # what rounding may leave of an approach
     bodies.vx[2] += 2.0**-53
-    assert bodies.pair_impact_time(0, 1) == math.inf
-    assert bodies.pair_impact_time(0, 2) == math.inf
+    assert bodies.next_pair_impact(0, 1) == NEVER
+    assert bodies.next_pair_impact(0, 2) == NEVER
 
 
 @pytest.mark.parametrize(

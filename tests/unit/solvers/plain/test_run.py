@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.forms import needs_extension, plain_form
+from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.scenes import random_start, scene_of
 from tests.unit.solvers.strategies import line
 
@@ -16,6 +17,7 @@ from carom.errors import CaromError, InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import pic_run
 from carom.solvers.plain.run import AllPairsRun
+from carom.trace import Outcome, wall_body
 
 
 def lattice_scene(rng: np.random.Generator) -> Scene:
@@ -176,3 +178,39 @@ def test_a_run_without_an_end_stays_where_the_last_impact_was() -> None:
         run.advance_to(math.inf)
         assert run.time_s == 2.0
         np.testing.assert_array_equal(run.positions(), [[2.0, 0.0], [3.0, 0.0]])
+
+
+@pytest.fixture
+def at_a_wall(monkeypatch: pytest.MonkeyPatch) -> AllPairsRun:
+    """A run of one disc that meets nothing, and one wall, in which time is never counted anew."""
+    monkeypatch.setattr(AllPairsRun, "epoch_impacts", math.inf)
+    return AllPairsRun(staged("wall", disc_at(3, 0), wall_at(0, 0, 1, 0), duration_s=1))
+
+
+@pytest.mark.parametrize(("impacts", "outcome"), [(400, Outcome.COMPLETED), (401, Outcome.STANDSTILL)])
+def test_time_stands_still_after_a_hundred_impacts_for_each_pair_of_bodies_at_one_instant(
+    impacts: int, outcome: Outcome, at_a_wall: AllPairsRun
+) -> None:
+    """Of one disc and one wall, 400 impacts at one instant are let through; the next ends the run."""
+    for _ in range(impacts):
+        at_a_wall._carry_out(0, wall_body(0), (1.0, 0.0))  # noqa: SLF001 - what no scene of one disc makes
+    assert at_a_wall.advance_to(2.0) is outcome
+
+
+def test_time_that_advances_at_all_does_not_stand_still(at_a_wall: AllPairsRun) -> None:
+    """Any number of impacts is fine as long as the clock moves, even by one unit in the last place."""
+    time_s = 1.0
+    for _ in range(5):
+        for _ in range(300):
+            at_a_wall._carry_out(0, wall_body(0), (time_s, 0.0))  # noqa: SLF001 - what no scene of one disc makes
+        time_s = math.nextafter(time_s, 2.0)
+    assert at_a_wall.advance_to(2.0) is Outcome.COMPLETED
+
+
+def test_a_wall_so_far_off_in_time_that_floats_overflow_is_never_met() -> None:
+    """A disc that creeps at 1e-300 m/s to a wall 4 m away does not meet it in a second, nor ever."""
+    discs = (disc_at(5, 0, -1e-300, 0), disc_at(9, 9, 1, 0))
+    run = AllPairsRun(staged("creep", *discs, wall_at(0, 0, 1, 0), duration_s=1))
+    assert run.advance_to(1.0) is Outcome.COMPLETED
+    assert run.advance_to(math.inf) is Outcome.COMPLETED
+    assert run.impacts == 0

@@ -18,11 +18,9 @@ NEVER: Instant = (math.inf, 0.0)
 
 
 def after(instant: Instant, wait_s: float) -> Instant:
-    """Return the instant `wait_s` seconds after another, `NEVER` for infinity."""
-    if wait_s == math.inf:
-        return NEVER
+    """Return the instant `wait_s` seconds after another, `NEVER` for infinity, and where that overflows."""
     total, rest = two_sum(instant[0], wait_s)
-    return two_sum(total, instant[1] + rest)
+    return two_sum(total, instant[1] + rest) if total < math.inf else NEVER
 
 
 def between(earlier: Instant, later: Instant) -> float:
