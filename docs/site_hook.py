@@ -3,7 +3,7 @@
 - The README is the first page, and CONTRIBUTING.md is a page.
 - A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
   report is there as it is.
-- The tutorial, a notebook, is a page with what its cells show.
+- The tutorial, a notebook, is a page with what its cells show, and the gallery has its replays.
 - Formulas become MathML here, so that a reader's browser fetches no script for them.
 - A page of docs/ that the navigation in mkdocs.yml has not got stands at its end.
 """
@@ -17,8 +17,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from latex2mathml.converter import convert
+from mkdocs.exceptions import PluginError
 from mkdocs.plugins import get_plugin_logger
 from mkdocs.structure.files import File
+
+import carom
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -29,10 +32,12 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
 #: What links lead to, and what is shown of it: reports are pages already, the notebook becomes one.
 SAMPLE = "reports/sample/index.html"
-SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SAMPLE}
+SHOWN_AS = {"docs/tutorial.ipynb": "tutorial.md", "reports/sample/report.md": SAMPLE, SAMPLE: SAMPLE}
 
 _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
+#: A replay of PIC and PIT: the name of a scene, and the frames a second of PIT, the scene's own by default.
+_REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
 _LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
 #: What a terminal takes for bold and plain.
@@ -73,9 +78,10 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Lead links out of docs/ to the pages made of what they lead to."""
+    """Lead links out of docs/ to the pages made of what they lead to, and put in the replays."""
     if page.file.generated_by:
         return markdown
+    markdown = _REPLAY.sub(lambda found: replay(found[1], found[2]), markdown)
     folder = (ROOT / "docs" / page.file.src_uri).parent
     up = "../" * page.file.src_uri.count("/")
 
@@ -93,6 +99,15 @@ def on_page_content(html_text: str, **_: Any) -> str:
         return convert(html.unescape(found[2]).strip(), display="block" if found[1] == "div" else "inline")
 
     return _FORMULA.sub(shown, html_text)
+
+
+def replay(scene: str, rate: str | None) -> str:
+    """Return a replay of PIT beside PIC as a frame."""
+    frames = float(rate) if rate else None
+    frame = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene, frame_rate_hz=frames))._repr_html_()
+    if frame is None:
+        raise PluginError("replays of the gallery need the extra report: pip install 'carom[report]'")
+    return frame
 
 
 def _tutorial() -> str:

@@ -14,6 +14,31 @@ from carom.text import visible
 pytestmark = pytest.mark.browser
 
 
+@pytest.mark.parametrize("width", [390, 500, 720, 1280])
+@pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
+def test_pictures_and_buttons_fit_the_frame_of_a_cell(browser: Browser, tmp_path: Path, name: str, width: int) -> None:
+    """Nothing that moves has to be scrolled to; from the width of a page of text on, pictures stand side by side."""
+    reference = carom.solve_pic(name)
+    cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
+    path = tmp_path / "cell.html"
+    path.write_text(f"<!DOCTYPE html><meta charset=utf-8><body style='margin:16px'>{cell}", encoding="utf-8")
+    page = browser.new_page(viewport={"width": width, "height": 800})
+    page.goto(path.as_uri())
+    page.frame_locator("iframe").get_by_role("button", name="Play or pause").wait_for()
+    inside = page.frames[-1]
+    moving = ".views figure, .timeline, button[aria-label='On to the next impact']"
+    below = f'[...document.querySelectorAll("{moving}")].map(one => one.getBoundingClientRect().bottom)'
+    ends = inside.evaluate(below)
+    assert len(ends) == 4
+    assert max(ends) <= inside.evaluate("window.innerHeight")
+    assert inside.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    tops = inside.evaluate(
+        "[...document.querySelectorAll('.views figure')].map(one => one.getBoundingClientRect().top)"
+    )
+    assert (len(set(tops)) == 1) == (width > 500)
+    page.close()
+
+
 @pytest.mark.parametrize("number", range(4))
 @pytest.mark.parametrize("cell", [False, True], ids=["page", "cell"])
 def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, number: int, cell: bool) -> None:

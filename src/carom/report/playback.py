@@ -91,7 +91,8 @@ class Replay:
         except MissingExtraError:
             return None
         # Nothing of the page reaches the notebook, nor the other way round.
-        frame = 'sandbox="allow-scripts" style="width:100%;height:42em;border:0"'
+        # Tall enough for pictures and buttons, one above the other on a phone; what is written below them may scroll.
+        frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
         return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
 
     def save(self, path: str | Path) -> Path:
