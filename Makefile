@@ -175,10 +175,13 @@ $(FOR_TESTS): pyproject.toml setup.py
 $(FOR_REPORTS): pyproject.toml setup.py
 	$(call install,all,$(FOR_REPORTS))
 
-# Installing has built the extension already; after that it is built again where its sources have changed.
+# Installing has built the extension already; after that what has changed is compiled again, and all where that is not
+# enough: a source that is gone, or was renamed, is newer than nothing.
 define build
-	@$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.sources_digest())' 2>/dev/null \
-		|| $(BIN)/python setup.py --quiet build_ext --inplace --force
+	@for all in "" --force; do \
+		$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.sources_digest())' 2>/dev/null \
+			|| $(BIN)/python setup.py --quiet build_ext --inplace $$all || exit 1; \
+	done
 	@touch $@
 endef
 

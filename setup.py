@@ -31,7 +31,8 @@ DIRECTIVES = {
     "autotestdict": False,
 }
 
-#: Compiled into every module: see `carom.extension`.
+#: Compiled into the module that stands for all: see `carom.extension`.
+BUILT = "carom.built"
 DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
 
 #: What Cython would add to each module that takes arrays, once for all of them.
@@ -43,6 +44,9 @@ PROBE = "tests.probe"
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
 if COVERAGE:
     FLAGS = [*FLAGS, "-O0", "--coverage"]
+
+#: Where Cython writes C: a module that has not changed is not translated again.
+TRANSLATED = "build/coverage/cython" if COVERAGE else "build/cython"
 
 #: For continuous integration: a build without the extension is an error there.
 REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
@@ -58,13 +62,13 @@ class OptionalBuild(build_ext):
             self.extensions = [module for module in self.extensions if module.name != PROBE]
         try:
             super().run()
-        except Exception as error:
-            if REQUIRED:
-                raise
-            self.warn(f"the extension was not built, plain Python will serve: {error}")
+        except BaseException as error:
             for folder in [self.build_lib, *(["src", "."] if inplace else [])]:
                 for module in self.extensions:  # one of an earlier build must not serve
                     Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
+            if REQUIRED or not isinstance(error, Exception):  # as Ctrl-C
+                raise
+            self.warn(f"the extension was not built, plain Python will serve: {error}")
             self.extensions = self.distribution.ext_modules = []
 
 
@@ -79,16 +83,23 @@ class HonestWheel(bdist_wheel):
 
 
 def _extension(name: str, source: str, sources: list[str]) -> Extension:
+    """Return a module, compiled anew where what it is made of has changed: Cython knows what each takes from where."""
+    stands_for_all = name == BUILT
     return Extension(
         name,
         [source],
-        depends=[*sources, "setup.py"],
+        depends=[*(sources if stands_for_all else [path for path in sources if path.endswith(".h")]), "setup.py"],
         include_dirs=["src"],
         extra_compile_args=FLAGS,
         extra_link_args=["--coverage"] if COVERAGE else [],
-        define_macros=[("Py_LIMITED_API", "0x030B0000"), ("CAROM_SOURCES", DIGEST)],
+        define_macros=[("Py_LIMITED_API", "0x030B0000"), *([("CAROM_SOURCES", DIGEST)] if stands_for_all else [])],
         py_limited_api=True,
     )
+
+
+def _directives_may_differ() -> bool:
+    """Return whether this file is newer than what was translated by its directives, which Cython does not look at."""
+    return any(made.stat().st_mtime < Path(__file__).stat().st_mtime for made in Path(TRANSLATED).rglob("*.c"))
 
 
 sources = sorted(
@@ -105,7 +116,8 @@ setup(
         [_extension(SHARED, "carom/_cython.c", []), *extensions],
         compiler_directives=DIRECTIVES,
         include_path=["src"],
-        build_dir="build/coverage/cython" if COVERAGE else "build/cython",
+        build_dir=TRANSLATED,
+        force=_directives_may_differ() or None,
         emit_linenums=COVERAGE,
         shared_utility_qualified_name=SHARED,
     ),

@@ -88,6 +88,38 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
 
 
 @needs_extension
+def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
+    """After an edit those modules are compiled that are made of it, and the one that knows the digest of all."""
+    tree = copy_of_the_tree(tmp_path)
+    for module in tree.rglob("*.pyx"):
+        if module.name not in ("built.pyx", "tree.pyx", "pair_times.pyx"):  # the others would only take time
+            module.unlink()
+
+    def compiled() -> set[str]:
+        before = {path: path.stat().st_mtime_ns for path in tree.rglob("*.so")}
+        run(sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", cwd=tree)
+        after = {path: path.stat().st_mtime_ns for path in tree.rglob("*.so")}
+        return {path.name.partition(".")[0] for path in after if before.get(path) != after[path]}
+
+    assert compiled() == {"_cython", "built", "tree", "pair_times"}
+    assert compiled() == set()
+    for name, made_of_it in (
+        ("broad_phase/tree.pyx", {"tree"}),
+        ("physics/double_double.pxd", {"pair_times"}),
+        ("solvers/pit/layout.pxd", set()),
+    ):
+        source = tree / "src/carom" / name
+        source.write_text(source.read_text() + "# A comment more.\n")
+        assert compiled() == {"built"} | made_of_it
+    header = tree / "src/carom/constants.h"
+    header.write_text(header.read_text() + "/* A comment more. */\n")
+    assert compiled() == {"built", "tree", "pair_times"}
+    with (tree / "setup.py").open("a") as setup:
+        setup.write("# A comment more.\n")
+    assert compiled() == {"_cython", "built", "tree", "pair_times"}
+
+
+@needs_extension
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the processor's features from /proc/cpuinfo")
 def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
     """Built for this very processor, with its multiply-add, the extension passes the tests of all bits."""
