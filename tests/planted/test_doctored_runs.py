@@ -82,7 +82,10 @@ OF_WRONG = PASSES | {
     Verdict.WENT_ON,
     Verdict.NOT_FINITE,
     Verdict.TURNED_ALONE,
+    Verdict.MISREPORTED,
 }
+#: What makes a run wrong whose trajectory has left the reference's before.
+WRONG_LATER = {Verdict.PASSED_THROUGH, Verdict.TURNED_ALONE, Verdict.MISREPORTED, Verdict.CUT_SHORT}
 OF_EXACT = {Verdict.CONFORMS, Verdict.RESTED}
 
 
@@ -107,7 +110,9 @@ def require_that_words_fit(score: Score, found: str) -> None:
     assert (Verdict.CONFORMS in said) == (score.grade is Grade.EXACT), found
     assert score.grade is not Grade.EXACT or said <= OF_EXACT, found
     assert score.grade is not Grade.WRONG or said & OF_WRONG, found
-    assert (Verdict.PARTED in said) == (score.grade in {Grade.PARTED, Grade.PARTED_INACCURATE}), found
+    parted = score.grade in {Grade.PARTED, Grade.PARTED_INACCURATE}
+    assert Verdict.PARTED in said or not parted, found
+    assert Verdict.PARTED not in said or parted or (score.grade is Grade.WRONG and said & WRONG_LATER), found
     assert Verdict.WORSE_STEPS not in said or WORSENING.index(score.grade) >= WORSENING.index(Grade.INACCURATE), found
 
 

@@ -19,13 +19,14 @@ from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches, wrong_branches
 from carom.comparator.horizon import before_rest, before_tie, reach_of
 from carom.comparator.local import LocalErrors, local_errors
-from carom.comparator.local_truth.score import LocalScore, local_score, shown_by_states, told_otherwise
+from carom.comparator.local_truth.reports import reports_and_states, shown_by_states
+from carom.comparator.local_truth.score import LocalScore, local_score
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.sound import require_sound
-from carom.comparator.step_findings import has_parted
+from carom.comparator.step_findings import has_left
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.display import Shown
@@ -72,7 +73,7 @@ class Score(Shown):
         branches: Which of its impacts took the wrong branch of friction.
         local_truth: Each of its steps against PIC from its own state, to the end of the run; None where its states were
             not looked at.
-        parted_s: When its trajectory left the reference's, if it did so without passing through anything; else None.
+        parted_s: When its trajectory left the reference's, if it did so before it passed through anything; else None.
         pit_parted_s: When PIT's did; None where it did not, or was not given.
         lucky_phase: At how many phases of the step PIT is as right, and of how many, where the run has PIT's impacts
             and is called exact or close, and PIT is not so at all of them; else None.
@@ -209,7 +210,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         consistency=evidence.consistency,
         branches=evidence.branches,
         local_truth=evidence.local_truth,
-        parted_s=evidence.parted_s if has_parted(evidence) else None,
+        parted_s=evidence.parted_s if has_left(evidence) else None,
         pit_parted_s=evidence.pit_parted_s,
         lucky_phase=lucky,
     )
@@ -248,7 +249,7 @@ def _evidence(
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
         local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),
-        told_otherwise=truth is not None and told_otherwise(observed, truth, reach.until_s),
+        reports=None if truth is None else reports_and_states(observed, truth, reach.until_s),
         pit_s=None if sampling is None else sampling.impacts["time_s"],
         up_to_tie=up_to_tie,
     )

@@ -14,6 +14,7 @@ from carom.comparator.convention import ConventionMatch
 from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches
 from carom.comparator.local import LocalErrors
+from carom.comparator.local_truth.reports import ReportsAndStates
 from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import ImpactError, Measured
 from carom.comparator.order import Order
@@ -39,7 +40,7 @@ class Evidence:
         branches: Which of its impacts took the wrong branch of friction.
         broken: Which number that is, empty where there is none.
         local_truth: Each step against PIC from the observed trace's own state; None where states were not looked at.
-        told_otherwise: Whether it reports other impacts than its states show.
+        reports: Where what it reports and what its states show part; None as well.
         pit_s: Times of the impacts of PIT; None where it was not run.
         up_to_tie: The grade up to the first instant that has no unique answer; None where there is none, or nothing
             before it.
@@ -60,7 +61,7 @@ class Evidence:
     branches: WrongBranches
     broken: str
     local_truth: LocalScore | None
-    told_otherwise: bool
+    reports: ReportsAndStates | None
     pit_s: NDArray[np.float64] | None
     up_to_tie: Grade | None
 

@@ -14,7 +14,15 @@ from carom.comparator.measure import untold
 from carom.comparator.order import MOST_EDITS
 from carom.comparator.own_findings import in_seconds, own_path
 from carom.comparator.scales import largest
-from carom.comparator.step_findings import bad_steps, has_left, parted, polygons, sinking, steps_are_exact
+from carom.comparator.step_findings import (
+    bad_steps,
+    has_left,
+    misreported,
+    parted,
+    polygons,
+    sinking,
+    steps_are_exact,
+)
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.trace import Outcome, pair_name
@@ -26,9 +34,9 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
     errors = evidence.measured.errors
     # Beyond the instant at which two trajectories part, which impact is which is chance.
-    apart = (_ending, parted) if has_left(evidence) else (_ending, _hits, _order, _timing, _motion, _turning, _end)
+    apart = (parted, misreported) if has_left(evidence) else (_hits, _order, _timing, _motion, _turning, _end)
     # Where every step is PIC's, what is off of an impact is what was not told apart.
-    rules = (_convention, *(() if steps_are_exact(evidence) else apart), own_path, sinking)
+    rules = (_convention, *(() if steps_are_exact(evidence) else (_ending, *apart)), own_path, sinking)
     found = [Finding(Verdict.NOT_FINITE, evidence.broken)] if evidence.broken else []
     found += [finding for rule in rules for finding in rule(evidence)]
     found += list(bad_steps(evidence, told=bool(found)))

@@ -62,8 +62,12 @@ SAID_WHEN = {
     ),
     Verdict.NOT_FINITE: "see section 0",
     Verdict.PARTED: (
-        "an impact missed, found beside or out of order by the trajectory, and none by any step from its own state; "
-        "the reason says when, when PIT's trajectory leaves, and how good the steps are"
+        "an impact missed, found beside or out of order by the trajectory, and until then none by any step from its "
+        "own state; the reason says when, when PIT's trajectory leaves, and how good the steps are"
+    ),
+    Verdict.MISREPORTED: (
+        "beside *the trajectory has left*: a report that no state of its pair shows within two steps, or an impact "
+        "alone in its step that is shown and not reported"
     ),
     Verdict.PASSED_THROUGH: (
         "a step, or a chain of steps, in which two bodies that must meet from the run's own state go on unturned; not "

@@ -22,7 +22,9 @@ def steps_are_exact(evidence: Evidence) -> bool:
     Of several impacts of a disc in one step, an engine that tells no velocities shows the outcome alone.
     """
     local, largest = evidence.local_truth, evidence.measured.largest
-    if local is None or local.grade is not Grade.EXACT or evidence.told_otherwise or evidence.convention is not None:
+    if local is None or local.grade is not Grade.EXACT or evidence.convention is not None:
+        return False
+    if evidence.reports is not None and not evidence.reports.agree:
         return False
     if evidence.ended_otherwise or evidence.broken or largest.final_spin > evidence.rounding or any(own_path(evidence)):
         return False
@@ -37,21 +39,29 @@ def steps_are_exact(evidence: Evidence) -> bool:
 
 
 def has_parted(evidence: Evidence) -> bool:
-    """Whether the trajectory alone is wrong: it has left the reference's, and ends where that does."""
+    """Whether the trajectory alone is wrong: it has left the reference's, and no step or report is wrong by itself."""
+    local, reports = evidence.local_truth, evidence.reports
+    if local is None or local.missed_own or local.invented or (reports is not None and not reports.agree):
+        return False
     return has_left(evidence) and not evidence.ended_otherwise
 
 
 def has_left(evidence: Evidence) -> bool:
-    """Whether the trajectory has left the reference's though no step passes through anything, or invents anything.
+    """Whether the trajectory left the reference's before any step passed through anything, or invented anything.
 
-    Not where the run reports other impacts than its states show, or the scene has no unique answer.
+    Not where wrong reports explain all that parts, or where the scene has no unique answer.
     """
-    local = evidence.local_truth
-    if local is None or local.missed_own or local.invented or evidence.told_otherwise or evidence.broken:
+    local, reports, parted_s = evidence.local_truth, evidence.reports, evidence.parted_s
+    if local is None or reports is None or parted_s is None or evidence.broken or evidence.convention is not None:
         return False
-    if steps_are_exact(evidence):
+    if local.missed_own and not local.first_missed_s > parted_s:
         return False
-    return evidence.convention is None and evidence.parted_s is not None
+    if local.invented and (local.first_invented_s is None or local.first_invented_s <= parted_s):
+        return False
+    alignment = evidence.measured.alignment
+    if not reports.agree and len(alignment.spurious) <= reports.unshown and len(alignment.missed) <= reports.unreported:
+        return False
+    return not steps_are_exact(evidence)
 
 
 def parted(evidence: Evidence) -> Iterator[Finding]:
@@ -76,6 +86,19 @@ def _own_word(local: LocalScore) -> str:
         return "some steps by themselves are inaccurate"
     how = "no worse than PIT's from the same state" if local.grade is Grade.SAMPLED else local.grade.name.lower()
     return f"each step by itself is {how}"
+
+
+def misreported(evidence: Evidence) -> Iterator[Finding]:
+    """Yield where reports and states part, of a run whose trajectory has parted: of another its impacts say it."""
+    reports = evidence.reports
+    if reports is None or reports.agree or not has_left(evidence):
+        return
+    said = []
+    if reports.unshown:
+        said.append(f"{reports.unshown} reported that no state shows, the first {reports.first_unshown}")
+    if reports.unreported:
+        said.append(f"{reports.unreported} shown and not reported, the first {reports.first_unreported}")
+    yield Finding(Verdict.MISREPORTED, "; ".join(said))
 
 
 def sinking(evidence: Evidence) -> Iterator[Finding]:
@@ -104,7 +127,7 @@ def bad_steps(evidence: Evidence, *, told: bool) -> Iterator[Finding]:
     if local.missed and (local.missed != len(alignment.missed) or has_left(evidence)):
         pit = f"PIT misses {local.missed_by_pit} of these, too, from the same states"
         yield Finding(Verdict.PASSED_THROUGH, f"{local.missed} of {local.due} impacts due, {local.first_missed}; {pit}")
-    if local.invented and local.invented != len(alignment.spurious):
+    if local.invented and (local.invented != len(alignment.spurious) or has_left(evidence)):
         yield Finding(Verdict.TURNED_ALONE, f"{local.invented}, the first {local.first_invented}")
     if local.grade is Grade.INACCURATE and (has_left(evidence) or not evidence.reach.whole or not told):
         yield Finding(Verdict.WORSE_STEPS, "; ".join(_faults(local)))

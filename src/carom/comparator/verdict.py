@@ -43,6 +43,7 @@ class Verdict(Enum):
     ANGULAR = "angular momentum about the contact is gained or lost"
     NOT_FINITE = "a number is NaN or infinite"
     PARTED = "the trajectory has left the reference's"
+    MISREPORTED = "the impacts reported are not those that the states show"
     PASSED_THROUGH = "bodies pass through each other"
     TURNED_ALONE = "bodies turn with nothing near"
     POLYGON = "falling discs move along polygons"

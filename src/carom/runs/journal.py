@@ -194,10 +194,12 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
         of = f"it is of format {shortened(repr(there.get('format')))}, as another version of Carom wrote it"
         return f"{of}, and this one is {JOURNAL_FORMAT}"
     # A name that only one of the two has differs, though it be null.
-    differs = (name for name in (*here, *there) if (name in there, there.get(name)) != (name in here, here.get(name)))
-    name = next(differs)
-    its, own = (shortened(visible(str(one.get(name, "absent")))) for one in (there, here))
-    return f"its {shortened(visible(name))} is {its}, and this one's {own}"
+    names = [name for name in {**here, **there} if (name in there, there.get(name)) != (name in here, here.get(name))]
+    return "; ".join(
+        f"its {shortened(visible(name))} is {shortened(visible(str(there.get(name, 'absent'))))}, and this one's "
+        f"{shortened(visible(str(here.get(name, 'absent'))))}"
+        for name in names
+    )
 
 
 def _parsed(line: bytes) -> Any:

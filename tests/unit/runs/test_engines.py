@@ -42,8 +42,11 @@ LOADING = {
     "base-exception": ("raise BaseException('no')", "BaseException: no"),
     "interrupts": ("raise KeyboardInterrupt", "crashed: "),
     "raises": ("raise OSError('no licence')", "OSError: no licence"),
-    "thread-stays": ("threading.Thread(target=time.sleep, args=(3600,)).start(); sys.exit(1)", "crashed: "),
-    "closes-all": ("os.closerange(0, 256)", "crashed: "),
+    "thread-stays": (
+        "threading.Thread(target=time.sleep, args=(3600,)).start(); sys.exit(1)",
+        "closed what its process answers by, and ran on",
+    ),
+    "closes-all": ("os.closerange(0, 256)", "closed what its process answers by"),
     "loops": ("while True: pass", "timed out: no answer within"),
     "sleeps": ("time.sleep(3600)", "timed out: no answer within"),
     "holds-the-lock": ("ctypes.PyDLL(None).sleep(3600)", "timed out: no answer within"),

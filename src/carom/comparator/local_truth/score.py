@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,10 +12,10 @@ from carom.comparator.grades import Grade
 from carom.comparator.local_truth.judge import PASSED
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
-from carom.trace import Trace, pair_name
+from carom.trace import pair_name
 from carom.windows import LocalTruth
 
-__all__ = ["LocalScore", "local_score", "shown_by_states", "told_otherwise"]
+__all__ = ["LocalScore", "local_score"]
 
 Array = NDArray[np.float64]
 
@@ -63,6 +62,7 @@ class LocalScore:
         agrees: Whether all windows agree with PIC to rounding, entangled ones among them.
         agrees_alone: Whether those of one impact do, and nothing slips, drifts or sinks.
         float_bits: Width of the floats that the method declares.
+        first_invented_s: When the first of the invented is; None where there is none.
     """
 
     until_s: float
@@ -98,6 +98,7 @@ class LocalScore:
     agrees: bool
     agrees_alone: bool
     float_bits: int
+    first_invented_s: float | None = None
 
     @property
     def missed_own(self) -> int:
@@ -169,7 +170,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     early = late < -known
     missed = _once(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
-    invented, first_invented, slipped = _inventions(truth)
+    invented, (first_invented, first_invented_s), slipped = _inventions(truth)
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
@@ -190,6 +191,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,
         first_invented=first_invented,
+        first_invented_s=first_invented_s,
         early=int(early.sum()),
         ahead=truth.ahead,
         entangled=int(scored["entangled"].sum()),
@@ -254,7 +256,7 @@ def _where(meeting: np.void) -> str:
     return f"at {float(meeting['begin_s']):.6g} s between {pair_name(meeting)}"
 
 
-def _inventions(truth: LocalTruth) -> tuple[int, str, float]:
+def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
     """Return how many discs' turns with nothing near are inventions, the first of them, and the largest of the rest."""
     found: list[tuple[float, str]] = []
     slipped = 0.0
@@ -271,7 +273,8 @@ def _inventions(truth: LocalTruth) -> tuple[int, str, float]:
             found.append((float(row["time_s"]), f"at {float(row['time_s']):.6g} s, of disc {int(row['disc'])}"))
         else:
             slipped = max(slipped, size)
-    return len(found), min(found)[1] if found else "", slipped
+    first_s, first = min(found, default=(None, ""))
+    return len(found), (first, first_s), slipped
 
 
 def _unpaid_j(scored: NDArray[np.void]) -> float:
@@ -280,59 +283,3 @@ def _unpaid_j(scored: NDArray[np.void]) -> float:
     passed = scored["missed"] > 0
     alone = np.maximum(gained - scored["energy_price_j"], 0.0)
     return float(np.sum(np.where(passed, 0.0, np.where(scored["entangled"], gained, alone))))
-
-
-def told_otherwise(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> bool:
-    """Whether a trace reports other impacts than its states show, up to a time.
-
-    One is told for nothing where no window holds its pair in its step, or in the two around it; or where that window is
-    of one impact, which is told already. One is kept silent where a pair was due, alone and not missed, and nothing is
-    told of it there.
-    """
-    dt_s = trace.dt_s
-    windows = truth.windows[truth.meetings["window"]]
-    alone = ~windows["entangled"] & (windows["due"] > 0)
-    shown: dict[_Bodies, list[int]] = {}
-    for row, bodies in enumerate(_bodies(truth.meetings)):
-        shown.setdefault(bodies, []).append(row)
-    told = np.zeros(len(windows), np.int64)
-    earliest, latest = windows["begin_s"] - 2.0 * dt_s, windows["end_s"] + 2.0 * dt_s
-    for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _bodies(trace.impacts), strict=True):
-        if time_s > until_s:
-            continue
-        near = [row for row in shown.get(bodies, ()) if earliest[row] <= time_s <= latest[row]]
-        free = [row for row in near if not (alone[row] and told[row])]
-        if not free:
-            return True
-        told[free[0]] += 1
-    silent = alone & ~windows["open"] & ~truth.meetings["missed"] & (told == 0) & (windows["end_s"] <= until_s)
-    return bool(silent.any())
-
-
-def shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
-    """Return which impacts that a run does not tell its states show, among others of the same steps.
-
-    Of several impacts of a disc in one step, an engine may tell the outcome alone.
-    """
-    windows = truth.windows[truth.meetings["window"]]
-    kept = np.flatnonzero(windows["entangled"] & ~truth.meetings["missed"] & ~np.isnan(truth.meetings["due_s"]))
-    shown: dict[_Bodies, list[int]] = {}
-    for row, bodies in zip(kept.tolist(), _bodies(truth.meetings[kept]), strict=True):
-        shown.setdefault(bodies, []).append(row)
-    impacts = reference.impacts[list(missed)]
-    return frozenset(
-        number
-        for number, time_s, bodies in zip(missed, impacts["time_s"].tolist(), _bodies(impacts), strict=True)
-        if any(
-            windows["begin_s"][row] - dt_s <= time_s <= windows["end_s"][row] + dt_s for row in shown.get(bodies, ())
-        )
-    )
-
-
-#: Two bodies, the lower number first.
-_Bodies = tuple[int, int]
-
-
-def _bodies(rows: NDArray[np.void]) -> list[_Bodies]:
-    pairs = zip(rows["first"].tolist(), rows["second"].tolist(), strict=True)
-    return [(min(pair), max(pair)) for pair in pairs]
