@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import operator
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from numbers import Real
@@ -48,6 +48,7 @@ class ValueKind:
         take: Returns a value as a study takes it. Raises TypeError, ValueError or OverflowError where it is none.
         read: Returns what a text of the shell says, for `take`; some texts say several values of a list.
         wrong: Values that it refuses, for tests.
+        gather: Returns what several texts of the shell say together, where they are one value.
     """
 
     said: str
@@ -55,6 +56,7 @@ class ValueKind:
     take: Callable[[Any], Any]
     read: Callable[[str], Any] = lambda text: text
     wrong: tuple[Any, ...] = ()
+    gather: Callable[[Sequence[str]], Any] | None = None
 
     def refusal(self, name: str, value: Any) -> InputError:
         """Return the error that refuses a value by name."""
@@ -128,8 +130,12 @@ class DeclaredOptions:
             object.__setattr__(self, field.name, value)
 
     @classmethod
-    def said(cls, texts: Mapping[str, Any]) -> Self:
+    def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
         """Return the options that a command line asks for: of each field a text, texts, or None where nothing is said.
+
+        Args:
+            texts: What is said, by the field's name.
+            before: What a command of somebody else's, pytest, has before the option's name.
 
         Raises:
             InputError: As the class, with the name that the option has in the shell.
@@ -137,7 +143,7 @@ class DeclaredOptions:
         given = {}
         for field_name, one in declared(cls).items():
             if (text := texts.get(field_name)) is not None and text != []:
-                given[field_name] = _read(one, text)
+                given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
         return cls(**given)
 
     @property
@@ -156,8 +162,10 @@ def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
     return tuple(taken(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 
-def _read(one: Option, text: Any) -> Any:
-    flag, found = one.flags[0].partition("/")[0], []
+def _read(one: Option, flag: str, text: Any) -> Any:
+    found = []
+    if one.kind.gather is not None:
+        text = one.kind.gather(text)
     for part in text if one.many else [text]:
         try:
             said = one.kind.read(part) if isinstance(part, str) else part
@@ -174,19 +182,20 @@ def _real(value: Any) -> float:
     return float(value)
 
 
-def whole(least: int, most: int) -> ValueKind:
-    """Return the whole numbers between two."""
+def whole(least: int, most: int | None = None) -> ValueKind:
+    """Return the whole numbers from one on, up to another where there is a largest."""
 
     def take(value: Any) -> int:
         if isinstance(value, bool):
             raise TypeError
         found = operator.index(value)
-        if not least <= found <= most:
+        if found < least or (most is not None and found > most):
             raise ValueError
         return found
 
-    wrong = (least - 1, most + 1, -math.inf, math.nan, least + 0.5, "2", True, None)
-    return ValueKind(f"a whole number from {least} to {most}", "INTEGER", take, int, wrong)
+    wrong = (least - 1, *(() if most is None else (most + 1,)), -math.inf, math.nan, least + 0.5, "2", True, None)
+    span = f", {least} or more" if most is None else f" from {least} to {most}"
+    return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong)
 
 
 def measure(said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float) -> ValueKind:

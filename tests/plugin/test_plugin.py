@@ -17,6 +17,7 @@ from carom.comparator import Grade, Verdict
 from carom.conformance.cases import cases
 from carom.conformance.subject import Subject
 from carom.runs.job import Status
+from carom.runs.options import Limited
 
 HERE = Path(__file__).parent
 DOCS = HERE.parents[1] / "docs"
@@ -67,7 +68,7 @@ def test_an_adapter_is_forty_lines() -> None:
 
 def test_the_documentation_tells_every_check() -> None:
     """docs/adapters.md has a row for each check of the suite."""
-    subject = Subject("pymunk", 1.0)  # which has a profile of each kind
+    subject = Subject("pymunk", Limited())  # which has a profile of each kind
     checks = {case.name.partition("[")[0] for case in cases(subject)}
     told = {line.split("`")[1] for line in (DOCS / "adapters.md").read_text().splitlines() if line.startswith("| `")}
     assert checks <= told, checks - told

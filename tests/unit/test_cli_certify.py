@@ -54,9 +54,12 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("classics/boxx",), "did you mean 'classics/box'"),
-        (("classics/box", "--time-budget", "0"), "time_budget_s must be a positive number, got 0.0"),
-        (("classics/box", "--max-precision", "10"), "max_precision_bits must be a whole number, 64 or more, got 10"),
-        (("classics/box", "--digits", "100000"), "digits must be 1 to 10000, got 100000"),
+        (
+            ("classics/box", "--time-budget", "0"),
+            "--time-budget must be a positive number of seconds, 1e+07 at most, got '0'",
+        ),
+        (("classics/box", "--max-precision", "10"), "--max-precision must be a whole number, 64 or more, got '10'"),
+        (("classics/box", "--digits", "100000"), "--digits must be a whole number from 1 to 10000, got '100000'"),
     ],
 )
 def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], words: str) -> None:

@@ -15,11 +15,13 @@ from carom.bench.growth import growth, growth_journal
 from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
 from carom.bench.rounds import timing_journal
 from carom.bench.work_precision import work_precision
+from carom.conformance.suite import make_suite
+from carom.conformance.violation import Setup
 from carom.runs import engines, keys
 from carom.runs.execute import execute
 from carom.runs.job import Answer, Task
 from carom.runs.observed import observed_journal
-from carom.runs.options import Options
+from carom.runs.options import Limited, Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 from carom.runs.scoring import score_journal
@@ -115,10 +117,17 @@ def advice(_folder: Path, _how: How) -> None:
         )
 
 
+def conform(_folder: Path, _how: How) -> None:
+    (plan,) = make_suite(["pit"], ["tuned"], None, [], Limited(**LIMITS)).engines
+    assert plan.subject is not None
+    with plan.subject as subject:
+        subject.watch(Setup(scene()))
+
+
 KEPT = [cross_check, bench, grow, attack, search]
 
 
-@pytest.mark.parametrize("study", [*KEPT, timed, advice])
+@pytest.mark.parametrize("study", [*KEPT, timed, advice, conform])
 def test_each_worker_of_a_study_has_its_limits(
     study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
 ) -> None:

@@ -39,7 +39,6 @@ def normal(text: str) -> str:
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 80 columns, to the letter but for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
     monkeypatch.chdir(ROOT)
-    monkeypatch.setattr("sys.argv", ["carom", *COMMANDS[name].split()])
     result = CliRunner(env={"COLUMNS": "80", "TERM": "dumb"}).invoke(app, COMMANDS[name].split())
     text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
     path = FOLDER / f"{name}.txt"

@@ -20,7 +20,7 @@ from carom.bench.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.bench.step_trial import StepTrial, starts_of, try_starts
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
-from carom.runs.engines import engines, methods_of, to_run
+from carom.runs.engines import described, methods_of, to_run
 from carom.runs.job import PIT_METHOD, Job, Method, Progress
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
@@ -130,9 +130,9 @@ def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progre
     hardest = hardest_impacts(reference, demand)
     closed_form = _closed_form(scene, hardest)
     guess_s, frame_s = hardest[0].limit.dt_s, 1.0 / scene.frame_rate_hz
-    infos = to_run(engines(options.engines, pool=pool), options.engines)
+    infos = to_run(described(options.engines, pool), options.engines)
     others = [info for info in infos if info.name not in {"pic", "pit"}]
-    asked = methods_of([*others, *engines([PIT_METHOD.engine], pool=pool)], options.profiles, [frame_s], pool)
+    asked = methods_of([*others, *described([PIT_METHOD.engine], pool)], options.profiles, [frame_s], pool)
     aimed_s = tuple(impact.time_s for impact in hardest[:AIMED])
 
     def refusal(method: Method, dt_s: float) -> str:

@@ -14,7 +14,7 @@ from carom.bench.gas import gas_scene
 from carom.bench.options import GrowthOptions
 from carom.registry import EngineInfo, load_adapter
 from carom.runs.desk import Ask, answers
-from carom.runs.engines import engines, to_run
+from carom.runs.engines import described, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
 from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
 from carom.runs.journal import Entry, Journal, Notes
@@ -214,7 +214,7 @@ def growth(
     engine_names, profile, sizes, budget_s = options.engines, options.profile, options.sizes, options.budget_s
     notes = Notes[GrowthKey, Grown]() if notes is None else notes
     with options.pool(1) as pool:
-        infos = to_run(engines(engine_names, pool=pool), engine_names)
+        infos = to_run(described(engine_names, pool), engine_names)
         here = environment(infos)
         wanted = [
             (size, info)

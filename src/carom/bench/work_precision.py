@@ -15,7 +15,7 @@ from carom.bench.options import BenchPlan
 from carom.bench.points import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.bench.rounds import At, SceneTiming, TimeScene, TimingKey, timing_key
 from carom.runs.desk import Ask, answers
-from carom.runs.engines import Methods, engines, to_run
+from carom.runs.engines import Methods, described, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress
 from carom.runs.journal import Notes
@@ -54,7 +54,7 @@ def work_precision(
     """
     started = time.perf_counter()
     with pool:  # its processes are gone when the timing pass begins
-        infos = to_run(engines(plan.engines, pool=pool), plan.engines)
+        infos = to_run(described(plan.engines, pool), plan.engines)
         jobs, methods = jobs_of(scenes, infos, plan, pool)
         results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, notes or Notes(), progress)
     benches = []

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from carom.cli import address_space, shared
+from carom.cli.again import Command
 from carom.errors import CaromError
 
 __all__ = ["app", "app_of", "command"]
@@ -41,7 +42,7 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         module, function = _SPELT.get(name, (name, name))
         one = getattr(importlib.import_module(f"carom.cli.{module}"), function)
         # Its first sentence whole: by default the list of commands cuts it at 45 characters.
-        found.command(name, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
+        found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
     return found
 

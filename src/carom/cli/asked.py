@@ -19,6 +19,9 @@ __all__ = ["asking", "shown_option"]
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
 
+#: What these take, their word and the sentence before it say.
+_PLAIN = {"", "NAME", "ANGLE", "NAME=VALUE", "OLD=NEW"}
+
 
 def asking(
     kind: type[Asked],
@@ -56,7 +59,7 @@ def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
     one = declared(kind)[name]
     (default,) = (field.default for field in dataclasses.fields(kind) if field.name == name)
     said = one.default or _default(one, default)
-    measured = one.kind.word not in {"", "NAME"} and not isinstance(default, Enum) and one.kind.word != "ANGLE"
+    measured = one.kind.word not in _PLAIN and not isinstance(default, Enum)
     bounds = f"{one.kind.said[0].upper()}{one.kind.said[1:]}" if measured else ""
     more = "; ".join(part for part in (bounds, f"{said} by default" if said else "") if part)
     what = f"{one.what} {more[0].upper()}{more[1:]}." if more else one.what
@@ -64,7 +67,7 @@ def shown_option(kind: type[DeclaredOptions], name: str) -> Any:
 
 
 def _default(one: Option, default: Any) -> str:
-    if default is None or default is False:
+    if default is None or default is False or default == ():
         return ""
     if default is True:
         return one.flags[0].partition("/")[0]
@@ -76,4 +79,4 @@ def _default(one: Option, default: Any) -> str:
 def _type(one: Option) -> Any:
     if not one.kind.word:
         return bool | None
-    return list[str] | None if one.many else str | None
+    return list[str] | None if one.many or one.kind.gather else str | None

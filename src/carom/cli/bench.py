@@ -10,6 +10,7 @@ import typer
 from carom.bench.axes import Diagram
 from carom.bench.options import BenchPlan, GrowthOptions
 from carom.cli import shared
+from carom.cli.again import command_line
 from carom.cli.asked import asking, shown_option
 from carom.errors import InputError
 from carom.folders import claimed
@@ -76,7 +77,7 @@ def bench(
             notes=journal,
             timings=timings,
             progress=progress,
-            command=shared.command_line(),
+            command=command_line(),
         )
     page = write_bench(result, out, tuple(axes or Diagram))
     shared.print_document(bench_document(result), full=verbose)
@@ -114,7 +115,7 @@ def _grow(
         growth_journal(path, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
-        found = growth(options, notes=journal, progress=progress, command=shared.command_line())
+        found = growth(options, notes=journal, progress=progress, command=command_line())
     page = write_growth(found, out)
     shared.print_document(growth_document(found), full=verbose)
     shared.say_place("page", page)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import shared
+from carom.cli.asked import asking
+from carom.solvers.certified.options import CertifyOptions
 
 if TYPE_CHECKING:
     from carom.runs.job import Progress
@@ -22,19 +24,10 @@ __all__ = ["certify"]
 PURPOSE = "certified"
 
 
-@shared.guarded
+@asking(CertifyOptions)
 def certify(
+    options: CertifyOptions,
     scenes: Annotated[list[str], shared.SCENE_NAMES],
-    digits: Annotated[int, typer.Option("--digits", "-d", min=1, help="Decimal digits to prove.")] = 15,
-    max_impacts: Annotated[
-        int | None, typer.Option("--max-impacts", "-n", min=0, help="Stop after this many impacts.")
-    ] = None,
-    time_budget: Annotated[
-        float | None, typer.Option("--time-budget", "-t", help="Stop after this many seconds, each scene.")
-    ] = None,
-    max_precision: Annotated[
-        int, typer.Option("--max-precision", help="Never compute with more bits than these.")
-    ] = 65536,
     show: Annotated[int, typer.Option("--show", min=0, help="Print this many impacts of each scene.")] = 40,
     as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their radii as JSON.")] = False,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write one JSON file a scene into.")] = None,
@@ -60,14 +53,8 @@ def certify(
         claim(out, PURPOSE, "--out")
     for scene in found_scenes:
         with shared.progress_bar() as show_progress:
-            found = certified(
-                scene,
-                digits=digits,
-                max_impacts=max_impacts,
-                time_budget_s=time_budget,
-                max_precision_bits=max_precision,
-                progress=partial(_progress, show_progress, scene, max_impacts),
-            )
+            told = partial(_progress, show_progress, scene, options.max_impacts)
+            found = certified(scene, **vars(options), progress=told)
         if as_json or out is not None:
             document = enclosures(found)
             documents.append(document)

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from carom.cli import shared
-from carom.cli.run import FailOn
+from carom.cli.asked import asking
 from carom.errors import InputError
+from carom.report.diff_options import DiffOptions
+from carom.runs.options import FailOn
 
 __all__ = ["diff"]
 
@@ -17,29 +19,16 @@ __all__ = ["diff"]
 TITLE, MOST_HEAD = "Carom diff", 4096
 
 
-@shared.guarded
+@asking(DiffOptions)
 def diff(
+    options: DiffOptions,
     old: Annotated[Path | None, typer.Argument(help="A report's folder, or its results.jsonl.")] = None,
     new: Annotated[Path | None, typer.Argument(help="Another, made after a change, say.")] = None,
-    engine: Annotated[
-        str | None,
-        typer.Option(
-            "--engine",
-            "-e",
-            help="OLD=NEW: hold these alone against each other, engines (pymunk=mujoco) or "
-            "methods (pymunk/default=pymunk/tuned). By default each against its namesake, or one against the other "
-            "where both runs have one method.",
-        ),
-    ] = None,
     markdown: Annotated[
         Path | None, typer.Option("--markdown", help="Write it as Markdown, for a comment; - prints that alone.")
     ] = None,
     page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file.")] = None,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
-    fail_on: Annotated[
-        FailOn,
-        typer.Option("--fail-on", help="The best grade at which what got worse is a violation (exit code 1)."),
-    ] = FailOn.INACCURATE,
 ) -> None:
     """Say what got better and worse between two cross-checks, cell by cell, and why.
 
@@ -64,7 +53,7 @@ def diff(
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:
             _require_own(option, path)
-    found = held_against(old, new, None if engine is None else _pair(engine))
+    found = held_against(old, new, options.match)
     document = diff_document(found, str(old), str(new))
     if page is not None:
         write_file(page, html(document))
@@ -74,7 +63,8 @@ def diff(
         if markdown is not None:
             write_file(markdown, markdown_of(document))
         shared.print_document(document)
-    if fail_on is not FailOn.NEVER and any(change.violates(Grade[fail_on.name]) for change in found.changes):
+    least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
+    if least is not None and any(change.violates(least) for change in found.changes):
         raise typer.Exit(shared.EXIT_VIOLATION)
 
 
@@ -86,12 +76,3 @@ def _require_own(option: str, path: Path) -> None:
         raise InputError(
             f"{option}: {shown(str(path))} is no earlier comparison, and is not replaced: name another file"
         )
-
-
-def _pair(text: str) -> tuple[str, str]:
-    old, sign, new = text.partition("=")
-    if not (old and sign and new):
-        raise InputError(
-            f"--engine must be OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned, got {text!r}"
-        )
-    return old, new

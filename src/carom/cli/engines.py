@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from carom.cli.again import command_line
 from carom.cli.shared import (
-    command_line,
     engines_named,
     guarded,
     plain_scenes_named,
@@ -27,9 +27,7 @@ __all__ = ["engines"]
 def engines(
     names: Annotated[
         list[str] | None,
-        typer.Argument(
-            callback=engines_named, help="Engines to show in full, by name; or the one whose settings --show prints."
-        ),
+        typer.Argument(help="Engines to show in full, by name; or the one whose settings --show prints."),
     ] = None,
     show: Annotated[
         str | None,
@@ -50,6 +48,7 @@ def engines(
     from carom.report.lists import engine_lines, engine_page
     from carom.runs.engines import engines as known_engines
 
+    names = engines_named(names)
     if show is not None:
         if names is None or len(names) != 1:
             raise InputError("--show prints the settings of one engine: carom engines NAME --show PROFILE")

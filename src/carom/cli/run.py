@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from carom.cli import shared
+from carom.cli.again import command_line
 from carom.cli.asked import asking
 from carom.errors import InputError
-from carom.runs.options import Options
+from carom.runs.options import FailOn, Options
 
 if TYPE_CHECKING:
     from carom.comparator import Grade
@@ -21,11 +21,7 @@ if TYPE_CHECKING:
     from carom.runs.pool import Pool
     from carom.runs.results import Results
 
-__all__ = ["FailOn", "run"]
-
-
-#: The best grade that counts as a violation.
-FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
+__all__ = ["run"]
 
 
 @asking(Options)
@@ -36,14 +32,6 @@ def run(
         typer.Argument(
             help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
             "All of the catalogue by default."
-        ),
-    ] = None,
-    settings: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--set",
-            help="NAME=VALUE: try a setting instead of the profiles' own, repeatable. Every engine asked for must "
-            "have it; an unknown one is refused with the names that there are.",
         ),
     ] = None,
     out: Annotated[
@@ -74,10 +62,9 @@ def run(
     from carom.report.cross_check import PURPOSE
     from carom.report.files import require_report_extra
     from carom.runs.plan import plan_of
-    from carom.runs.tried import asked_settings
 
     out = out or report
-    options = replace(options, settings=asked_settings(settings or []), samples=out is not None)
+    options = replace(options, samples=out is not None)
     named = shared.scenes_named(scenes or [])
     if out is None and (resume or retry):
         raise InputError("--resume continues what lies in the folder of --out: name it")
@@ -111,7 +98,7 @@ def _carried_out(
 
     if report is None:
         with shared.progress_bar() as progress:
-            results = execute(plan, pool, progress=progress, command=shared.command_line())
+            results = execute(plan, pool, progress=progress, command=command_line())
         shared.print_document(cross_check_document(results), full=verbose)
         return results
     path = report / "journal.jsonl"
@@ -120,7 +107,7 @@ def _carried_out(
         observed_journal(path, plan.options.stamp, resume=resume, retry=retry) as journal,
         shared.progress_bar() as progress,
     ):
-        found = execute(plan, pool, notes=journal, progress=progress, command=shared.command_line())
+        found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
         results = reportable(found)
         document = cross_check_document(results)
         page = write_report(results, report, document, fail_on=fail_on)

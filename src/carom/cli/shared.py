@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import io
 import os
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -43,7 +42,6 @@ __all__ = [
     "Retry",
     "TimeLimit",
     "Verbose",
-    "command_line",
     "console",
     "drop_unwritten",
     "engines_named",
@@ -253,11 +251,6 @@ def print_document(document: Document, *, full: bool = False) -> None:
     for item in terminal(document, out.width, full=full):
         # A sentence that another program reads stays one line.
         out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
-
-
-def command_line() -> str:
-    """Return the command that makes a result again, for the result to show."""
-    return shlex.join(["carom", *sys.argv[1:]])
 
 
 def seconds(text: str) -> float:

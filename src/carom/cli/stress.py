@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from carom.cli import shared
+from carom.cli.again import command_line
 from carom.cli.asked import asking
 from carom.stress.options import StressOptions
 
@@ -66,7 +67,7 @@ def stress(
             resume=resume,
             retry=retry,
             progress=progress,
-            command=shared.command_line(),
+            command=command_line(),
         )
     page = write_stress(results, out)
     shared.print_document(stress_document(results), full=verbose)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from carom.cli import shared
+from carom.cli.again import command_line
 from carom.cli.asked import asking
 from carom.tune.options import TuneOptions
 
@@ -69,7 +70,7 @@ def tune(
                 notes=journal,
                 progress=progress,
                 told=best.append,
-                command=shared.command_line(),
+                command=command_line(),
             )
         except UnavailableError as error:
             shared.say(f"carom: {error}", apart=True)

@@ -41,10 +41,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
     group.addoption(
         "--carom-time-limit",
-        type=float,
-        default=60.0,
         metavar="SECONDS",
-        help="an engine that gives no answer for so long is ended, and its case fails (default: 60)",
+        help="an engine that gives no answer for this long is ended, and its case fails (default: 60)",
+    )
+    group.addoption(
+        "--carom-memory-limit",
+        metavar="MEGABYTES",
+        help="megabytes that an engine's process may take (default: half of the machine's)",
     )
 
 
@@ -56,14 +59,19 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", MARKER)
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
+    from carom.runs.options import Limited
 
+    limits = {
+        "time_limit_s": config.getoption("carom_time_limit"),
+        "memory_limit_mb": config.getoption("carom_memory_limit"),
+    }
     try:
         suite = make_suite(
             wanted,
             config.getoption("carom_profile"),
             config.getoption("carom_known_failures"),
             (config.rootpath, config.invocation_params.dir),
-            config.getoption("carom_time_limit"),
+            Limited.said(limits, before="--carom-"),
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error

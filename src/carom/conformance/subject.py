@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, cached_property
 from types import MappingProxyType
 from typing import TypeVar
 
@@ -18,9 +18,12 @@ from carom.conformance.probe import Make, Raised, Watch, Watched
 from carom.conformance.suite_scenes import known_trace
 from carom.conformance.violation import Setup, Violation
 from carom.registry import load_adapter
+from carom.runs.desk import Ask, answers
 from carom.runs.job import Job, Method, Status, Task
+from carom.runs.journal import Notes
 from carom.runs.observe import Observe, capabilities_of, observe_run, profile_settings
-from carom.runs.pool import Closing, Lane
+from carom.runs.options import Limited
+from carom.runs.pool import Closing, LocalPool
 from carom.scene import Scene
 from carom.scenes import all_scenes
 from carom.trace import Setting, Trace
@@ -41,21 +44,24 @@ class Subject(Closing):
         adapter: The adapter, loaded; its engine is not imported in this process.
     """
 
-    def __init__(self, name: str, time_limit_s: float) -> None:
+    def __init__(self, name: str, limits: Limited) -> None:
         self.name = name
         self.adapter: Adapter = load_adapter(name)
-        self._time_limit_s = time_limit_s
-        self._lane = Lane(time_limit_s)
+        self._limits = limits
         self._scores: dict[tuple[str, str], tuple[Setup, Trace, Score, Score]] = {}
         self._seen: dict[tuple[str, str, float], Watched] = {}
 
     def close(self) -> None:
         """End the worker process."""
-        self._lane.close()
+        self._pool.close()
+
+    @cached_property
+    def _pool(self) -> LocalPool:
+        return self._limits.pool(1)
 
     def another(self) -> Subject:
         """Return the same adapter with a worker process of its own, in which nothing has been run yet."""
-        return Subject(self.name, self._time_limit_s)
+        return Subject(self.name, self._limits)
 
     @property
     def rounding(self) -> float:
@@ -146,14 +152,14 @@ class Subject(Closing):
 
     def printed(self) -> str:
         """Return what the worker process has printed so far."""
-        return self._lane.of(self.name).printed()
+        return self._pool.worker(self.name).printed()
 
     def files(self) -> list[str]:
         """Return the files that the engine has left in its working folder."""
-        return self._lane.of(self.name).files()
+        return self._pool.worker(self.name).files()
 
     def _ask(self, task: Task[T], setup: Setup) -> T:
-        answer = self._lane.ask(task)
+        ((_, answer),) = answers([Ask(None, None, task)], self._pool, Notes[None, T](), alone=True)
         if answer.value is None:
             what = _FAILURES.get(answer.status, "the run fails")
             raise Violation(what, expected="a run to the end of the scene", found=answer.reason, setup=setup)

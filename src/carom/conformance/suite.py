@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,8 +12,10 @@ from carom.conformance.known_failures import FILE_NAME, check_names, load_known_
 from carom.conformance.subject import Subject
 from carom.errors import InputError, UnknownNameError
 from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
-from carom.runs.engines import engines
+from carom.runs.engines import described
+from carom.runs.options import Limited
 from carom.runs.plan import DEFAULT_PROFILES
+from carom.runs.pool import Pool
 
 __all__ = ["EnginePlan", "Suite", "make_suite", "selected_engines"]
 
@@ -56,7 +57,7 @@ def make_suite(
     profiles: Sequence[str],
     known_file: Path | None,
     folders: Sequence[Path],
-    time_limit_s: float,
+    limits: Limited,
 ) -> Suite:
     """Plan the suite; no engine is imported.
 
@@ -66,19 +67,19 @@ def make_suite(
         known_file: The file of known failures; None for the first in `folders` that is there.
         folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
             happens to be the name of a folder, which pytest then takes for its root.
-        time_limit_s: Seconds after which an engine that gives no answer is ended.
+        limits: What its processes may take.
 
     Raises:
         CaromError: A name means no adapter, an adapter can't be loaded, or the file of known failures is wrong.
     """
-    if not 0 < time_limit_s < math.inf:
-        raise InputError(f"--carom-time-limit must be a number of seconds above 0, got {time_limit_s}")
     planned, everything = [], dict[str, str]()
-    for info in selected_engines(wanted):
+    with limits.pool() as pool:
+        infos = selected_engines(wanted, pool)
+    for info in infos:
         if info.unavailable:
             planned.append(EnginePlan(info, None, ()))
         else:
-            subject = Subject(info.name, time_limit_s)
+            subject = Subject(info.name, limits)
             of_engine = tuple(cases(subject))
             # Every name is known, also that of a case that is not run this time: its known failure is let be.
             everything |= {f"{info.name}::{case.name}": case.skip for case in of_engine}
@@ -97,11 +98,12 @@ def make_suite(
     return Suite(tuple(planned), known, known_file)
 
 
-def selected_engines(wanted: Sequence[str]) -> list[EngineInfo]:
+def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:
     """Return the adapters that the words mean, each once.
 
     Args:
         wanted: Names of adapters, of distributions, of the packages that entry points lead to, manifests, or ``all``.
+        pool: Where adapters are asked; it stays open.
 
     Raises:
         UnknownNameError: A word means none of these.
@@ -128,7 +130,7 @@ def selected_engines(wanted: Sequence[str]) -> list[EngineInfo]:
                 f"A new entry point in {ENTRY_POINT_GROUP!r} needs its package to be installed again"
             )
         chosen |= dict.fromkeys(found)
-    infos = {info.name: info for info in engines([*chosen])}
+    infos = {info.name: info for info in described([*chosen], pool)}
     for name in chosen:
         if infos[name].unavailable and name in wanted:
             raise InputError(f"{name}: {infos[name].unavailable}")

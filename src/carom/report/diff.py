@@ -15,6 +15,7 @@ from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.report import wording
+from carom.report.diff_options import DiffOptions
 from carom.report.grid import BROKEN, GRADED, Mark, mark_read
 from carom.report.records import read_records
 from carom.report.records_line import RowLine, SceneLine, Summary
@@ -178,12 +179,12 @@ def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
     Args:
         old: A report's folder, or its `results.jsonl`.
         new: Another.
-        match: Which engine ("pymunk") or method ("pymunk/tuned") of the old is held against which of the new; all else
-            is left out. None for each against its own namesake, or where both have one method, these.
+        match: See `carom.report.diff_options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or is of another format, or no cell is in both.
+        InputError: A file can't be read or is of another format, no cell is in both, or `match` is no two names.
     """
+    match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = _read(old), _read(new)
     if match is not None:
         sides = ((old_cells, match[0], old), (new_cells, match[1], new))

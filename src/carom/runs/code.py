@@ -9,7 +9,7 @@ from carom.adapter import CodedAdapter, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
 from carom.runs.door import plain_text
-from carom.runs.engines import engines
+from carom.runs.engines import described
 from carom.runs.job import Status, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
 from carom.runs.pool import LocalPool
@@ -83,13 +83,13 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
         AdapterError: The adapter writes no code, the profile's steps are cut, or the scene is beyond the engine.
     """
     with LocalPool(1) as pool:
-        (info,) = engines([engine], pool=pool)
+        (info,) = described([engine], pool)
         if info.capabilities is None:
             raise AdapterError(info.unavailable)
         if profile not in info.profiles:
             raise UnknownNameError(f"{engine} has no profile {profile!r}; it has: {', '.join(info.profiles)}")
         if not info.code:
-            able = ", ".join(one.name for one in engines(pool=pool) if one.code)
+            able = ", ".join(one.name for one in described(None, pool) if one.code)
             raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")
         if profile in info.located:
             others = ", ".join(name for name in info.profiles if name not in info.located)

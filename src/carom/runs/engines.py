@@ -8,7 +8,6 @@ costs no other.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
@@ -33,7 +32,17 @@ from carom.runs.pool import Asker, LocalPool, Pool
 from carom.runs.raised import raised
 from carom.trace import Setting
 
-__all__ = ["Describe", "EngineList", "Methods", "SettingsAt", "engine_of", "engines", "methods_of", "to_run"]
+__all__ = [
+    "Describe",
+    "EngineList",
+    "Methods",
+    "SettingsAt",
+    "described",
+    "engine_of",
+    "engines",
+    "methods_of",
+    "to_run",
+]
 
 
 #: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
@@ -89,13 +98,25 @@ class EngineList(Shown, list[EngineInfo]):
     """What is known of adapters, which prints as a line each."""
 
 
-def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> EngineList:
-    """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
+def engines(names: Sequence[str] | None = None) -> EngineList:
+    """Return what is known of adapters, asked in processes of this machine that are ended: for who runs nothing.
 
     Args:
         names: Names of adapters; every one that is installed by default.
-        pool: Where they are asked; it stays open. By default processes of this machine, which are ended: for whoever
-            asks this alone, and runs nothing.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    with LocalPool() as pool:
+        return described(names, pool)
+
+
+def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
+    """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
+
+    Args:
+        names: Names of adapters; None for every one that is installed.
+        pool: Where they are asked, as all else of a study is; it stays open.
 
     Raises:
         UnknownNameError: There is no such engine.
@@ -105,20 +126,16 @@ def engines(names: Sequence[str] | None = None, *, pool: Pool | None = None) -> 
     there_are = adapter_points()
     points = {name: point for name, point in there_are.items() if names is None or name in names}
     # Every study compares with PIT: it is asked in the study's own pool, too, and no other is started for it later.
-    also = {PIT_METHOD.engine} & there_are.keys() if pool is not None else set()
+    also = {PIT_METHOD.engine} & there_are.keys()
     todo = [
         name
         for name in (*points, *sorted(also - points.keys()))
         if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
     ]
-    if todo:
-        own: AbstractContextManager[Pool]
-        own = LocalPool() if pool is None else nullcontext(pool)
-        with own as asked:
-            # A manifest that is known by itself has no distribution, and its own process.
-            groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
-            for found in asked.each(((names[0], names) for names in groups), _describe):
-                _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
+    # A manifest that is known by itself has no distribution, and its own process.
+    groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
+    for found in pool.each(((names[0], names) for names in groups), _describe):
+        _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
     infos = [_KNOWN[name, point.value] for name, point in points.items()]
     # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))

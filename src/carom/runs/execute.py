@@ -16,7 +16,7 @@ from carom.errors import AdapterError
 from carom.limits import DEFAULT_TIME_LIMIT_S
 from carom.registry import engine_named, require_named
 from carom.runs.desk import Ask, answers
-from carom.runs.engines import engines
+from carom.runs.engines import described
 from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
 from carom.runs.journal import Notes
@@ -76,7 +76,7 @@ def run(
     taken(step(), "dt", dt)
     require_named(engine := engine_named(engine))
     with limits.pool() as pool:
-        tried = tried_by(engines([engine], pool=pool)[0], settings, [profile], dt, pool) if settings else ()
+        tried = tried_by(described([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
         answer = trace_of(job, pool, samples=True)
     if answer.value is None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any
 
 from carom.declared import DeclaredOptions, ValueKind, flag, megabytes, name, option, seconds, step, whole
+from carom.errors import InputError
 from carom.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
 
 if TYPE_CHECKING:
@@ -17,8 +19,10 @@ if TYPE_CHECKING:
 __all__ = [
     "CERTIFY_SECONDS",
     "MOST_SEED",
+    "FailOn",
     "Limited",
     "Options",
+    "asked_settings",
     "default_dts",
     "engine_names",
     "memory_limit",
@@ -28,6 +32,9 @@ __all__ = [
 
 #: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
 CERTIFY_SECONDS = 10.0
+
+#: The best grade that counts as a violation.
+FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
 #: NumPy's generators take no larger one.
 MOST_SEED = 2**63 - 1
@@ -111,6 +118,23 @@ def _mapping(value: Any) -> dict[str, Any]:
     return dict(value)
 
 
+def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
+    """Return the settings that are asked for as ``name=value``, as texts.
+
+    Raises:
+        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
+    """
+    found: dict[str, Setting] = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        if not (name and sign):
+            raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
+        if name in found:
+            raise InputError(f"--set: {name} is asked for twice, as {found[name]} and as {value}")
+        found[name] = value
+    return found
+
+
 @dataclass(frozen=True)
 class Options(Limited):
     """What is asked of a cross-check beside its scenes.
@@ -153,8 +177,16 @@ class Options(Limited):
     )
     settings: Mapping[str, Setting] = option(
         (),
-        ValueKind("a mapping from names to values", "", _mapping, wrong=("x", 5, ["x"], None)),
-        "Settings to try instead of the profiles' own.",
+        ValueKind(
+            "a mapping from names to values",
+            "NAME=VALUE",
+            _mapping,
+            wrong=("x", 5, ["x"], None),
+            gather=asked_settings,
+        ),
+        "Try a setting instead of the profiles' own, repeatable. Every engine asked for must have it; an "
+        "unknown one is refused with the names that there are.",
+        "--set",
         stamped=True,
     )
     phases: int = option(

@@ -13,7 +13,7 @@ from carom.adapter import Capabilities, ContactTimes
 from carom.arguments import shown
 from carom.errors import InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs.engines import Methods, engines, methods_of, to_run
+from carom.runs.engines import Methods, described, methods_of, to_run
 from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
 from carom.runs.options import Options
@@ -117,7 +117,7 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene | str], options: Options, po
         UnknownNameError: There is no such engine, or no engine asked for has such a profile.
     """
     plain, answers = sorted_out(scenes)
-    known = engines(options.engines, pool=pool)
+    known = described(options.engines, pool)
     infos = to_run(known, options.engines)
     profiles = profiles_to_plan(infos, options.profiles)
     dts = [dt_s for scene in plain for dt_s in options.steps_of(scene)]

@@ -185,6 +185,10 @@ class LocalPool(Pool):
         if self._template is not None:
             self._template.close()
 
+    def worker(self, engine: str) -> Worker:
+        """Return the worker of an engine in the first lane, in which what is asked alone is carried out."""
+        return self._lanes[0].of(engine)
+
     def renew(self) -> None:
         """End the processes; the next tasks start anew."""
         for lane in self._lanes:

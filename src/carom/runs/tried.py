@@ -15,7 +15,7 @@ from carom.runs.pool import Asker
 from carom.text import near
 from carom.trace import Setting, setting_text
 
-__all__ = ["KnownSettings", "asked_settings", "tried_by"]
+__all__ = ["KnownSettings", "tried_by"]
 
 #: Set by other means: the step is a part of a job.
 STEP = "dt_s"
@@ -101,20 +101,3 @@ def _as_kind(value: Setting, kind: type[Setting]) -> Setting | None:
     except (ValueError, OverflowError):
         return None
     return number if math.isfinite(number) else None
-
-
-def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
-    """Return the settings that are asked for as ``name=value``, as texts.
-
-    Raises:
-        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
-    """
-    found: dict[str, Setting] = {}
-    for word in words:
-        name, sign, value = word.partition("=")
-        if not (name and sign):
-            raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
-        if name in found:
-            raise InputError(f"--set: {name} is asked for twice, as {found[name]} and as {value}")
-        found[name] = value
-    return found

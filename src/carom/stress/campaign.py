@@ -13,7 +13,7 @@ from typing import Any
 from carom.errors import UnknownNameError
 from carom.folders import claimed
 from carom.runs.desk import Ask, Talk, answers
-from carom.runs.engines import engines, methods_of, to_run
+from carom.runs.engines import described, methods_of, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Method, Progress, Status
 from carom.runs.journal import Entry, Journal
@@ -114,7 +114,7 @@ def carried_out(
     scenes = out / SCENES
     tasks = _chosen(names, scenes, asked.quick)
     with asked.pool() as pool, ExitStack() as held:
-        infos = to_run(engines(asked.engines, pool=pool), asked.engines)
+        infos = to_run(described(asked.engines, pool), asked.engines)
         methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
         columns = [method for info in infos for method in methods.at[info.name, DT_S]]
         here = environment(infos)

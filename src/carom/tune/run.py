@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from carom.adapter import unsupported_reason
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs.engines import SettingsAt, engines
+from carom.runs.engines import SettingsAt, described
 from carom.runs.environment import Environment, environment
 from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
 from carom.runs.journal import Notes
@@ -104,7 +104,7 @@ def tune(
     """
     started, asked = time.perf_counter(), options or TuneOptions()
     with asked.pool(1 if asked.timing else None) as pool:
-        (info,) = engines([engine], pool=pool)
+        (info,) = described([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         if asked.profile not in info.profiles:

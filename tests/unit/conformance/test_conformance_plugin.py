@@ -13,6 +13,8 @@ from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, selected_engines
 from carom.errors import InputError
 from carom.registry import load_adapter
+from carom.runs.options import Limited
+from carom.runs.pool import InProcess
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -115,15 +117,21 @@ def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Py
         assert message in done.stderr, done.stderr
 
 
-def test_a_wrong_file_or_time_limit_makes_no_plan(tmp_path: Path) -> None:
-    """A name of no case, a file that is not there and a time limit that is none are errors."""
+def test_a_wrong_limit_is_refused_by_its_name(run_pytest: Pytest) -> None:
+    """Pytest's options of the limits are refused as `carom run` refuses its own, under the names that pytest has."""
+    for option, what in (("time", "seconds"), ("memory", "megabytes")):
+        done = run_pytest("--carom-engine", "pit", f"--carom-{option}-limit", "0")
+        assert done.returncode == 4, done.stdout + done.stderr
+        assert f"--carom-{option}-limit must be a positive number of {what}, " in done.stderr, done.stderr
+
+
+def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:
+    """A name of no case and a file that is not there are errors."""
     with pytest.raises(InputError, match=r"none\.toml: can't be read"):
-        make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], 60.0)
-    with pytest.raises(InputError, match="--carom-time-limit must be a number of seconds above 0, got 0"):
-        make_suite(["pit"], [], None, [tmp_path], 0.0)
+        make_suite(["pit"], [], tmp_path / "none.toml", [tmp_path], Limited())
     (tmp_path / FILE_NAME).write_text('[[known_failure]]\nreason = "x"\ncases = ["pit::enrgy[tuned]"]\n')
     with pytest.raises(InputError, match=r"no case 'pit::enrgy\[tuned\]'; did you mean 'pit::energy\[tuned\]'"):
-        make_suite(["pit"], [], None, [tmp_path], 60.0)
+        make_suite(["pit"], [], None, [tmp_path], Limited())
 
 
 def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path) -> None:
@@ -133,20 +141,25 @@ def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path)
     )
     run = {}
     for asked in ((), ("tuned",), ("all",)):
-        (engine,) = make_suite(["pymunk"], asked, None, [tmp_path], 60.0).engines
+        (engine,) = make_suite(["pymunk"], asked, None, [tmp_path], Limited()).engines
         run[asked] = {case.profile for case in engine.cases}
     assert run[()] == {"", "default", "tuned", "located"}
     assert run["tuned",] == {"", "tuned"}
     assert run["all",] == {"", *load_adapter("pymunk").profiles}
     with pytest.raises(InputError, match=r"--carom-profile: no profile 'tund'; there are: default, tuned, "):
-        make_suite(["pymunk"], ["tund"], None, [tmp_path], 60.0)
+        make_suite(["pymunk"], ["tund"], None, [tmp_path], Limited())
 
 
 @pytest.mark.long
 def test_engines_are_meant_by_name_distribution_or_package() -> None:
     """A word means an adapter, else all of a distribution, however it is spelt, or of a package; each comes once."""
-    assert [info.name for info in selected_engines(["pit", "pic", "pit"])] == ["pit", "pic"]
-    everything = {info.name for info in selected_engines(["Carom"])}
+
+    def names(*words: str) -> list[str]:
+        with InProcess() as pool:
+            return [info.name for info in selected_engines(words, pool)]
+
+    assert names("pit", "pic", "pit") == ["pit", "pic"]
+    everything = {*names("Carom")}
     assert {"pic", "pit"} < everything
-    assert {info.name for info in selected_engines(["carom_adapters"])} == everything
-    assert everything <= {info.name for info in selected_engines(["all", "pit"])}
+    assert {*names("carom_adapters")} == everything
+    assert everything <= {*names("all", "pit")}

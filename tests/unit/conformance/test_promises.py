@@ -23,6 +23,7 @@ from carom.conformance.violation import NotApplicable, Setup, Violation
 from carom.registry import load_adapter
 from carom.runs import observe
 from carom.runs.job import Task
+from carom.runs.options import Limited
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 
@@ -38,7 +39,7 @@ class Here(Subject):
     """An adapter that is run in this process."""
 
     def __init__(self, adapter: Adapter) -> None:
-        super().__init__("pit", 1.0)
+        super().__init__("pit", Limited())
         self.name, self.adapter = adapter.name, adapter
 
     def _ask(self, task: Task[T], setup: Setup) -> T:  # noqa: ARG002 - the method's own signature

@@ -15,7 +15,7 @@ import carom
 from carom.cli import app
 from carom.errors import AdapterError
 from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
-from carom.runs.engines import engines
+from carom.runs.engines import described
 from carom.runs.job import Job, Method, Status
 from carom.runs.observe import Observe
 from carom.runs.pool import InProcess, Lane
@@ -57,7 +57,7 @@ def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypat
     (tmp_path / "broken.toml").write_text("name = 5")
     known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
     monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
-    infos = {info.name: info for info in engines(["there", "gone", "broken"], pool=InProcess())}
+    infos = {info.name: info for info in described(["there", "gone", "broken"], InProcess())}
     assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
     assert sorted(infos["there"].profiles) == ["default", "tuned"]
     assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,9 +13,8 @@ from carom import Disc, Scene, cross_check
 from carom.adapter import Capabilities
 from carom.errors import UnknownNameError
 from carom.registry import EngineInfo
-from carom.runs import engines as asking
-from carom.runs.engines import Describe, SettingsAt, engines, methods_of, to_run
-from carom.runs.job import Method, Status
+from carom.runs.engines import Describe, SettingsAt, described, methods_of, to_run
+from carom.runs.job import Answer, Method, Status, Task
 from carom.runs.pool import InProcess, LocalPool
 
 Install = Callable[[str, dict[str, str]], None]
@@ -117,7 +117,7 @@ def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: 
     if "timed out" in LOADING[name][1]:
         monkeypatch.setattr(Describe, "least_limit_s", 6.0)
     with LocalPool(1, 6.0) as pool:
-        (line,) = engines([name], pool=pool)
+        (line,) = described([name], pool)
     assert LOADING[name][1] in line.unavailable
     assert not line.profiles
 
@@ -126,7 +126,7 @@ def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: 
 def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
     """A wrong field is named with its value; a sound adapter of the same distribution is available."""
     with InProcess() as pool:
-        found = {info.name: info for info in engines([*DECLARED, "sound"], pool=pool)}
+        found = {info.name: info for info in described([*DECLARED, "sound"], pool)}
     assert found["sound"].available
     for name, (_, words) in DECLARED.items():
         assert words in found[name].unavailable
@@ -142,7 +142,7 @@ def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Inst
         {"a-first": "first", "b-second": "second", "c-third": "third"},
     )
     with LocalPool(2) as pool:
-        found = {info.name: info for info in engines(["a-first", "b-second", "c-third"], pool=pool)}
+        found = {info.name: info for info in described(["a-first", "b-second", "c-third"], pool)}
     assert found["a-first"].version == found["b-second"].version != ""
     assert found["c-third"].version == "alone", found["c-third"].unavailable
 
@@ -164,7 +164,7 @@ def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_
     results = cross_check([scene], ["pit"], timing=False, pool=InProcess())
     assert {row.status for row in results.rows} == {Status.RAN}
     with pytest.raises(UnknownNameError, match="deadly"):
-        engines(["nonesuch"], pool=InProcess())
+        described(["nonesuch"], InProcess())
     assert not (tmp_path / "imported").exists()
 
 
@@ -172,7 +172,7 @@ def test_settings_that_end_the_process_cost_their_profile_alone(install: Install
     """A profile whose settings can't be had is a reason for its own rows; the other profiles of the adapter run."""
     install(ADAPTER + "ends = setting('os._exit(0)')\n", {"ends": "ends"})
     with LocalPool(1) as pool:
-        methods = methods_of(engines(["ends"], pool=pool), ["tuned", "sound"], [0.1], pool)
+        methods = methods_of(described(["ends"], pool), ["tuned", "sound"], [0.1], pool)
     tuned, sound = Method("ends", "tuned"), Method("ends", "sound")
     assert set(methods.at["ends", 0.1]) == {tuned, sound}
     refused = methods.dead(tuned, 0.1)
@@ -187,14 +187,20 @@ def test_settings_that_hang_are_ended(install: Install, monkeypatch: pytest.Monk
     monkeypatch.setattr(SettingsAt, "least_limit_s", 6.0)
     install(ADAPTER + "hangs = setting('time.sleep(3600)')\n", {"hangs": "hangs"})
     with LocalPool(1, 6.0) as pool:
-        methods = methods_of(engines(["hangs"], pool=pool), ["tuned"], [0.1], pool)
+        methods = methods_of(described(["hangs"], pool), ["tuned"], [0.1], pool)
     refused = methods.dead(Method("hangs", "tuned"), 0.1)
     assert refused is not None
     assert refused.status is Status.TIMED_OUT
 
 
-def test_an_adapter_is_asked_once_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+class Silent(InProcess):
+    """Refuses to be asked anything."""
+
+    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        raise AssertionError(tasks)
+
+
+def test_an_adapter_is_asked_once_a_process() -> None:
     """What is known of an adapter is not asked for again."""
-    first = engines(["pit"], pool=InProcess())
-    monkeypatch.setattr(asking, "LocalPool", None)
-    assert engines(["pit"]) == first
+    first = described(["pit"], InProcess())
+    assert described(["pit"], Silent()) == first

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from carom.scene import Scene
-from carom.solvers.certified.certify import MAX_PRECISION_BITS, TIE_BITS
+from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.falling.run import BallisticRun
 from carom.solvers.pit.clock import FrameClock

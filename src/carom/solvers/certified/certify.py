@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.arguments import count, number
 from carom.errors import InputError, MissingExtraError
 from carom.scene import Scene, as_scene
+from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
 from carom.solvers.options import require_compiled
 
 if TYPE_CHECKING:
@@ -14,18 +14,13 @@ if TYPE_CHECKING:
 
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["MAX_PRECISION_BITS", "TIE_BITS", "certify"]
-
-#: Half a million impacts of 64 discs at packing .4, which would take an hour or so.
-MAX_PRECISION_BITS = 65536
-#: Two times that agree in so many bits are no accident of the start's 53.
-TIE_BITS = 512
+__all__ = ["certify"]
 
 
 def certify(
     scene: Scene | str,
     *,
-    digits: int = 15,
+    digits: int = CertifyOptions.digits,
     max_impacts: int | None = None,
     time_budget_s: float | None = None,
     max_precision_bits: int = MAX_PRECISION_BITS,
@@ -57,14 +52,7 @@ def certify(
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
         InputError: The scene has immovable discs under gravity, or an option is outside its range.
     """
-    if count("digits", digits, least=1) > 10_000:
-        raise InputError(f"digits must be 1 to 10000, got {digits}")
-    if max_impacts is not None:
-        count("max_impacts", max_impacts)
-    if time_budget_s is not None:
-        number("time_budget_s", time_budget_s, positive=True)
-    count("max_precision_bits", max_precision_bits, least=64)
-    count("tie_bits", tie_bits, least=64)
+    asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
     _refuse_quartics(scene)
@@ -75,13 +63,13 @@ def certify(
         raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
     from carom.solvers.certified.run import CertifiedRun
 
-    run = CertifiedRun(scene, digits=digits, max_precision_bits=max_precision_bits, tie_bits=tie_bits)
+    run = CertifiedRun(scene, digits=asked.digits, max_precision_bits=asked.max_precision_bits, tie_bits=asked.tie_bits)
 
     def report(impacts: int, time_s: float) -> None:
         if progress is not None:
             progress(impacts, time_s, run.precision_bits)
 
-    run.advance_to(scene.duration_s, max_impacts, report, time_budget_s)
+    run.advance_to(scene.duration_s, asked.max_impacts, report, asked.time_budget_s)
     return run.result()
 
 

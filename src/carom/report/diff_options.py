@@ -1,0 +1,53 @@
+"""What may be asked of a comparison of two cross-checks: see `carom.declared`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from carom.declared import DeclaredOptions, ValueKind, one_of, option
+from carom.runs.options import FailOn
+
+__all__ = ["DiffOptions"]
+
+
+def _two_names(value: Any) -> tuple[str, str]:
+    old, new = value
+    if not (isinstance(old, str) and isinstance(new, str) and old and new):
+        raise ValueError
+    return old, new
+
+
+@dataclass(frozen=True)
+class DiffOptions(DeclaredOptions):
+    """What is asked of a comparison beside its two reports.
+
+    Attributes:
+        match: Which engine ("pymunk") or method ("pymunk/tuned") of the old is compared with which of the new; all else
+            is left out. None for each with its own namesake, or where both have one method, these.
+        fail_on: The best grade at which what got worse is a violation.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    match: tuple[str, str] | None = option(
+        None,
+        ValueKind(
+            "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned",
+            "OLD=NEW",
+            _two_names,
+            lambda text: text.split("=", 1),
+            (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"]),
+        ),
+        "Compare these alone, engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned). By default each with "
+        "its namesake, or one with the other where both runs have one method.",
+        "--engine",
+        "-e",
+    )
+    fail_on: FailOn = option(
+        FailOn.INACCURATE,
+        one_of(FailOn),
+        "The best grade at which what got worse is a violation (exit code 1).",
+        "--fail-on",
+    )

@@ -1,0 +1,39 @@
+"""What may be asked of a certified run: see `carom.declared`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from carom.declared import DeclaredOptions, option, seconds, whole
+
+__all__ = ["CertifyOptions"]
+
+MOST_DIGITS = 10_000
+
+#: Half a million impacts of 64 discs at packing .4, which would take an hour or so.
+MAX_PRECISION_BITS = 65536
+
+#: Two times that agree in so many bits are no accident of the start's 53.
+TIE_BITS = 512
+
+#: Floats have no fewer than these, rounded up to a word.
+LEAST_BITS = 64
+
+
+@dataclass(frozen=True)
+class CertifyOptions(DeclaredOptions):
+    """What is asked of a certified run beside its scene: see `carom.certify`.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    digits: int = option(15, whole(1, MOST_DIGITS), "Decimal digits to prove.", "--digits", "-d")
+    max_impacts: int | None = option(None, whole(0), "Stop after this many impacts.", "--max-impacts", "-n")
+    time_budget_s: float | None = option(
+        None, seconds(), "Stop after this many seconds, each scene.", "--time-budget", "-t"
+    )
+    max_precision_bits: int = option(
+        MAX_PRECISION_BITS, whole(LEAST_BITS), "Never compute with more bits than these.", "--max-precision"
+    )
+    tie_bits: int = option(TIE_BITS, whole(LEAST_BITS), "Bits that agree and still do not tell two events apart.")
