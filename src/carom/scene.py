@@ -33,6 +33,7 @@ from carom.fields import (
     Vector,
 )
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
+from carom.shorthand import with_shorthand, written_out
 from carom.sizes import span_problems
 
 __all__ = [
@@ -295,11 +296,13 @@ def scene_schema() -> dict[str, Any]:
     schema = Scene.model_json_schema()
     for name, most in MOST_BODIES.items():
         schema["properties"][name]["maxItems"] = most
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
 
 
 def load_scene(path: str | Path) -> Scene:
     """Load and validate the scene in a ``.toml`` or ``.json`` file.
+
+    A file may say `length_unit = "px"` with `pixels_per_metre`, and `shape` of a disc: see `carom.shorthand`.
 
     Raises:
         SceneError: The file can't be read, is no TOML or JSON, is too large, or holds no valid scene. The message
@@ -307,7 +310,7 @@ def load_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     try:
-        return Scene(**_few_problems(_parse(path)))
+        return Scene(**_few_problems(written_out(_parse(path))))
     except SceneError as error:
         more = error.more or len(error.problems) > SceneError.SHOWN  # nobody looked for all of them
         raise SceneError(error.problems, source=str(path), more=more) from None
