@@ -51,7 +51,7 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
 
 
 def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
-    found = _divided(content, _LENGTHS[""], per_metre)
+    found: dict[str, Any] = _divided(content, _LENGTHS[""], per_metre)
     for name in ("discs", "walls"):
         if isinstance(bodies := found.get(name), list):
             found[name] = [_divided(body, _LENGTHS[name], per_metre) for body in bodies]
