@@ -1,0 +1,47 @@
+"""The tables of `docs/stress-results.md`: `make stress` runs the full campaign and has this script write them.
+
+It takes them from `stress.md`, which `carom stress --out` writes beside the evidence of each cell.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+PAGE = Path(__file__).resolve().parents[1] / "stress-results.md"
+
+#: The tables by the heading of their first column.
+KINDS = ("attack", "relation", "complaint")
+_PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->)")
+
+
+def table(text: str, kind: str) -> str:
+    """Return from a campaign's `stress.md` the table of a kind of lines.
+
+    Raises:
+        ValueError: It has none.
+    """
+    found = re.search(rf"^\| {kind} \|.*\n(?:\|.*\n)+", text, re.MULTILINE)
+    if found is None:
+        raise ValueError(f"the campaign has no table of {kind}s: run all of it")
+    return found[0]
+
+
+def filled(page: str, campaign: str) -> str:
+    """Return the page with the tables of a campaign."""
+    return _PART.sub(lambda found: f"{found[1]}{table(campaign, found[2])}{found[4]}", page)
+
+
+def kept(page: str) -> dict[str, list[list[str]]]:
+    """Return the tables that a page has, each a list of rows, of which the first has the headings."""
+    return {
+        found[2]: [[cell.strip() for cell in line.split("|")[1:-1]] for line in found[3].splitlines() if line != ""]
+        for found in _PART.finditer(page)
+    }
+
+
+if __name__ == "__main__":
+    PAGE.write_text(
+        filled(PAGE.read_text(encoding="utf-8"), Path(sys.argv[1]).read_text(encoding="utf-8")), encoding="utf-8"
+    )
