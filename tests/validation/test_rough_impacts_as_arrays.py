@@ -11,7 +11,7 @@ from tests.validation.test_friction_law import ULPS, drawn_pair
 
 from carom import DiscArrays
 from carom.physics.impact_law import resolve_impact
-from carom.physics.rough_impact import Grips, RoughBodies, resolve_rough_impact
+from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 
@@ -38,7 +38,7 @@ def test_impacts_as_arrays_are_those_of_the_exact_law(count: int) -> None:
         line = (start.position_m[1] - start.position_m[0])[None]
         normal = line / np.hypot(*line[0])
         e, *grip = (np.array([x]) for x in (start.restitution, start.friction, start.tangential_restitution))
-        first, second = resolve_rough_impact(one, two, normal, e, Grips(*grip))
+        first, second = resolve_rough_impact(one, two, normal, e, ContactFrictions(*grip))
         impact, spins = np.zeros(1, IMPACT_DTYPE), np.zeros(1, SPIN_DTYPE)
         impact["second"], impact["normal"] = 1, normal[0]
         for name, before, after, radius in (
@@ -60,7 +60,7 @@ def test_without_friction_the_velocities_are_the_smooth_ones_to_the_bit() -> Non
         start = drawn_pair(rng)
         one, two = bodies_of(start)
         line, e = (start.position_m[1] - start.position_m[0])[None], np.array([start.restitution])
-        first, second = resolve_rough_impact(one, two, line, e, Grips(nothing, nothing))
+        first, second = resolve_rough_impact(one, two, line, e, ContactFrictions(nothing, nothing))
         smooth = resolve_impact(one.velocity, one.mass, two.velocity, two.mass, line, e)
         assert np.array_equal(first.velocity, smooth[0])
         assert np.array_equal(second.velocity, smooth[1])

@@ -14,7 +14,7 @@ import numpy as np
 
 from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import Scales
-from carom.physics.rough_impact import Grips, RoughBodies, branches
+from carom.physics.rough_impact import ContactFrictions, RoughBodies, branches
 from carom.trace import Trace, rim_speeds, velocities
 
 __all__ = ["WrongBranches", "wrong_branches"]
@@ -53,13 +53,13 @@ def wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranch
     lightness = 1.0 / masses[0] + 1.0 / masses[1]
     changed = (before[0] - before[1]) - (after[0] - after[1])
     pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
-    grips = Grips(
+    contacts = ContactFrictions(
         np.where(wall, start.wall_friction, start.friction),
         np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
     )
-    both = branches(one, two, tangent, np.maximum(pushed, 0.0), grips)
-    holds = np.abs(both.held) < np.abs(both.sliding)
-    other = np.where(holds, both.sliding, both.held)
+    both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)
+    holds = np.abs(both.sticking) < np.abs(both.sliding)
+    other = np.where(holds, both.sliding, both.sticking)
     # As changes of velocity, over the scene's speed.
     least = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)

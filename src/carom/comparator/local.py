@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
-from carom.physics.rough_impact import Grips, RoughBodies, resolve_rough_impact
+from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
@@ -133,8 +133,8 @@ class _Bodies:
         one, two = (
             RoughBodies(*(x[k][at] for x in (self.velocity, self.rim, self.mass, self.inertia))) for k in (0, 1)
         )
-        grips = Grips(self.friction[at], self.tangential_restitution[at])
-        after = resolve_rough_impact(one, two, normal, self.restitution[at], grips)
+        contacts = ContactFrictions(self.friction[at], self.tangential_restitution[at])
+        after = resolve_rough_impact(one, two, normal, self.restitution[at], contacts)
         return np.stack([body.velocity for body in after]), np.stack([body.rim for body in after])
 
     def energy(self, velocity: Array, rim: Array) -> Array:

@@ -14,7 +14,7 @@ from carom.physics.impact_law import resolve_impact
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Branches", "Grips", "RoughBodies", "branches", "resolve_rough_impact"]
+__all__ = ["Branches", "ContactFrictions", "RoughBodies", "branches", "resolve_rough_impact"]
 
 
 class RoughBodies(NamedTuple):
@@ -33,28 +33,28 @@ class RoughBodies(NamedTuple):
     inertia: NDArray[np.float64]
 
 
-class Grips(NamedTuple):
-    """How the bodies of `m` impacts rub, as `carom.physics.friction.ContactFriction`; shape ``(m,)`` each."""
+class ContactFrictions(NamedTuple):
+    """Friction of the bodies of `m` impacts, as `carom.physics.friction.ContactFriction`; shape ``(m,)`` each."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]
 
 
 class Branches(NamedTuple):
-    """What friction would give if the bodies held each other, and if they slid, as impulses T; shape ``(m,)`` each.
+    """What friction would give if the bodies stuck, and if they slid, as impulses T; shape ``(m,)`` each.
 
     Attributes:
-        held: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.
+        sticking: ``(1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2)``.
         sliding: ``f J``, with the sign of the slip.
     """
 
-    held: NDArray[np.float64]
+    sticking: NDArray[np.float64]
     sliding: NDArray[np.float64]
 
     @property
     def law(self) -> NDArray[np.float64]:
         """The one of the two that the law takes: the lesser."""
-        return np.where(np.abs(self.held) > np.abs(self.sliding), self.sliding, self.held)
+        return np.where(np.abs(self.sticking) > np.abs(self.sliding), self.sliding, self.sticking)
 
 
 def branches(
@@ -62,7 +62,7 @@ def branches(
     second: RoughBodies,
     tangent: NDArray[np.float64],
     pressed: NDArray[np.float64],
-    grips: Grips,
+    contacts: ContactFrictions,
 ) -> Branches:
     """Return both branches of friction for bodies that are pressed together by the impulses J, shape ``(m,)``.
 
@@ -70,8 +70,8 @@ def branches(
     """
     slip = np.sum((first.velocity - second.velocity) * tangent, axis=-1) + first.rim + second.rim
     inverse_effective_mass = (1.0 + 1.0 / first.inertia) / first.mass + (1.0 + 1.0 / second.inertia) / second.mass
-    sticking = (1.0 + grips.restitution) * slip / inverse_effective_mass
-    return Branches(sticking, np.copysign(grips.friction * pressed, sticking))
+    sticking = (1.0 + contacts.restitution) * slip / inverse_effective_mass
+    return Branches(sticking, np.copysign(contacts.friction * pressed, sticking))
 
 
 def resolve_rough_impact(
@@ -79,7 +79,7 @@ def resolve_rough_impact(
     second: RoughBodies,
     normal: NDArray[np.float64],
     restitution: NDArray[np.float64],
-    grips: Grips,
+    contacts: ContactFrictions,
 ) -> tuple[RoughBodies, RoughBodies]:
     """Return the bodies just after; those that do not approach are as before.
 
@@ -91,12 +91,14 @@ def resolve_rough_impact(
     tangent = np.stack([-unit[:, 1], unit[:, 0]], axis=1)
     approach = np.sum((first.velocity - second.velocity) * unit, axis=1)
     pressed = (1.0 + restitution) * np.maximum(approach, 0.0) / (1.0 / first.mass + 1.0 / second.mass)
-    rub = branches(first, second, tangent, pressed, grips).law
+    tangential = branches(first, second, tangent, pressed, contacts).law
     return (
         first._replace(
-            velocity=v1 - (rub / first.mass)[:, None] * tangent, rim=first.rim - rub / (first.inertia * first.mass)
+            velocity=v1 - (tangential / first.mass)[:, None] * tangent,
+            rim=first.rim - tangential / (first.inertia * first.mass),
         ),
         second._replace(
-            velocity=v2 + (rub / second.mass)[:, None] * tangent, rim=second.rim - rub / (second.inertia * second.mass)
+            velocity=v2 + (tangential / second.mass)[:, None] * tangent,
+            rim=second.rim - tangential / (second.inertia * second.mass),
         ),
     )

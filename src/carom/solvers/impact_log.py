@@ -39,36 +39,36 @@ def standstill_impacts(bodies: int) -> int:
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
 
 
-class Struck(NamedTuple):
+class LastContact(NamedTuple):
     """An impact as the next one of the same disc sees it: the latest that it can have been, seconds, and its normal."""
 
-    reach_s: float = -math.inf
+    latest_s: float = -math.inf
     nx: float = 0.0
     ny: float = 0.0
 
     def interferes(self, begin_s: float, nx: float, ny: float) -> bool:
         """Whether an impact, not before `begin_s`, may be at one instant with this one, which changes what it sees."""
-        return begin_s <= self.reach_s and nx * self.nx + ny * self.ny != 0.0
+        return begin_s <= self.latest_s and nx * self.nx + ny * self.ny != 0.0
 
 
 class Recent:
     """A disc's impacts, as far as they tell whether its next one is ambiguous; compiled: `impact/ambiguity.pxd`."""
 
     def __init__(self) -> None:
-        self.furthest = self.across = Struck()
+        self.furthest = self.across = LastContact()
 
-    def strike(self, time_s: float, resolution_s: float, nx: float, ny: float) -> bool:
+    def add_contact(self, time_s: float, resolution_s: float, nx: float, ny: float) -> bool:
         """Add an impact; return whether it is ambiguous."""
         furthest, begin_s = self.furthest, time_s - resolution_s
         found = furthest.interferes(begin_s, nx, ny) or self.across.interferes(begin_s, nx, ny)
         parallel = nx * furthest.ny == ny * furthest.nx
-        struck = Struck(time_s + resolution_s, nx, ny)
-        if struck.reach_s > furthest.reach_s:
+        last = LastContact(time_s + resolution_s, nx, ny)
+        if last.latest_s > furthest.latest_s:
             if not parallel:
                 self.across = furthest
-            self.furthest = struck
-        elif not parallel and struck.reach_s > self.across.reach_s:
-            self.across = struck
+            self.furthest = last
+        elif not parallel and last.latest_s > self.across.latest_s:
+            self.across = last
         return found
 
 
@@ -93,10 +93,10 @@ class ImpactLog:
 
         One that is not `kept` is only borne in mind for those that follow.
         """
-        struck = [self._recent[body] for body in (record.first, record.second) if body >= 0]
+        discs = [self._recent[body] for body in (record.first, record.second) if body >= 0]
         rubs = self._rubs_discs if record.second >= 0 else self._rubs_walls
         nx, ny = (math.nan, math.nan) if rubs else record.normal
-        found = [recent.strike(record.time_s, resolution_s, nx, ny) for recent in struck if recent]
+        found = [recent.add_contact(record.time_s, resolution_s, nx, ny) for recent in discs if recent]
         if any(found) and kept:
             self._ambiguous.append(len(self.records))
         if kept:

@@ -44,7 +44,7 @@ def test_both_forms_of_the_rule_find_the_same_impacts_ambiguous(
         time += later
         impacts.append((time, resolution, nx, ny))
     recent = Recent()
-    assert probe.ambiguous(impacts) == [recent.strike(*impact) for impact in impacts]
+    assert probe.ambiguous(impacts) == [recent.add_contact(*impact) for impact in impacts]
 
 
 def test_the_rule_is_that_of_all_earlier_impacts() -> None:
@@ -66,7 +66,7 @@ def test_the_rule_is_that_of_all_earlier_impacts() -> None:
             for k, (t, r, nx, ny) in enumerate(impacts)
         ]
         recent = Recent()
-        assert [recent.strike(*impact) for impact in impacts] == expected, seed
+        assert [recent.add_contact(*impact) for impact in impacts] == expected, seed
         assert list(map(bool, probe.ambiguous(impacts))) == expected, seed
 
 

@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.physics.fall_encounter import encounter_time
-from carom.physics.fall_time import descent_time
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
+from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
+from carom.physics.wall_time_falling import descent_time
 from carom.scene import Scene
 
 __all__ = ["BodyStates", "Law", "Met", "Pair", "Separation", "exact_run", "sampled_run"]

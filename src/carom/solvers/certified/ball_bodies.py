@@ -39,8 +39,8 @@ class PairLaw(NamedTuple):
     share_j: arb
     keep_i: arb
     keep_j: arb
-    push_i: arb
-    push_j: arb
+    change_i: arb
+    change_j: arb
 
 
 class WallLaw(NamedTuple):

@@ -43,12 +43,12 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     if isinstance(meeting.near, PairApproach):
         normal = _collide(bodies, meeting, meeting.near)
         if start.rubs_discs:
-            _rub_pair(bodies, meeting, meeting.near, normal)
+            _slide_pair(bodies, meeting, meeting.near, normal)
     else:
         velocity = bodies.velocity(meeting.first, meeting.time)
         normal = _bounce(bodies, meeting, meeting.near)
         if start.rubs_walls:
-            _rub_wall(bodies, meeting, velocity)
+            _slide_on_wall(bodies, meeting, velocity)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
@@ -76,8 +76,8 @@ def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[
         vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
     else:
         nx, ny = near.dx + near.ux * near.wait, near.dy + near.uy * near.wait
-        push_i, push_j = law.push_i * near.root, law.push_j * near.root
-        px, py, qx, qy = push_i * nx, push_i * ny, push_j * nx, push_j * ny
+        change_i, change_j = law.change_i * near.root, law.change_j * near.root
+        px, py, qx, qy = change_i * nx, change_i * ny, change_j * nx, change_j * ny
         vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * near.wait, yi + py * near.wait
         vxj, vyj, xj, yj = vxj + qx, vyj + qy, xj - qx * near.wait, yj - qy * near.wait
     for disc, x, y, vx, vy in ((i, xi, yi, vxi, vyi), (j, xj, yj, vxj, vyj)):
@@ -106,8 +106,8 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> 
     x, y = bodies.moved(i, meeting.at)
     vx, vy = bodies.vx[i], bodies.vy[i]
     if near is not None:  # it comes at the speed ``root / |n|``
-        push = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
-        px, py = push * law.nx, push * law.ny
+        change = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
+        px, py = change * law.nx, change * law.ny
         x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
     elif not law.m_xy.is_zero():
         x, y = law.m_xx * x + law.m_xy * y + law.shift_x, law.m_xy * x + law.m_yy * y + law.shift_y
@@ -129,7 +129,7 @@ def _tangential_impulse(
     return sticking.min(most).max(ZERO - most)
 
 
-def _rub_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
+def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
     """Let friction act on two discs that collide: as `carom.physics.friction.pair_tangential_impulse`, at contact."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
@@ -141,14 +141,16 @@ def _rub_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: 
         w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
     ) * law.reach2
     pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
-    rub = _tangential_impulse(scene.friction, scene.tangential_restitution, slip, inverse_effective_mass, pressed)
-    _change_velocity(bodies, i, rub * w_i * ny, ZERO - rub * w_i * nx, near.wait)
-    _change_velocity(bodies, j, ZERO - rub * w_j * ny, rub * w_j * nx, near.wait)
-    bodies.turn(i, rub * reach * w_i)
-    bodies.turn(j, rub * reach * w_j)
+    tangential = _tangential_impulse(
+        scene.friction, scene.tangential_restitution, slip, inverse_effective_mass, pressed
+    )
+    _change_velocity(bodies, i, tangential * w_i * ny, ZERO - tangential * w_i * nx, near.wait)
+    _change_velocity(bodies, j, ZERO - tangential * w_j * ny, tangential * w_j * nx, near.wait)
+    bodies.turn(i, tangential * reach * w_i)
+    bodies.turn(j, tangential * reach * w_j)
 
 
-def _rub_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -> None:
+def _slide_on_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -> None:
     """Let the friction of a wall act on a disc that came at a velocity, as seen from the wall."""
     i, scene = meeting.first, bodies.scene
     law = bodies.wall_law(wall_index(meeting.second), scene.discs[i].radius_m)
@@ -158,9 +160,9 @@ def _rub_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -
     slip = vx * ny - vy * nx + bodies.surface(i)
     pressed = (arb(scene.wall_restitution) + 1) * approach
     regain = scene.wall_tangential_restitution
-    rub = _tangential_impulse(scene.wall_friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
-    _change_velocity(bodies, i, ZERO - rub * ny, rub * nx, meeting.time - meeting.at)
-    bodies.turn(i, rub)
+    tangential = _tangential_impulse(scene.wall_friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
+    _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)
+    bodies.turn(i, tangential)
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from carom.physics.fall_encounter import encounter_time
-from carom.physics.fall_time import descent_time, return_time
 from carom.physics.pair_time import pair_time
+from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed
+from carom.physics.wall_time_falling import descent_time, return_time
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import NEVER, START, Instant, after, between

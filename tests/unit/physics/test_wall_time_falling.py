@@ -12,9 +12,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 
-from carom.physics.fall_encounter import encounter_time, first_fall_below_zero
-from carom.physics.fall_time import descent_time, return_time
+from carom.physics.pair_time_falling import encounter_time, first_fall_below_zero
 from carom.physics.wall_time import wall_gap, wall_speed
+from carom.physics.wall_time_falling import descent_time, return_time
 
 DIGITS = 80
 lengths = st.floats(-1e3, 1e3)
