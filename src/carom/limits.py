@@ -27,6 +27,7 @@ __all__ = [
     "LONGEST_S",
     "MOST_BYTES",
     "MOST_DISCS",
+    "MOST_DISCS_DRAWN",
     "MOST_JOBS",
     "MOST_KEY_PARTS",
     "MOST_MB",
@@ -62,6 +63,8 @@ ADVICE_STEPS = 400_000
 #: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
+#: More discs than this in one picture show nothing, and weigh megabytes.
+MOST_DISCS_DRAWN = 64
 #: By ending: bytes, and values as `values_in` counts them, of TOML with the lines. JSON holds the largest scene with
 #: room to spare; each of its values takes up to 100 bytes of memory. TOML takes ten times as long to read. Lines of
 #: JSON are results, three times what all engines have on all scenes.

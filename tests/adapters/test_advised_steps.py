@@ -15,8 +15,8 @@ from typing import Any
 import pytest
 
 from carom import Scene
+from carom.bench.advice_options import AdviceOptions
 from carom.bench.adviser import Advice, advise
-from carom.bench.options import AdviceOptions
 from carom.runs.pool import LocalPool
 from carom.scenes import find_scenes
 

@@ -10,9 +10,10 @@ import pytest
 
 import carom
 from carom import Scene
+from carom.bench.advice_options import AdviceOptions
 from carom.bench.adviser import advise
 from carom.bench.growth import growth, growth_journal
-from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
+from carom.bench.options import BenchPlan, GrowthOptions
 from carom.bench.rounds import timing_journal
 from carom.bench.work_precision import work_precision
 from carom.conformance.suite import make_suite

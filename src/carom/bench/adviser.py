@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 
+from carom.bench.advice_options import AdviceOptions
 from carom.bench.hardest import Cause, Demand, HardImpact, hardest_impacts
-from carom.bench.options import AdviceOptions
 from carom.bench.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.bench.step_trial import StepTrial, starts_of, try_starts
 from carom.comparator.horizon import estimate_horizon

@@ -1,18 +1,17 @@
-"""What may be asked of a bench, of one over numbers of discs, and of the adviser: see `carom.declared`."""
+"""What may be asked of a bench, and of one over numbers of discs: see `carom.declared`."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.bench.axes import ErrorKind
 from carom.bench.series import STEPS, geometric_steps
-from carom.declared import ValueKind, flag, fraction, measure, name, one_of, option, seconds, step, whole
-from carom.limits import ADVICE_STEPS, LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES, MOST_STEPS
+from carom.declared import flag, fraction, measure, name, one_of, option, seconds, step, whole
+from carom.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
 from carom.runs.options import MOST_SEED, Limited, engine_names, profile_names
 
-__all__ = ["LEAST_ROUNDS", "AdviceOptions", "BenchPlan", "GrowthOptions"]
+__all__ = ["LEAST_ROUNDS", "BenchPlan", "GrowthOptions"]
 
 #: Fewer rounds than this have no spread worth a name.
 LEAST_ROUNDS = 3
@@ -108,61 +107,3 @@ class GrowthOptions(Limited):
         said="2 to 10,000",
     )
     budget_s: float = option(BUDGET_S, seconds(), "Seconds.", "--budget")
-
-
-def _angle(text: str) -> float:
-    for unit, scale in (("deg", math.pi / 180.0), ("rad", 1.0)):
-        if text.endswith(unit):
-            return float(text.removesuffix(unit)) * scale
-    raise ValueError
-
-
-def _share(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < 1.0:
-        raise ValueError
-    return float(value)
-
-
-@dataclass(frozen=True)
-class AdviceOptions(Limited):
-    """What is asked of the adviser beside the scene.
-
-    Attributes:
-        engines: Names of adapters; None for all. PIC and PIT are no engines to take, and are not searched.
-        profiles: Names of profiles.
-        direction_error_rad: No disc's direction after any impact may be wrong by more.
-        miss_probability: Share of starts at which an impact may be missed or invented.
-        phases: How many starts, evenly spread over a step, each step is tried at.
-        budget_steps: Engine steps that the search of one method may take; what was found until then is the answer.
-
-    Raises:
-        InputError: A value makes no sense.
-    """
-
-    engines: Sequence[str] | None = engine_names()
-    profiles: Sequence[str] = profile_names("default", "tuned")
-    direction_error_rad: float = option(
-        math.radians(1.0),
-        measure(
-            "an angle such as 1deg or 0.02rad, above 0 and below 180 degrees",
-            "ANGLE",
-            0.0,
-            math.nextafter(math.pi, 0.0),
-            read=_angle,
-        ),
-        "No direction may be wrong by more: 1deg, or in radians 0.02rad.",
-        "--direction-error",
-        said="1deg",
-    )
-    miss_probability: float = option(
-        0.0,
-        ValueKind("0 or more and below 1", "NUMBER", _share, float, (-0.1, 1.0, math.nan, "x", True, None)),
-        "Share of starts at which an impact may be missed, 0 to below 1.",
-        "--miss-probability",
-    )
-    phases: int = option(
-        8, whole(1, MOST_PHASES), "Starts, spread evenly over a step, that each step is tried at.", "--phases"
-    )
-    budget_steps: int = option(
-        ADVICE_STEPS, whole(1, MOST_STEPS), "Engine steps that the search of one method may take.", "--budget"
-    )

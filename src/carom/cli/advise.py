@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.bench.options import AdviceOptions
+from carom.bench.advice_options import AdviceOptions
 from carom.cli import shared
 from carom.cli.asked import asking
 from carom.errors import InputError

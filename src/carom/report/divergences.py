@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
+from carom.limits import MOST_DISCS_DRAWN
 from carom.report import wording
 from carom.report.document import ON_PAPER, Pair, Pairs, Section, Text
 from carom.report.grid import Grid, GridCell, Mark
 from carom.report.picture import draw_pair
 from carom.report.tables import mark_cell
-from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.results import Results
 from carom.trace import Trace
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING
 from carom.comparator import Score
 from carom.comparator.finite import not_finite
 from carom.errors import InputError, MissingExtraError
+from carom.limits import MOST_DISCS_DRAWN
 from carom.report import wording
 from carom.report.files import require_report_extra
 from carom.report.grid import Mark, mark_of, mark_of_grade
 from carom.report.picture import draw_start, draw_trace, draw_traces
 from carom.report.svg import INK, SERIES, SURFACE, drawing, new_figure, render
 from carom.runs.engines import EngineList
-from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.results import Results
 from carom.scene import Scene
 from carom.solvers.certified.result import CertifiedTrace

@@ -13,7 +13,7 @@ from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
 from carom.declared import step, taken
 from carom.errors import AdapterError
-from carom.limits import DEFAULT_TIME_LIMIT_S
+from carom.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
 from carom.registry import engine_named, require_named
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described
@@ -35,10 +35,8 @@ from carom.scene import Scene, as_scene
 from carom.scenes import CatalogueScene, deviation
 from carom.trace import Setting, Trace
 
-__all__ = ["MOST_DISCS_DRAWN", "cross_check", "execute", "run"]
+__all__ = ["cross_check", "execute", "run"]
 
-#: More discs than this in one picture show nothing, and weigh megabytes.
-MOST_DISCS_DRAWN = 64
 
 T = TypeVar("T")
 

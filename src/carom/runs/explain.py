@@ -8,9 +8,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from carom.comparator.shift import shifted_references
+from carom.limits import MOST_DISCS_DRAWN
 from carom.registry import EngineInfo
 from carom.runs.engines import to_run
-from carom.runs.execute import MOST_DISCS_DRAWN
 from carom.runs.job import Job
 from carom.runs.phases import phase_values
 from carom.runs.plan import Plan

@@ -11,8 +11,8 @@ from tests.unit.report.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.bench import adviser
+from carom.bench.advice_options import AdviceOptions
 from carom.bench.adviser import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
-from carom.bench.options import AdviceOptions
 from carom.bench.sampling_limit import Window, largest_step, pair_limit
 from carom.bench.step_search import CONFIRM
 from carom.bench.step_trial import StartTask

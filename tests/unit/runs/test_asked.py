@@ -10,7 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 import carom
-from carom.bench.options import AdviceOptions, BenchPlan, GrowthOptions
+from carom.bench.advice_options import AdviceOptions
+from carom.bench.options import BenchPlan, GrowthOptions
 from carom.cli import app
 from carom.cli.asked import shown_option
 from carom.declared import DeclaredOptions, declared
