@@ -15,8 +15,8 @@ from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter, alternating
 
 from carom import certify, solve_pic
-from carom.bench.gas import gas_scene
 from carom.comparator import horizon_of
+from carom.studies.bench.gas import gas_scene
 
 __all__ = ["GASES", "Measured", "main", "measure"]
 
@@ -29,7 +29,7 @@ LONG = (64, 0.4, 30_000)
 _TIMES = """
 import sys, time
 from carom import certify
-from carom.bench.gas import gas_scene
+from carom.studies.bench.gas import gas_scene
 try:
     from carom.solvers.certified.lower_bounds import load_compiled
     load_compiled()
@@ -46,7 +46,7 @@ for line in sys.stdin:
 _FIRST = """
 import sys, time
 import carom
-from carom.bench.gas import gas_scene
+from carom.studies.bench.gas import gas_scene
 scene = gas_scene(64, 0.4)
 for line in sys.stdin:
     begin = time.process_time()

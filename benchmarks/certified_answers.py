@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from benchmarks.arguments import parser, run
 
-from carom.bench.gas import gas_scene
 from carom.scenes import Tag, catalogue
 from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.certify import certify
+from carom.studies.bench.gas import gas_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

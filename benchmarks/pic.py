@@ -99,7 +99,7 @@ def small_rows(baseline: str, repeats: int) -> None:
 def start_seconds() -> float:
     """Return the time from starting Python to the first impacts, seconds."""
     code = (
-        "import math; from carom.bench.gas import hard_disc_gas;"
+        "import math; from carom.studies.bench.gas import hard_disc_gas;"
         "from carom.solvers.event_driven.run import EventDrivenRun;"
         "EventDrivenRun(hard_disc_gas(16, .3)).advance_to(math.inf, 100)"
     )

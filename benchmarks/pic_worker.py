@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from carom import Disc, Scene, solve_pic
-from carom.bench.gas import gas_scene, hard_disc_gas
+from carom.studies.bench.gas import gas_scene, hard_disc_gas
 
 try:
     from carom.solvers.event_driven.run import EventDrivenRun

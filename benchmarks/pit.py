@@ -20,7 +20,7 @@ __all__ = ["main"]
 #: Answers the number of frames by the seconds that they took; written for this Carom and for older ones.
 _GAS = """
 import sys, time
-from carom.bench.gas import gas_scene
+from carom.studies.bench.gas import gas_scene
 scene = gas_scene(int({discs!r}), 0.3)
 try:
     from carom.solvers.pit.clock import FrameClock

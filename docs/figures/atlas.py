@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Any
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.report.document import Column, Table
-from carom.report.records import raw_records
-from carom.report.wording import number, percent
+from carom.pages.document import Column, Table
+from carom.pages.records import raw_records
+from carom.pages.wording import number, percent
 from carom.scenes import all_scenes
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from carom.report.wording import listed
+from carom.pages.wording import listed
 from carom.scenes import all_scenes
 
 DOCS = Path(__file__).resolve().parents[1]

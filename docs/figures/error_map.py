@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import resolve_impact, time_of_impact
-from carom.report.svg import INK, alone, drawing, new_figure, render
+from carom.pages.svg import INK, alone, drawing, new_figure, render
 
 __all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
 

@@ -9,8 +9,8 @@ import statistics
 from collections import Counter
 from pathlib import Path
 
-from carom.report.records import raw_records
-from carom.report.wording import number
+from carom.pages.records import raw_records
+from carom.pages.wording import number
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"

@@ -16,15 +16,11 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays as DiscArrays
     from carom.errors import CaromError as CaromError
     from carom.errors import SceneError as SceneError
+    from carom.pages.notebook import plot_beside as plot_beside
     from carom.physics.impact_law import resolve_impact as resolve_impact
     from carom.physics.time_of_impact import time_of_impact as time_of_impact
     from carom.registry import EngineInfo as EngineInfo
-    from carom.report.demo import demo as demo
-    from carom.report.notebook import plot_beside as plot_beside
-    from carom.report.playback import replay as replay
     from carom.runs.engines import engines as engines
-    from carom.runs.execute import cross_check as cross_check
-    from carom.runs.execute import run as run
     from carom.runs.results import Results as Results
     from carom.scene import Disc as Disc
     from carom.scene import Scene as Scene
@@ -37,6 +33,10 @@ if TYPE_CHECKING:
     from carom.solvers.pic import solve_pic as solve_pic
     from carom.solvers.pit.solve import solve_pit as solve_pit
     from carom.solvers.plain.framewise import solve_pic_framewise as solve_pic_framewise
+    from carom.studies.cross_check.demo import demo as demo
+    from carom.studies.cross_check.playback import replay as replay
+    from carom.studies.cross_check.run import cross_check as cross_check
+    from carom.studies.cross_check.run import run as run
     from carom.trace import Outcome as Outcome
     from carom.trace import Trace as Trace
 
@@ -52,11 +52,11 @@ _HOMES = {
     "carom.physics.impact_law": ("resolve_impact",),
     "carom.physics.time_of_impact": ("time_of_impact",),
     "carom.registry": ("EngineInfo",),
-    "carom.report.demo": ("demo",),
-    "carom.report.notebook": ("plot_beside",),
-    "carom.report.playback": ("replay",),
+    "carom.studies.cross_check.demo": ("demo",),
+    "carom.pages.notebook": ("plot_beside",),
+    "carom.studies.cross_check.playback": ("replay",),
     "carom.runs.engines": ("engines",),
-    "carom.runs.execute": ("cross_check", "run"),
+    "carom.studies.cross_check.run": ("cross_check", "run"),
     "carom.runs.results": ("Results",),
     "carom.scene": ("Disc", "Scene", "Wall", "load_scene", "save_scene"),
     "carom.solvers.certified.certify": ("certify",),

@@ -15,7 +15,7 @@ __all__ = ["Drawn", "Shown", "Tabular"]
 
 
 def _report(module: str) -> Any:
-    return importlib.import_module(f"carom.report.{module}")
+    return importlib.import_module(f"carom.pages.{module}")
 
 
 class Shown:

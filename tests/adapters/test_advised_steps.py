@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 
 from carom import Scene
-from carom.bench.advice_options import AdviceOptions
-from carom.bench.adviser import Advice, advise
 from carom.runs.pool import LocalPool
 from carom.scenes import find_scenes
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import Advice, advise
 
 Vector = tuple[float, float]
 

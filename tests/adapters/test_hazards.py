@@ -18,8 +18,7 @@ from tests.hazards.spread import starts_of
 import carom
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError, Contact, Setting, unsupported_reason
-from carom.report.grid import reasons_of
-from carom.runs.explain import explain
+from carom.pages.grid import reasons_of
 from carom.runs.job import Status
 from carom.runs.observe import observe_run
 from carom.runs.options import Options
@@ -27,6 +26,7 @@ from carom.runs.plan import capabilities_of, plan_of
 from carom.runs.pool import InProcess
 from carom.runs.results import Row
 from carom.scenes import all_scenes
+from carom.studies.cross_check.explain import explain
 from carom.trace import Outcome
 
 Named = Callable[[str], Adapter]

@@ -21,8 +21,8 @@ from tests.adapters.by_hand import Truth, turned_at, turns
 
 from carom import Scene, cross_check
 from carom.comparator import Verdict
+from carom.pages.records import records
 from carom.registry import load_adapter
-from carom.report.records import records
 from carom.runs.pool import InProcess
 from carom.scenes import all_scenes, find_scenes
 

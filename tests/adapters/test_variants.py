@@ -11,13 +11,13 @@ import pytest
 import carom
 from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Adapter
-from carom.report.cross_check import cross_check_document
-from carom.report.grid import Mark, build_grid
-from carom.report.render.markdown import markdown
+from carom.pages.grid import Mark, build_grid
+from carom.pages.render.markdown import markdown
 from carom.runs.job import Method
 from carom.runs.observe import observe_run
 from carom.runs.plan import missing_profile_reason
 from carom.scenes import catalogue
+from carom.studies.cross_check.document import cross_check_document
 
 Named = Callable[[str], Adapter]
 SWEPT = ["pybullet", "mujoco", "box2d"]

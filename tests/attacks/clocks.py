@@ -16,11 +16,11 @@ from unittest import mock
 from tests.attacks.guard import HangError, within
 from tests.unit.runs.test_clocks import SCENE, Adapter
 
-from carom.bench import rounds
-from carom.bench.rounds import TimeScene
 from carom.registry import load_adapter
 from carom.runs.job import Method
 from carom.runs.pool import InProcess
+from carom.studies.bench import rounds
+from carom.studies.bench.rounds import TimeScene
 
 #: A timing pass takes a second or two, on a machine with ten times more to do than it has cores some ten.
 LONGEST_S = 60.0

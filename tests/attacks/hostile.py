@@ -19,11 +19,11 @@ from tests.attacks.guard import HangError, left_over, within
 from tests.distribution import forget, lay
 from tests.unit.runs.test_hostile import ACTS, LIMIT_S, PATIENT_S, SAYS, SOURCE, scene
 
-from carom.runs.execute import execute
 from carom.runs.job import Status
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
+from carom.studies.cross_check.run import execute
 
 MARK = "CAROM_ATTACK=hostile"
 #: No act takes longer, though the machine is busy with other attacks.

@@ -9,14 +9,14 @@ from random import Random
 
 from tests.attacks.guard import HangError, within
 
-from carom.bench.axes import ErrorKind
-from carom.bench.options import BenchPlan
-from carom.bench.work_precision import work_precision
 from carom.errors import InputError
 from carom.runs.journal import canonical
 from carom.runs.pool import InProcess
 from carom.runs.scoring import score_journal
 from carom.scenes import find_scenes
+from carom.studies.bench.axes import ErrorKind
+from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.run import work_precision
 from carom.text import visible
 
 GARBAGE = [

@@ -12,17 +12,17 @@ from tests.attacks.guard import HangError, within
 
 from carom import cross_check, solve_pit
 from carom.errors import InputError
-from carom.report.diff import diff
-from carom.report.diff_document import diff_document
-from carom.report.records import records
-from carom.report.render.markdown import markdown
+from carom.pages.records import records
+from carom.pages.render.markdown import markdown
 from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import Entry
 from carom.runs.keys import job_key
-from carom.runs.observed import observed_journal
 from carom.runs.options import Options
 from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
+from carom.studies.cross_check.observed import observed_journal
+from carom.studies.diff.document import diff_document
+from carom.studies.diff.run import diff
 from carom.text import visible
 
 #: What JSON can hold in the place of a value.

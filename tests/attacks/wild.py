@@ -24,15 +24,15 @@ from tests.distribution import forget, lay
 
 from carom import Scene, cross_check
 from carom.adapter import Contact, Observation
-from carom.report.cross_check import cross_check_document, write_report
-from carom.report.grid import build_grid
-from carom.report.records import records
-from carom.report.render.markdown import markdown
-from carom.report.replay import scene_replays
+from carom.pages.grid import build_grid
+from carom.pages.records import records
+from carom.pages.render.markdown import markdown
+from carom.pages.replay import scene_replays
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import all_scenes
+from carom.studies.cross_check.document import cross_check_document, write_report
 
 NAME = "wild-numbers"
 SOURCE = """

@@ -12,8 +12,8 @@ import pytest
 from playwright.sync_api import Browser, Page
 
 import carom
-from carom.report.cross_check import write_report
 from carom.scenes import CatalogueScene, all_scenes
+from carom.studies.cross_check.document import write_report
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
 FLAGS = (

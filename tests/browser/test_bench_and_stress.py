@@ -11,12 +11,12 @@ from typing import Any, Literal
 import pytest
 from playwright.sync_api import Browser, Locator, Page
 from tests.browser.conftest import Faults
-from tests.unit.report.examples import bench, campaign_results, growth
+from tests.unit.studies.examples import bench, campaign_results, growth
 
-from carom.report import wording
-from carom.report.bench_document import write_bench
-from carom.report.growth_document import write_growth
-from carom.report.stress_document import write_stress
+from carom.pages import wording
+from carom.studies.bench.document import write_bench
+from carom.studies.bench.growth_document import write_growth
+from carom.studies.stress.document import write_stress
 
 pytestmark = pytest.mark.browser
 

@@ -11,8 +11,8 @@ import pytest
 from playwright.sync_api import Browser, Page
 from tests.browser.test_replay import MISSED, opened
 
-from carom.report.grid import mark_read
-from carom.report.records import read_records
+from carom.pages.grid import mark_read
+from carom.pages.records import read_records
 from carom.text import visible
 
 pytestmark = pytest.mark.browser

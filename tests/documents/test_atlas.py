@@ -8,7 +8,7 @@ import pytest
 from docs.figures import atlas
 
 from carom import cross_check
-from carom.report.records import raw_records, records
+from carom.pages.records import raw_records, records
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 

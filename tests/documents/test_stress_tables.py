@@ -8,8 +8,8 @@ import pytest
 from docs.figures import stress_tables
 from tests.documents.blocks import ROOT
 
-from carom.stress.campaign import attacks
-from carom.stress.relations import relations
+from carom.studies.stress.relations import relations
+from carom.studies.stress.run import attacks
 
 PAGE = stress_tables.PAGE.read_text(encoding="utf-8")
 CAMPAIGN = """# Carom: stress

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tests.unit.tune.by_hand import assert_as_good, merits
+from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
 from carom.adapter import Adapter
 

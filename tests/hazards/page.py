@@ -11,9 +11,9 @@ from tests.hazards.measures import GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
 from carom.adapter import Adapter
-from carom.report.document import Column, Document, Section, Table
-from carom.report.render.markdown import markdown
-from carom.report.wording import number, percent
+from carom.pages.document import Column, Document, Section, Table
+from carom.pages.render.markdown import markdown
+from carom.pages.wording import number, percent
 from carom.scenes.catalogue import find_scenes
 
 __all__ = ["SHOWN_TO", "lines_of", "page", "ranges"]

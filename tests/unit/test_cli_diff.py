@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from carom.cli import app
-from carom.report.records_line import records_schema
+from carom.pages.records_line import records_schema
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from carom.cli import app
-from carom.stress import campaign
+from carom.studies.stress import run as campaign
 
 
 def stress(*arguments: object) -> Result:

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 from carom import Disc, Scene, save_scene
 from carom.adapter import Profile
 from carom.cli import app
-from carom.tune.search import KnobSearch
+from carom.studies.tune.search import KnobSearch
 
 
 def carom_tune(*arguments: object) -> Result:

@@ -50,7 +50,7 @@ def uses(word: str, text: str) -> list[str]:
 def texts() -> dict[str, str]:
     """What may say no old word, by its path: strings of the package, templates, documents."""
     found = {path: said(path.read_text(encoding="utf-8")) for path in (ROOT / "src" / "carom").rglob("*.py")}
-    templates = (ROOT / "src" / "carom" / "report" / "templates").iterdir()
+    templates = (ROOT / "src" / "carom" / "pages" / "templates").iterdir()
     found |= {path: path.read_text(encoding="utf-8") for path in (*templates, *documents())}
     return {str(path.relative_to(ROOT)): text for path, text in found.items()}
 

@@ -8,17 +8,17 @@ from pathlib import Path
 import pytest
 
 from carom.errors import InputError
-from carom.report.diff import diff
-from carom.report.files import FORMATS
-from carom.report.records import read_records
-from carom.report.records_line import text_of
-from carom.runs.execute import execute
+from carom.pages.files import FORMATS
+from carom.pages.records import read_records
+from carom.pages.records_line import text_of
 from carom.runs.journal import JOURNAL_FORMAT, canonical
-from carom.runs.observed import observed_journal
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
+from carom.studies.cross_check.observed import observed_journal
+from carom.studies.cross_check.run import execute
+from carom.studies.diff.run import diff
 
 KEPT = Path(__file__).resolve().parents[1] / "kept"
 #: What the journals are of.

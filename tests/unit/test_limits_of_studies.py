@@ -10,28 +10,28 @@ import pytest
 
 import carom
 from carom import Scene
-from carom.bench.advice_options import AdviceOptions
-from carom.bench.adviser import advise
-from carom.bench.growth import growth, growth_journal
-from carom.bench.options import BenchPlan, GrowthOptions
-from carom.bench.rounds import timing_journal
-from carom.bench.work_precision import work_precision
 from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
 from carom.runs import engines, keys
-from carom.runs.execute import execute
 from carom.runs.job import Answer, Task
-from carom.runs.observed import observed_journal
 from carom.runs.options import Limited, Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 from carom.runs.scoring import score_journal
 from carom.runs.worker import answer
 from carom.scenes import all_scenes
-from carom.stress.campaign import stress
-from carom.tune.judge import tune_journal
-from carom.tune.options import TuneOptions
-from carom.tune.run import tune
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import advise
+from carom.studies.bench.growth import growth, growth_journal
+from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.bench.rounds import timing_journal
+from carom.studies.bench.run import work_precision
+from carom.studies.cross_check.observed import observed_journal
+from carom.studies.cross_check.run import execute
+from carom.studies.stress.run import stress
+from carom.studies.tune.judge import tune_journal
+from carom.studies.tune.options import TuneOptions
+from carom.studies.tune.run import tune
 
 #: What nobody has by default. The time is above that which an adapter has to declare what it can.
 MEMORY_MB, TIME_S = 1234.0, 43.0

@@ -13,21 +13,25 @@ import pytest
 NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
 #: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
 OF_OTHERS = {
-    "carom.report.render.html",
-    "carom.report.records",
+    "carom.pages.render.html",
+    "carom.pages.records",
     "xml.etree.ElementTree",
     "rich.progress",
     "carom.program.adapter",
     "carom.conformance",
-    "carom.stress",
-    "carom.tune",
+    "carom.studies.stress",
+    "carom.studies.tune",
     "carom.cli.stress",
     "carom.cli.bench",
 }
-OF_RUNS = {"carom.runs.worker", "carom.runs.process", "carom.comparator", "carom.report.cross_check"}
+#: The list of commands needs their options.
+OPTIONS_OF = {"carom.studies.stress", "carom.studies.tune", "carom.cli.stress", "carom.cli.bench"}
+OF_RUNS = {"carom.runs.worker", "carom.runs.process", "carom.comparator", "carom.studies.cross_check.document"}
 
 COMMANDS = {
-    "--help": NEVER | OF_OTHERS - {"carom.stress", "carom.tune", "carom.cli.stress", "carom.cli.bench"} | {"numpy"},
+    "--help": NEVER
+    | OF_OTHERS - {"carom.studies.stress", "carom.studies.tune", "carom.cli.stress", "carom.cli.bench"}
+    | {"numpy"},
     "run --help": NEVER | OF_OTHERS | OF_RUNS | {"numpy"},
     "scenes paper/missed": NEVER | OF_OTHERS | OF_RUNS,
     "run paper/missed -e pit --dt 1/24": NEVER | OF_OTHERS,

@@ -11,11 +11,11 @@ from tests.unit.solvers.scenes import random_start, scene_of
 from tests.validation.own import galperin
 
 from carom import Outcome
-from carom.bench.gas import hard_disc_gas
 from carom.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain import run as plain_run
 from carom.solvers.plain.run import AllPairsRun
+from carom.studies.bench.gas import hard_disc_gas
 
 pytestmark = needs_extension
 

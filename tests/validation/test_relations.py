@@ -19,7 +19,7 @@ from tests.rebuilt import in_units
 
 from carom import Disc, Scene, solve_pic, solve_pit
 from carom.scenes import CatalogueScene, Tag, catalogue
-from carom.stress.relations import HOLDS, Relation, relations, rough_scene, superballs
+from carom.studies.stress.relations import HOLDS, Relation, relations, rough_scene, superballs
 from carom.trace import Trace, rim_speeds, velocities
 
 STABLE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.UNSTABLE, Tag.GRAVITY}]

@@ -53,7 +53,7 @@ def require_address_space() -> None:
             os.dup2(null, 2)
             import numpy as np
 
-            import carom.runs.execute  # noqa: F401 - loaded, and nothing else
+            import carom.studies.cross_check.run  # noqa: F401 - loaded, and nothing else
 
             np.ones((2, 2)) @ np.ones((2, 2))
             code = 0

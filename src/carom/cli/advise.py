@@ -6,10 +6,10 @@ from typing import Annotated
 
 import typer
 
-from carom.bench.advice_options import AdviceOptions
 from carom.cli import shared
 from carom.cli.asked import asking
 from carom.errors import InputError
+from carom.studies.advise.options import AdviceOptions
 
 __all__ = ["advise"]
 
@@ -27,8 +27,8 @@ def advise(
 
     Examples: `carom advise my-scene.toml`, `carom advise paper/missed --direction-error 5deg --miss-probability 0.1`.
     """
-    from carom.bench.adviser import advise as find
-    from carom.report.advice_document import advice_document
+    from carom.studies.advise.document import advice_document
+    from carom.studies.advise.run import advise as find
 
     found = shared.plain_scenes_named([scene])
     if len(found) != 1:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.bench.axes import Diagram
-from carom.bench.options import BenchPlan, GrowthOptions
 from carom.cli import shared
 from carom.cli.again import command_line
 from carom.cli.asked import asking, shown_option
 from carom.errors import InputError
 from carom.folders import claimed
+from carom.studies.bench.axes import Diagram
+from carom.studies.bench.options import BenchPlan, GrowthOptions
 
 if TYPE_CHECKING:
     from carom.runs.pool import Pool
@@ -52,11 +52,11 @@ def bench(
     if grow:
         _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
         return
-    from carom.bench.rounds import timing_journal
-    from carom.bench.work_precision import work_precision
-    from carom.report.bench_document import bench_document, write_bench
-    from carom.report.files import require_report_extra
+    from carom.pages.files import require_report_extra
     from carom.runs.scoring import score_journal
+    from carom.studies.bench.document import bench_document, write_bench
+    from carom.studies.bench.rounds import timing_journal
+    from carom.studies.bench.run import work_precision
 
     if not scenes:
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
@@ -94,9 +94,9 @@ def _grow(
     retry: bool,
     verbose: bool,
 ) -> None:
-    from carom.bench.growth import growth, growth_journal
-    from carom.report.files import require_report_extra
-    from carom.report.growth_document import growth_document, write_growth
+    from carom.pages.files import require_report_extra
+    from carom.studies.bench.growth import growth, growth_journal
+    from carom.studies.bench.growth_document import growth_document, write_growth
 
     if scenes:
         raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")

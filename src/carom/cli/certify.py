@@ -41,7 +41,7 @@ def certify(
     `carom certify my-scene.toml --time-budget 10 --json`.
     """
     from carom.folders import claim, file_name, write_files
-    from carom.report.small import certified_document
+    from carom.pages.small import certified_document
     from carom.solvers.certified.as_data import enclosures
     from carom.solvers.certified.certify import certify as certified
     from carom.solvers.certified.result import Ending

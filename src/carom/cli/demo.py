@@ -19,7 +19,7 @@ def demo(
     ] = None,
 ) -> None:
     """Show an engine that misses an impact beside the exact run: opens a page, or prints where it lies."""
-    from carom.report.demo import demo as shown
+    from carom.studies.cross_check.demo import demo as shown
 
     found = shown(page)
     say(repr(found))

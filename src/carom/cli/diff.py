@@ -10,8 +10,8 @@ import typer
 from carom.cli import shared
 from carom.cli.asked import asking
 from carom.errors import InputError
-from carom.report.diff_options import DiffOptions
 from carom.runs.options import FailOn
+from carom.studies.diff.options import DiffOptions
 
 __all__ = ["diff"]
 
@@ -37,7 +37,7 @@ def diff(
     if schema:
         import json
 
-        from carom.report.records_line import records_schema
+        from carom.pages.records_line import records_schema
 
         typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
         return
@@ -45,10 +45,10 @@ def diff(
         raise InputError("carom diff needs two reports: carom diff OLD NEW")
     from carom.comparator import Grade
     from carom.folders import write_file
-    from carom.report.diff import diff as held_against
-    from carom.report.diff_document import diff_document
-    from carom.report.render.html import html
-    from carom.report.render.markdown import markdown as markdown_of
+    from carom.pages.render.html import html
+    from carom.pages.render.markdown import markdown as markdown_of
+    from carom.studies.diff.document import diff_document
+    from carom.studies.diff.run import diff as held_against
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:

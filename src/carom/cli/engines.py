@@ -45,7 +45,7 @@ def engines(
 ) -> None:
     """List the engines, a line each; show one in full; or print its settings as code of its own."""
     from carom.errors import InputError
-    from carom.report.lists import engine_lines, engine_page
+    from carom.pages.lists import engine_lines, engine_page
     from carom.runs.engines import engines as known_engines
 
     names = engines_named(names)

@@ -18,7 +18,7 @@ def explain(
     ] = None,
 ) -> None:
     """Explain a verdict or a grade: what a report means by it, and when it says so."""
-    from carom.report.glossary import explained, glossary
+    from carom.pages.glossary import explained, glossary
 
     if not words:
         entries = list(glossary())

@@ -27,10 +27,10 @@ def report(
     Replays and pictures are not in the records. Examples: `carom report reports/latest`, `carom report before -v`.
     """
     from carom.folders import write_file
-    from carom.report.records import read_records
-    from carom.report.redrawn import redrawn_document
-    from carom.report.render.html import html
-    from carom.report.render.markdown import markdown as markdown_of
+    from carom.pages.records import read_records
+    from carom.pages.render.html import html
+    from carom.pages.render.markdown import markdown as markdown_of
+    from carom.studies.cross_check.redrawn import redrawn_document
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None and path.is_file():

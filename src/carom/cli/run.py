@@ -59,9 +59,9 @@ def run(
     """
     from carom.comparator import Grade
     from carom.folders import claimed
-    from carom.report.cross_check import PURPOSE
-    from carom.report.files import require_report_extra
+    from carom.pages.files import require_report_extra
     from carom.runs.plan import plan_of
+    from carom.studies.cross_check.document import PURPOSE
 
     out = out or report
     options = replace(options, samples=out is not None)
@@ -76,7 +76,7 @@ def run(
     with options.pool() as pool, folder:
         plan = plan_of(named, options, pool)
         if explain:
-            from carom.runs.explain import explain as explained
+            from carom.studies.cross_check.explain import explain as explained
 
             for line in explained(plan):
                 shared.say(line)
@@ -92,9 +92,9 @@ def _carried_out(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
-    from carom.report.cross_check import cross_check_document, reportable, write_report
-    from carom.runs.execute import execute
-    from carom.runs.observed import observed_journal
+    from carom.studies.cross_check.document import cross_check_document, reportable, write_report
+    from carom.studies.cross_check.observed import observed_journal
+    from carom.studies.cross_check.run import execute
 
     if report is None:
         with shared.progress_bar() as progress:

@@ -34,8 +34,8 @@ def scenes(
         return
     from carom.errors import InputError
     from carom.folders import file_name
-    from carom.report.lists import scene_lines
-    from carom.report.small import scene_text
+    from carom.pages.lists import scene_lines
+    from carom.pages.small import scene_text
     from carom.scene import save_scene
     from carom.scenes import all_scenes, find_scenes
 

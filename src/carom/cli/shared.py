@@ -22,7 +22,7 @@ from carom.text import shortened, visible
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from carom.report.document import Document
+    from carom.pages.document import Document
     from carom.runs.job import Progress
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
@@ -245,7 +245,7 @@ def say_place(what: str, path: Path) -> None:
 
 def print_document(document: Document, *, full: bool = False) -> None:
     """Print a document: the answer, and the evidence where it is asked for in full."""
-    from carom.report.render.terminal import terminal
+    from carom.pages.render.terminal import terminal
 
     out = console()
     for item in terminal(document, out.width, full=full):

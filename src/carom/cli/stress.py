@@ -10,7 +10,7 @@ import typer
 from carom.cli import shared
 from carom.cli.again import command_line
 from carom.cli.asked import asking
-from carom.stress.options import StressOptions
+from carom.studies.stress.options import StressOptions
 
 __all__ = ["stress"]
 
@@ -45,14 +45,14 @@ def stress(
     `carom stress --out reports/stress --resume`.
     """
     from carom.folders import claimed
-    from carom.stress import campaign
+    from carom.studies.stress import run as campaign
 
     if list_only:
         for line in campaign.listing(quick=options.quick):
             shared.say(f"{line.kind:10} {line.name:24} {line.axis}")
         return
-    from carom.report.files import require_report_extra
-    from carom.report.stress_document import stress_document, write_stress
+    from carom.pages.files import require_report_extra
+    from carom.studies.stress.document import stress_document, write_stress
 
     require_report_extra()
     with (

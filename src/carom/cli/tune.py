@@ -10,10 +10,10 @@ import typer
 from carom.cli import shared
 from carom.cli.again import command_line
 from carom.cli.asked import asking
-from carom.tune.options import TuneOptions
+from carom.studies.tune.options import TuneOptions
 
 if TYPE_CHECKING:
-    from carom.tune.search import Found
+    from carom.studies.tune.search import Found
 
 __all__ = ["tune"]
 
@@ -44,11 +44,11 @@ def tune(
     300`.
     """
     from carom.folders import claimed
-    from carom.report.tune_document import set_words, tune_document, write_tune
     from carom.runs.job import UnavailableError
-    from carom.tune import run as search
-    from carom.tune.judge import tune_journal
-    from carom.tune.search import require_tune_extra
+    from carom.studies.tune import run as search
+    from carom.studies.tune.document import set_words, tune_document, write_tune
+    from carom.studies.tune.judge import tune_journal
+    from carom.studies.tune.search import require_tune_extra
 
     require_tune_extra()
     (name,) = shared.engines_named([engine]) or [engine]

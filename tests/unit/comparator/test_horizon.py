@@ -12,11 +12,11 @@ from tests.unit.solvers.strategies import line
 
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic
-from carom.bench.gas import gas_scene
 from carom.comparator import Grade, Verdict, horizon_of
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
 from carom.scenes import catalogue
+from carom.studies.bench.gas import gas_scene
 
 IMPACTS = 60
 SCENE = gas_scene(16, 0.1, duration_s=100.0)
@@ -200,7 +200,7 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
 
 def test_impacts_at_one_instant_far_apart_may_change_places() -> None:
     """Many discs that strike the walls at the very start do so in any order: that ends no horizon."""
-    from carom.bench.gas import gas_scene
+    from carom.studies.bench.gas import gas_scene
 
     reference = solve_pic(gas_scene(16, 0.3, duration_s=1.0, touching=True))
     assert (reference.impacts["time_s"] == 0.0).sum() > 1

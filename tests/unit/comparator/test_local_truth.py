@@ -9,7 +9,6 @@ import pytest
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene
-from carom.bench.gas import gas_scene
 from carom.comparator import Grade, local_truth
 from carom.comparator.local_truth import analysis
 from carom.comparator.local_truth.activity import Activity, activity_of
@@ -21,6 +20,7 @@ from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.scenes.catalogue import all_scenes
 from carom.solvers.pic import pic_run, solve_pic
+from carom.studies.bench.gas import gas_scene
 from carom.windows import LocalTruth, States
 
 SHORT = [name for name in all_scenes() if name.startswith(("paper/", "classics/"))]

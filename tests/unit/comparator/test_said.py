@@ -13,7 +13,7 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.report.grid import mark_of_grade
+from carom.pages.grid import mark_of_grade
 from carom.trace import Outcome, kinetic_energy
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -10,17 +10,17 @@ import pytest
 from typer.testing import CliRunner
 
 import carom
-from carom.bench.advice_options import AdviceOptions
-from carom.bench.options import BenchPlan, GrowthOptions
 from carom.cli import app
 from carom.cli.asked import shown_option
 from carom.declared import DeclaredOptions, declared
 from carom.errors import InputError
-from carom.report.diff_options import DiffOptions
 from carom.runs.options import Options
 from carom.solvers.certified.options import CertifyOptions
-from carom.stress.options import StressOptions
-from carom.tune.options import TuneOptions
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.diff.options import DiffOptions
+from carom.studies.stress.options import StressOptions
+from carom.studies.tune.options import TuneOptions
 
 #: Each study with the command of its options; a growth bench has its options from `carom bench`.
 STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {

@@ -11,13 +11,13 @@ import pytest
 
 from carom import Scene
 from carom.adapter import AdapterError, Capabilities, Engine, Observation, Profile
-from carom.bench import rounds
-from carom.bench.rounds import TimeScene
 from carom.registry import load_adapter
 from carom.runs.job import Method, UnsupportedError
 from carom.runs.pool import InProcess
 from carom.runs.timing import time_run
 from carom.scenes import all_scenes
+from carom.studies.bench import rounds
+from carom.studies.bench.rounds import TimeScene
 
 DT_S = 1 / 60
 

@@ -15,13 +15,13 @@ import pytest
 
 from carom import Disc, Scene, save_scene
 from carom.runs.environment import resident_bytes
-from carom.runs.execute import execute
 from carom.runs.folder import _clear_abandoned
 from carom.runs.job import Status
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import LocalPool
 from carom.runs.results import Row
+from carom.studies.cross_check.run import execute
 
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 

@@ -20,12 +20,12 @@ from carom.runs import journal as journal_module
 from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, Entry, canonical
 from carom.runs.keys import JobKey, job_key
-from carom.runs.observed import observed_journal
 from carom.runs.options import Options
 from carom.runs.scoring import Measures, score_journal
 from carom.scenes import all_scenes
-from carom.stress.campaign import stress_journal
-from carom.stress.spots import Spot, SpotEnding
+from carom.studies.cross_check.observed import observed_journal
+from carom.studies.stress.run import stress_journal
+from carom.studies.stress.spots import Spot, SpotEnding
 
 KEY = JobKey("mine", "ab" * 32, Method("pit", "tuned"), 1 / 60, 0.25, (("carom", "1"), ("numpy", "2")))
 

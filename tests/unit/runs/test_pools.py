@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from carom import Disc, Scene, Wall
-from carom.runs.execute import execute
 from carom.runs.job import Status
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess, LocalPool, Pool
 from carom.runs.results import Results
+from carom.studies.cross_check.run import execute
 
 #: Engines that a process survives, and such as end it or never answer.
 SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")

@@ -16,10 +16,10 @@ import carom
 from carom import Scene
 from carom import compare as score
 from carom.errors import AdapterError
-from carom.report.cross_check import reportable, write_report
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
+from carom.studies.cross_check.document import reportable, write_report
 
 SOURCE = """
 import numpy as np
@@ -105,7 +105,7 @@ def test_a_row_that_can_not_be_scored_costs_no_other(
             raise ZeroDivisionError("of no length")
         return score(reference, observed, **given)
 
-    monkeypatch.setattr("carom.runs.execute.compare", compare)
+    monkeypatch.setattr("carom.studies.cross_check.run.compare", compare)
     rows = by_engine(checked(scene, "sound", phases=phases))
     assert rows["sound"].status is Status.FAILED
     assert re.match(

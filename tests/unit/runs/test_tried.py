@@ -12,19 +12,19 @@ import carom
 from carom import Scene
 from carom.adapter import Knob
 from carom.errors import InputError, UnknownNameError
-from carom.report.cross_check import cross_check_document
-from carom.report.diff import diff
-from carom.report.records import junit, records
-from carom.report.render.markdown import markdown
+from carom.pages.records import junit, records
+from carom.pages.render.markdown import markdown
 from carom.runs.engines import engine_of
-from carom.runs.execute import execute
 from carom.runs.job import Job, Method
 from carom.runs.keys import job_key
-from carom.runs.observed import DRAWN, observed_journal
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.runs.tried import tried_by
+from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.observed import DRAWN, observed_journal
+from carom.studies.cross_check.run import execute
+from carom.studies.diff.run import diff
 from carom.trace import Setting
 
 

@@ -16,10 +16,10 @@ from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import Observe
-from carom.runs.observed import observed_journal
 from carom.runs.options import Options
 from carom.runs.worker import codec_of
 from carom.scenes import all_scenes
+from carom.studies.cross_check.observed import observed_journal
 from carom.trace import Trace
 
 SCENE = all_scenes()["paper/missed"].scene

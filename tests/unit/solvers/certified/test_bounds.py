@@ -11,11 +11,11 @@ from tests.forms import needs_extension
 from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact_of_pair, is_after_impact_on_wall
 
 from carom import Disc, Scene
-from carom.bench.gas import gas_scene
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.impacts import carry_out
 from carom.solvers.certified.meetings import meet
+from carom.studies.bench.gas import gas_scene
 from carom.trace import wall_body, wall_index
 
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from carom import Outcome, certify
-from carom.bench.gas import gas_scene
 from carom.errors import InputError, MissingExtraError
 from carom.solvers.certified.result import Ending
+from carom.studies.bench.gas import gas_scene
 
 SCENE = gas_scene(9, 0.3, duration_s=1000.0)
 

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from tests.rebuilt import in_units
 
 from carom import Scene, certify
-from carom.bench.gas import gas_scene
 from carom.scenes import catalogue
 from carom.solvers.certified import bounds
 from carom.solvers.certified.result import CertifiedTrace
+from carom.studies.bench.gas import gas_scene
 
 from .start_bounds import StartBounds
 

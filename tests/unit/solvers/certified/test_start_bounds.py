@@ -8,12 +8,12 @@ import pytest
 from tests.forms import plain_form
 
 from carom import Disc, Scene, certify
-from carom.bench.gas import gas_scene
 from carom.errors import MissingExtraError
 from carom.scenes import catalogue
 from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.result import CertifiedTrace
+from carom.studies.bench.gas import gas_scene
 
 from .start_bounds import StartBounds
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.bench.gas import hard_disc_gas
+from carom.studies.bench.gas import hard_disc_gas
 
 probe = pytest.importorskip("tests.probe")
 

@@ -12,11 +12,11 @@ from tests.forms import needs_extension
 from tests.unit.solvers.scenes import random_start, scene_of
 
 from carom import Disc, Outcome, Scene, solve_pic
-from carom.bench.gas import hard_disc_gas
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
+from carom.studies.bench.gas import hard_disc_gas
 
 pytestmark = needs_extension
 

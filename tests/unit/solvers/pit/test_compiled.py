@@ -13,10 +13,10 @@ from tests.unit.solvers.pit.forms import bits, compiled_forms, finished
 from tests.unit.solvers.pit.scenes import KINDS, random_scene
 from tests.unit.solvers.strategies import line, scenes
 
-from carom.bench.gas import gas_scene
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import FrameRun
+from carom.studies.bench.gas import gas_scene
 
 pytestmark = needs_extension
 

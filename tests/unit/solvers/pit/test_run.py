@@ -14,11 +14,11 @@ from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition,
 from tests.unit.solvers.strategies import line
 
 from carom import extension
-from carom.bench.gas import gas_scene
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Run
+from carom.studies.bench.gas import gas_scene
 from carom.trace import Outcome
 
 CLOCK = FrameClock.at_rate(24.0)

@@ -1,0 +1,1 @@
+"""What the documents of all studies share: blocks, words, marks, figures, records, and how they are shown."""

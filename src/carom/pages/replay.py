@@ -1,0 +1,259 @@
+"""A replay: all that a page needs to show a run beside its reference, moving, with the evidence of each impact.
+
+The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
+somebody opens one of them.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+import tomli_w
+
+from carom.comparator import ImpactError, Score
+from carom.comparator.local import LocalErrors
+from carom.comparator.thresholds import THRESHOLDS
+from carom.pages import wording
+from carom.pages.files import packed
+from carom.pages.grid import Grid, GridCell
+from carom.pages.paths import extent_of
+from carom.pages.tracks import Track, observed_tracks, reference_tracks, turnings
+from carom.registry import asked_as
+from carom.runs.job import Job
+from carom.runs.results import Results
+from carom.scene import Scene
+from carom.text import visible
+from carom.trace import Trace, pair_name, setting_text
+
+__all__ = ["impact_rows", "replay_data", "replay_link", "run_command", "scene_replays"]
+
+#: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
+_SHARP = 6
+
+#: Why a cause is not told.
+UNKNOWN = "not told apart: its own state before is not known"
+
+Json = dict[str, Any]
+
+#: A pair that passes through within so many steps of an impact has missed that one.
+_NEAR_STEPS = 2.0
+
+
+def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
+    """Yield the name of each scene that has a reference, and its replays, packed."""
+    for row in grid.rows:
+        reference = results.references.get(row.scene.name)
+        cells = [cell for cell in row.cells if cell.plays]
+        if reference is not None and cells:
+            yield visible(row.scene.name), packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+
+
+def replay_link(cell: GridCell) -> str:
+    """Return where a page plays a cell; empty where there is nothing to play."""
+    row = cell.row
+    return f"#{quote(_key(row.job))}" if row and cell.plays else ""
+
+
+def _key(job: Job) -> str:
+    """Return what a page calls a replay; of the scene's name what is shown of it, as all of a page is."""
+    return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
+
+
+def run_command(scene: str, job: Job) -> str:
+    """Return the command that runs a job again, on a scene by this name or in this file."""
+    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
+    asked = ("carom", "run", scene, "-e", asked_as(job.engine), "-p", job.profile)
+    return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
+
+
+def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
+    row = cell.row
+    assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
+    job = row.job
+    said = {
+        "engine": cell.column.label,
+        "profile": cell.column.profile,
+        "key": _key(job),
+        "word": cell.mark.word,
+        "symbol": cell.mark.symbol,
+        "css": cell.mark.css,
+        "said": [wording.capitalised(reason) + "." for reason in cell.reasons],
+        "command": run_command(visible(job.scene.name), job),
+    }
+    return row.trace, row.score, said
+
+
+def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:
+    """Return a scene, its reference and its runs as plain data.
+
+    Args:
+        reference: What must happen.
+        runs: Each run with its score, and what is said of it.
+    """
+    scene, extent_m = reference.scene, extent_of(reference)
+    places = _SHARP - math.floor(math.log10(extent_m))
+    return {
+        **_of_scene(scene),
+        "reference": [_of_track(track, None) for track in reference_tracks(reference)],
+        "turned": _of_turnings(reference),
+        "impacts": [
+            [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
+        ],
+        "runs": [
+            {
+                **said,
+                "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
+                "sampled": trace.dt_s > 0.0,
+                "end": trace.end_time_s,
+                "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
+                "turned": _of_turnings(trace),
+                "impacts": list(impact_rows(reference, trace, score)),
+                "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
+            }
+            for trace, score, said in runs
+        ],
+    }
+
+
+def _of_scene(scene: Scene) -> Json:
+    return {
+        "name": visible(scene.name),
+        "description": scene.description,
+        "duration": scene.duration_s,
+        "frame": 1.0 / scene.frame_rate_hz,
+        "gravity": list(scene.gravity_m_s2),
+        "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
+        "walls": [[*wall.point_m, *wall.normal] for wall in scene.walls],
+        "file": tomli_w.dumps(scene.model_dump(mode="python")),
+    }
+
+
+def _of_track(track: Track, places: int | None) -> list[list[float]]:
+    columns = (track.time_s, *track.position_m.T)
+    if places is None:
+        return [column.tolist() for column in columns]
+    # Python's own rounding: NumPy's multiplies first, which a large number does not stand.
+    return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
+
+
+def _of_turnings(trace: Trace) -> list[list[list[float]]]:
+    return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in turnings(trace)]
+
+
+def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+    """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
+    found = {error.reference: error for error in score.errors}
+    rows: list[Json] = []
+    for k, impact in enumerate(reference.impacts):
+        true_s = float(impact["time_s"])
+        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s}
+        error = found.get(k)
+        if error is None:
+            rows.append(row | _lost(k, score) | _why_lost(k, impact, trace, score))
+            continue
+        rows.append(
+            row
+            | {
+                "reported": _or_none(true_s + error.reported_time_s),
+                "turned": _or_none(true_s + error.effective_time_s),
+                "velocity": _or_none(error.velocity),
+                "spin": _or_none(error.spin),
+                "flag": _flag(error.time_s, trace.dt_s, score),
+                "became": _became(error.time_s, trace.dt_s, score),
+                "cause": _cause(error, score),
+            }
+        )
+    for k in score.spurious:
+        impact = trace.impacts[k]
+        rows.append(
+            {
+                "bodies": _bodies(impact),
+                "pair": pair_name(impact),
+                "reported": _or_none(float(impact["time_s"])),
+                "flag": "invented",
+                "became": "invented",
+                "cause": _invented(k, score.local),
+            }
+        )
+    yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _invented(k: int, local: LocalErrors) -> str:
+    """Say where an impact that the reference does not have comes from, as far as its own state before tells."""
+    if k in local.spurious:
+        return "from its own state before, these bodies do not meet"
+    if math.isnan(local.velocity[k]):
+        return UNKNOWN
+    return "from its own state before, these bodies do meet"
+
+
+def _bodies(impact: np.void) -> list[int]:
+    return [int(impact["first"]), int(impact["second"])]
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _lost(k: int, score: Score) -> Json:
+    if k >= score.expected:
+        return {"flag": "beyond", "became": "beyond the horizon"}
+    if k in score.undecided:
+        return {"flag": "undecided", "became": "not found before the end of the run"}
+    return {"flag": "missed", "became": "missed"}
+
+
+def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+    """Say why an impact is missed: from the run's own states where they were looked at, else what PIT does with it."""
+    if k >= score.expected or k in score.undecided:
+        return {"cause": ""}
+    if trace.local_truth is None:
+        pit = {True: "PIT misses it, too", False: "PIT finds it"}
+        return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
+    met = trace.local_truth.meetings
+    # An engine that is late passes through after the true instant, one whose trajectory is ahead before it.
+    near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
+    passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
+    if not len(passed):
+        return {"cause": "its own states do not lead to it: errors before this impact led it elsewhere"}
+    return {
+        "cause": "looking once a step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
+    }
+
+
+def _flag(time_s: float, dt_s: float, score: Score) -> str:
+    if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
+        return "found"
+    return "late" if time_s > 0 else "early"
+
+
+def _became(time_s: float, dt_s: float, score: Score) -> str:
+    flag = _flag(time_s, dt_s, score)
+    if flag == "found":
+        return "found"
+    return f"{wording.steps(abs(time_s), dt_s) if dt_s else wording.seconds(abs(time_s))} {flag}"
+
+
+def _cause(error: ImpactError, score: Score) -> str:
+    """Say where a velocity error comes from, or else one of spin: told apart from the run's own state before."""
+    rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
+    wrong, here = error.velocity, local.velocity[k]
+    own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
+    if error.spin > rounding and not wrong > rounding:
+        wrong, here, own, sampling = error.spin, local.spin[k], local.solver_spin[k], local.sampling_spin[k]
+    if not wrong > rounding:
+        return ""
+    if math.isnan(here):
+        return UNKNOWN
+    if here <= rounding:
+        return "right from its own state before: errors before this impact led it elsewhere"
+    if own <= rounding:
+        return "looking once a step"
+    if math.isnan(own) or sampling <= rounding:
+        return "the method's own"
+    return f"looking once a step ({wording.number(sampling)}), and the method's own ({wording.number(own)})"

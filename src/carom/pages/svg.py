@@ -1,0 +1,210 @@
+"""From a matplotlib figure to a small SVG that lives inside an HTML page and takes its colours from there."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from carom.pages import wording
+from carom.pages.files import require_report_extra
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "GRID",
+    "INK",
+    "MUTED",
+    "SERIES",
+    "SURFACE",
+    "WALL",
+    "aim",
+    "alone",
+    "drawing",
+    "finish",
+    "framed",
+    "line_style",
+    "new_figure",
+    "plain_number",
+    "png",
+    "render",
+]
+
+# A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
+INK = "#1b2330"
+MUTED = "#66707f"
+GRID = "#d8dde4"
+SURFACE = "#fefefd"
+WALL = "#8b94a1"
+#: Told apart by people with any of the common deficiencies of colour vision (after M. Okabe and K. Ito, 2008).
+#: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
+SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b4fa8", "#74777c")
+
+_AIM_PT = 11.0
+_MARKERS = "osD^vP*X"
+_PNG_DPI = 144
+#: Above the axes, with a title and without one.
+_HEAD_IN, _BARE_IN = 0.85, 0.15
+#: Room for the numbers and the label of the upright axis, and height of a line at the foot.
+_LEFT_IN, _FOOT_IN = 0.87, 0.16
+
+_VARIABLES = {
+    INK: "--ink",
+    MUTED: "--muted",
+    GRID: "--rule",
+    SURFACE: "--surface",
+    WALL: "--wall",
+    **{colour: f"--s{k}" for k, colour in enumerate(SERIES)},
+}
+
+_STYLE = {
+    "svg.fonttype": "none",  # text stays text: smaller, sharp, and read by search and screen readers
+    "text.parse_math": False,  # a name may hold a dollar sign
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "hatch.linewidth": 0.6,
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw in the report's style, and leave matplotlib's settings as they were.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    require_report_extra()
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs know each setting by name only
+        yield
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure that no pyplot knows of."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_in, height_in))
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def line_style(number: int, *, pit: bool, hollow: bool) -> dict[str, Any]:
+    """Return how the line of an engine, the n-th, is drawn in every diagram.
+
+    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes is
+    dashed, with hollow marks.
+    """
+    return {
+        "color": INK if pit else SERIES[number % len(SERIES)],
+        "linewidth": 3.2 if pit else 1.3,
+        "alpha": 0.4 if pit else 0.9,
+        "linestyle": "--" if hollow else "-",
+        "marker": _MARKERS[number % len(_MARKERS)],
+        "markersize": 5.0,
+        "markerfacecolor": "none" if hollow else None,
+        "zorder": 2 if pit else 3,
+    }
+
+
+def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[str] = ()) -> tuple[Figure, Axes]:
+    """Return a figure with room for a legend on the right, a title above, and small lines at its foot."""
+    height = height_in + _FOOT_IN * len(foot)
+    figure = new_figure(width_in, height)
+    left = _LEFT_IN / width_in
+    foot_in, head_in = 0.55, _HEAD_IN if title else _BARE_IN
+    wide, tall = 0.72 - left, (height_in - foot_in - head_in) / height
+    axes = figure.add_axes((left, (height - height_in + foot_in) / height, wide, tall))
+    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
+    for k, line in enumerate(reversed(foot)):
+        figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)
+    return figure, axes
+
+
+def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
+    """Draw a disc that is not seen, large enough to be pointed at, which leads to a place of the page."""
+    clear = (0.0, 0.0, 0.0, 0.0)
+    axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
+
+
+def finish(axes: Axes) -> None:
+    """Draw the grid, and the legend beside the axes; ticks between the labelled ones have no words."""
+    from matplotlib.ticker import NullFormatter
+
+    # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.
+    for each in (axes, *axes.child_axes):
+        each.xaxis.set_minor_formatter(NullFormatter())
+        each.yaxis.set_minor_formatter(NullFormatter())
+    axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
+
+
+def plain_number(value: float, _position: float) -> str:
+    """Return a tick as the report writes numbers."""
+    return wording.number(value)
+
+
+def png(figure: Figure) -> bytes:
+    """Return the figure as PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_PNG_DPI, facecolor="white", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is.
+
+    Args:
+        figure: What is drawn.
+        label: What it is, for who does not see it.
+        links: What each place within the page that parts of the figure lead to is called.
+    """
+    import matplotlib as mpl
+
+    buffer = io.StringIO()
+    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    # Names of parts are hashes: salted by the label, they differ between figures, and the same data give the same file.
+    with mpl.rc_context({"svg.hashsalt": label}):
+        figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    # Inside HTML an SVG needs no namespaces, and one page must not hold an id twice.
+    text = text.replace("xlink:href", "href")
+    text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
+    used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
+    text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
+    # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
+    text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    for colour, variable in _VARIABLES.items():
+        text = text.replace(colour, f"var({variable},{colour})")
+    for anchor, said in links.items():
+        name = html.escape(said, quote=True)
+        text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
+    role = "group" if links else "img"  # what is one picture holds nothing that can be focused
+    text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)
+    return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
+
+
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # they lead to places of the page
+    names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+    return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

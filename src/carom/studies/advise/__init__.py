@@ -1,0 +1,1 @@
+"""The largest step that is good enough for a scene."""

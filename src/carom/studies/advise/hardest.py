@@ -1,0 +1,94 @@
+"""What is demanded of a step, and what each impact of a reference allows a method that looks once a step."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from carom.errors import InputError
+from carom.studies.advise.sampling_limit import PairLimit, Window, pair_limit
+from carom.trace import Trace
+
+__all__ = ["Cause", "Demand", "HardImpact", "hardest_impacts"]
+
+#: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
+GRAZE = math.cos(math.pi / 6)
+
+
+class Cause(Enum):
+    """Why an impact is hard to find; the value is the phrase shown."""
+
+    GRAZE = "a graze"
+    FAST = "a fast small disc"
+    TURN = "the line of centres turns fast"
+    WALL = "a wall, which nothing passes unseen"
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What is asked for.
+
+    Attributes:
+        direction_error_rad: No disc's direction after any impact may be wrong by more.
+        miss_probability: Share of starts at which an impact may be missed or invented.
+
+    Raises:
+        InputError: A number is out of range.
+    """
+
+    direction_error_rad: float
+    miss_probability: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 < self.direction_error_rad < math.pi:
+            degrees = math.degrees(self.direction_error_rad)
+            raise InputError(f"the direction error must be above 0 and below 180 degrees, got {degrees:g} degrees")
+        if not 0 <= self.miss_probability < 1:
+            raise InputError(f"the miss probability must be 0 or more and below 1, got {self.miss_probability:g}")
+
+
+@dataclass(frozen=True)
+class HardImpact:
+    """What one impact of the reference allows a method that looks once a step.
+
+    Attributes:
+        time_s: When it is.
+        first: The disc.
+        second: The other disc, or a wall.
+        limit: What it allows; of discs that rub, what it would allow without friction: enough to aim starts by.
+        cause: Why it allows no more.
+    """
+
+    time_s: float
+    first: int
+    second: int
+    limit: PairLimit
+    cause: Cause
+
+
+def hardest_impacts(reference: Trace, demand: Demand) -> tuple[HardImpact, ...]:
+    """Return what each impact of a reference allows on its own, the hardest first."""
+    found = [_hard(reference, k, demand) for k in range(len(reference.impacts))]
+    return tuple(sorted(found, key=lambda impact: (impact.limit.dt_s, impact.time_s)))
+
+
+def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
+    impact, scene = reference.impacts[number], reference.scene
+    first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
+    if second < 0:
+        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), Cause.WALL)
+    fields = ("normal", "velocity_first_before", "velocity_second_before")
+    normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
+    one, other = scene.discs[first], scene.discs[second]
+    window = Window.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
+    limit = pair_limit(
+        window,
+        ((ux, uy), (vx, vy)),
+        (1.0 / one.mass_kg, 1.0 / other.mass_kg),
+        scene.restitution,
+        demand.direction_error_rad,
+        demand.miss_probability,
+    )
+    soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
+    return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)

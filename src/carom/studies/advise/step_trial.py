@@ -1,0 +1,166 @@
+"""One step of one method, tried: at starts spread evenly over the step, and at unlucky ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+from carom.comparator.align import LATEST_STAMP_STEPS
+from carom.comparator.horizon import reach_of
+from carom.comparator.measure import measure
+from carom.comparator.scales import scales_of
+from carom.comparator.shift import begun_earlier, even_phases
+from carom.errors import InputError
+from carom.runs.desk import Ask, answers
+from carom.runs.job import Answer, Job, JobTask, Method, Status, UnsupportedError
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.observe import able_adapter, observe_run
+from carom.runs.pool import Pool
+from carom.runs.reference import reference_trace
+from carom.runs.scoring import by_start, steps_of
+from carom.scene import Scene
+from carom.studies.advise.hardest import Demand
+from carom.trace import Outcome, Trace
+
+__all__ = ["StartTask", "Started", "StepTrial", "most_steps", "starts_of", "try_starts"]
+
+#: An aimed start looks this fraction of a step before the impact: late by all but this fraction.
+JUST_BEFORE = 1e-3
+
+#: A run goes on for this many steps after the scene's end: what happened before it is then due to have been reported.
+BEYOND_STEPS = LATEST_STAMP_STEPS + 1
+
+#: References that a worker keeps: those of the starts of one step, so that a second method finds them.
+REFERENCES_KEPT = 128
+
+
+@dataclass(frozen=True)
+class Started:
+    """What one start gave.
+
+    Attributes:
+        lost: Impacts missed or invented.
+        completed: Whether the run came to its end.
+        direction_error_rad: Largest direction error of the impacts found; NaN where none was.
+        steps: Engine steps taken.
+    """
+
+    lost: int
+    completed: bool
+    direction_error_rad: float
+    steps: int
+
+
+@dataclass(frozen=True)
+class StartTask(JobTask):
+    """Run a job in a worker process, and hold its impacts up to the scene's end against PIC's."""
+
+    def carry_out(self) -> Started:
+        """Return what it gave.
+
+        Raises:
+            UnsupportedError: There is no such start, or no reference of it.
+        """
+        job = self.job
+        adapter = able_adapter(job)
+        try:
+            begun = begun_earlier(job.scene, job.phase * job.dt_s)
+        except InputError as error:
+            raise UnsupportedError(str(error)) from None
+        # An impact in the last steps of a run can't be told from one that is missed.
+        scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
+        reference = _reference(scene)
+        if not isinstance(reference, Trace):
+            raise UnsupportedError(reference)
+        observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
+        measured = measure(reference, observed, scales_of(scene, reference), reach_of(reference, begun.duration_s))
+        aligned = measured.alignment
+        return Started(
+            # Past the extra steps nothing is undecided, unless the run broke off: then it was not found.
+            lost=len(aligned.missed) + len(aligned.spurious) + len(aligned.undecided),
+            completed=observed.outcome is Outcome.COMPLETED,
+            direction_error_rad=measured.largest.direction_rad,
+            steps=int(observed.counts.get("steps", 0)),
+        )
+
+
+_reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
+
+
+@dataclass(frozen=True)
+class StepTrial:
+    """One step, run at all its starts.
+
+    Attributes:
+        dt_s: The step, seconds.
+        even: How many starts were spread evenly over it, as far as they could be had.
+        starts: How many starts were run, aimed ones among them.
+        lost_even: How many of the even starts missed or invented an impact, or did not come to their end.
+        lost: The same of all starts.
+        direction_error_rad: Largest direction error at any start; NaN where no impact was found.
+        steps: Engine steps taken.
+        reason: What the engine or its adapter broke off with, empty where it did not: then the step fails.
+    """
+
+    dt_s: float
+    even: int
+    starts: int
+    lost_even: int
+    lost: int
+    direction_error_rad: float
+    steps: int
+    reason: str = ""
+
+    @property
+    def never_misses(self) -> bool:
+        """Whether no start missed or invented an impact."""
+        return not self.reason and self.lost == 0
+
+    def meets(self, demand: Demand) -> bool:
+        """Whether a demand is met; of a direction that is not known it is not."""
+        allowed = demand.miss_probability
+        few = self.never_misses if allowed == 0.0 else not self.reason and self.lost_even <= allowed * self.even
+        return few and self.direction_error_rad <= demand.direction_error_rad
+
+    @classmethod
+    def of(cls, dt_s: float, even: Sequence[Answer[Started]], aimed: Sequence[Answer[Started]]) -> StepTrial | str:
+        """Return what the starts gave together; why, where not one could be had."""
+        answers = [*even, *aimed]
+        broken = [answer for answer in answers if answer.status.broken or answer.status is Status.UNAVAILABLE]
+        ran = [answer.value for answer in answers if answer.value is not None]
+        if not ran and not broken:
+            return answers[0].reason
+        of_even = [answer.value for answer in even if answer.value is not None]
+        known = [one.direction_error_rad for one in ran if not math.isnan(one.direction_error_rad)]
+        return cls(
+            dt_s,
+            even=len(of_even),
+            starts=len(ran) + len(broken),
+            lost_even=sum(one.lost > 0 or not one.completed for one in of_even),
+            lost=sum(one.lost > 0 or not one.completed for one in ran),
+            direction_error_rad=max(known, default=math.nan),
+            steps=sum(one.steps for one in ran),
+            reason=broken[0].said if broken else "",
+        )
+
+
+def starts_of(dt_s: float, even: int, aimed_s: Iterable[float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return phases spread evenly, and those at which a look falls just before each of some instants."""
+    spread = even_phases(even)
+    aimed = dict.fromkeys((JUST_BEFORE - time_s / dt_s) % 1.0 for time_s in aimed_s)
+    return spread, tuple(phase for phase in aimed if phase not in spread)
+
+
+def most_steps(duration_s: float, dt_s: float, starts: int) -> int:
+    """Return how many engine steps a step's starts take together; where runs end early it is fewer."""
+    # A start may be a step earlier.
+    return starts * (math.ceil(duration_s / dt_s) + 1 + BEYOND_STEPS)
+
+
+def try_starts(jobs: Iterable[Job], pool: Pool) -> Mapping[tuple[Method, float], Answer[Started]]:
+    """Run jobs, and return what came of each by its method and phase: one step of each method at a time."""
+    asks = [Ask((job.method, job.phase), job_key(job), StartTask(job), steps=steps_of(job)) for job in by_start(jobs)]
+    return dict(answers(asks, pool, Notes[JobKey, Started]()))

@@ -1,0 +1,185 @@
+"""The growth bench as a document with its diagrams, and its files."""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from carom.folders import write_files
+from carom.pages import wording
+from carom.pages.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Lines, Section, Table
+from carom.pages.files import as_json, require_report_extra
+from carom.pages.made import making, stamp_lines
+from carom.pages.render.html import html
+from carom.pages.svg import aim, alone, drawing, finish, framed, line_style, plain_number, png, render
+from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
+from carom.studies.bench.tables import METHOD
+
+if TYPE_CHECKING:
+    from matplotlib import figure as drawn
+
+__all__ = ["growth_document", "write_growth"]
+
+_WIDTH_IN, _HEIGHT_IN = 8.6, 4.9
+_MIB = 2.0**20
+
+
+def growth_document(growth: Growth) -> Document:
+    """Return run time and memory against the number of discs."""
+    figures = (
+        Figure(lambda: _diagram(growth, memory=False)[0], "Run time"),
+        Figure(lambda: _diagram(growth, memory=True)[0], "Memory"),
+    )
+    left_out = tuple(
+        f"{curve.engine} {curve.profile}, {point.discs} discs, not run: {point.reason}"
+        for curve in growth.curves
+        for point in curve.points
+        if point.reason
+    )
+    return Document(
+        "Carom bench: growth",
+        ("Run time and memory against the number of discs.", *_fastest(growth)),
+        (
+            Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
+            Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
+            *making(growth.environment, growth.command, growth.elapsed_s),
+        ),
+    )
+
+
+def _fastest(growth: Growth) -> Iterator[str]:
+    """Say which method takes the least time for the most discs that any of them ran."""
+    most = max((point.discs for curve in growth.curves for point in _ran(curve)), default=0)
+    ran = [(point.advance_s, curve) for curve in growth.curves for point in _ran(curve) if point.discs == most]
+    if ran:
+        took_s, best = min(ran, key=lambda one: one[0])
+        step = wording.number(1e3 * took_s / STEPS, 3)
+        rank = f"is the fastest of {len(ran)} methods: " if len(ran) > 1 else "takes "
+        yield f"With {most} discs {best.engine} ({best.profile}) {rank}{step} ms a step."
+
+
+def _tables(growth: Growth) -> tuple[Table, ...]:
+    return (
+        Table(
+            (
+                METHOD,
+                Column("run time", lambda curve: _power(curve.time_exponent), "grows as"),
+                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as"),
+                Column("most", _most(lambda point: str(point.discs)), "discs", number=True),
+                Column("a step", _most(lambda p: wording.seconds(p.advance_s / STEPS)), "there", number=True),
+                Column("prepare", _most(lambda p: wording.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
+                Column("peak", _most(lambda p: f"{wording.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True),
+            ),
+            growth.curves,
+            title="Growth with the number of discs n, from 100 discs on",
+            note="Least squares on logarithmic axes, with 95 % interval; where run time falls as discs are added, the "
+            "method has changed, and what follows is fitted.",
+        ),
+        Table(
+            (
+                Column("point", lambda at: Cell(_name(*at), anchor=_anchor(*at))),
+                Column("a step, ms", lambda at: wording.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
+                Column("over PIT's", lambda at: wording.ratio(at[1].ratio), number=True),
+                Column("prepare, s", lambda at: wording.number(at[1].prepare_s, 3), number=True),
+                Column("memory, MiB", lambda at: wording.number(at[1].memory_bytes / _MIB, 3), number=True),
+                Column("peak, MiB", lambda at: wording.number(at[1].peak_bytes / _MIB, 3), number=True),
+                Column("command", lambda at: _command(*at), only=PAGE),
+            ),
+            [(curve, point) for curve in growth.curves for point in _ran(curve)],
+            title="Every run",
+            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
+            "process of its own, one at a time. Preparation is not in a step. Over PIT's: with as many discs, both in "
+            "one sitting; only these may be compared with another machine's. Memory: what the process held at most, "
+            "less what it held with the scene and the engine loaded and no world yet.",
+            only=IN_FULL,
+        ),
+    )
+
+
+def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
+    return f"{curve.engine} {curve.profile}, {wording.count(point.discs, 'disc')}"
+
+
+def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
+    """Return the name of a run's row within the page."""
+    return quote(f"{curve.engine}/{curve.profile}/{point.discs}")
+
+
+def _command(curve: GrowthCurve, point: GrowthPoint) -> str:
+    words = ("carom", "bench", "--grow", "-e", curve.engine, "-p", curve.profile, "--discs", str(point.discs))
+    return shlex.join(words)
+
+
+def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
+    return [point for point in curve.points if not point.reason]
+
+
+def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
+    """Return what a column says of the most discs that were run."""
+    return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else wording.ABSENT
+
+
+def _power(exponent: tuple[float, float, float]) -> Cell:
+    value, low, high = exponent
+    if math.isnan(value):
+        return Cell("too few runs")
+    if math.isnan(low):
+        return Cell(f"n^{value:.2f}")
+    return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f} ± {high - value:.2f}")
+
+
+def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
+    """Return run time (or memory) against the number of discs, as SVG and as PNG with the lines at its foot."""
+    links = {_anchor(curve, point): _name(curve, point) for curve in growth.curves for point in _ran(curve)}
+    with drawing():
+        drawn = render(_figure(growth, memory), "Memory" if memory else "Run time", links)
+        return drawn, png(_figure(growth, memory, foot))
+
+
+def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
+    title = f"{'Memory' if memory else 'Run time'} against the number of discs"
+    figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    for k, curve in enumerate(growth.curves):
+        places = [
+            (point.discs, height, _anchor(curve, point))
+            for point in _ran(curve)
+            if (height := point.memory_bytes / _MIB if memory else 1e3 * point.advance_s / STEPS) > 0
+        ]
+        exponent = curve.memory_exponent if memory else curve.time_exponent
+        axes.plot(
+            [discs for discs, _, _ in places],
+            [height for _, height, _ in places],
+            label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
+            **line_style(k, pit=curve.engine == "pit", hollow=False),
+        )
+        for place in places:
+            aim(axes, *place)
+    axes.set_xlabel("discs")
+    axes.set_ylabel("memory of the world, MiB" if memory else "a step, ms")
+    axes.xaxis.set_major_formatter(plain_number)
+    axes.yaxis.set_major_formatter(plain_number)
+    finish(axes)
+    return figure
+
+
+def write_growth(growth: Growth, folder: Path) -> Path:
+    """Write `growth.html`, `growth.json` and the diagrams as SVG and PNG; return the page.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        InputError: The folder can't be written into, or holds files of others.
+    """
+    require_report_extra()
+    foot = stamp_lines(growth.environment, growth.command)
+    page, numbers = html(growth_document(growth)), as_json("growth", growth, leave_out=("engines",))
+    files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
+    for memory, name in ((False, "growth-time"), (True, "growth-memory")):
+        svg, files[f"{name}.png"] = _diagram(growth, memory, foot)
+        files[f"{name}.svg"] = alone(svg)
+    return write_files(folder, "bench", files)

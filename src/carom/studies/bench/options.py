@@ -1,0 +1,109 @@
+"""What may be asked of a bench, and of one over numbers of discs: see `carom.declared`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.declared import flag, fraction, measure, name, one_of, option, seconds, step, whole
+from carom.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
+from carom.runs.options import MOST_SEED, Limited, engine_names, profile_names
+from carom.studies.bench.axes import ErrorKind
+from carom.studies.bench.series import STEPS, geometric_steps
+
+__all__ = ["LEAST_ROUNDS", "BenchPlan", "GrowthOptions"]
+
+#: Fewer rounds than this have no spread worth a name.
+LEAST_ROUNDS = 3
+
+#: Seconds that a bench takes for a scene, or a growth bench for all.
+BUDGET_S = 80.0
+
+
+def step_series(text: str) -> tuple[float, ...]:
+    """Read a step such as ``1/240``, or a geometric series such as ``1/60..1/10000:6``.
+
+    Raises:
+        ValueError: It is neither.
+    """
+    if ".." not in text:
+        return (fraction(text),)
+    ends, _, count = text.partition(":")
+    coarsest, _, finest = ends.partition("..")
+    if count and not (count.isascii() and count.isdigit() and len(count) < 10 and 2 <= int(count) <= MOST_SERIES):
+        raise ValueError
+    first, last = (step().take(fraction(end)) for end in (coarsest, finest))
+    return geometric_steps(first, last, int(count) if count else STEPS)
+
+
+@dataclass(frozen=True)
+class BenchPlan(Limited):
+    """What a bench is to do.
+
+    Attributes:
+        engines: Names of adapters; None for all.
+        dts: Steps, seconds; None for each scene's own series.
+        profiles: Names of profiles.
+        phases: How many starts, evenly spread over a step, each job is scored at.
+        error: Which error.
+        target: The error for which the cheapest way is looked for.
+        rounds: Rounds of the timing pass.
+        seed: Of the order of its visits.
+        budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
+        timing: Whether to time at all.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    engines: Sequence[str] | None = engine_names()
+    dts: Sequence[float] | None = option(
+        None,
+        step(step_series, f", or in the shell a series such as 1/60..1/10000:6, of {MOST_SERIES} steps at most"),
+        "Step in seconds, repeatable.",
+        "--dt",
+        many=True,
+        said="six steps from each scene's own frame to one 167 times finer",
+    )
+    profiles: Sequence[str] = profile_names("default", "tuned")
+    phases: int = option(
+        4, whole(1, MOST_PHASES), "Starts, spread evenly over a step, that each run is scored at.", "--phases"
+    )
+    error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Which error stands on the axis.", "--error")
+    target: float = option(
+        1e-3,
+        measure("a positive number", "NUMBER", 0.0, LARGEST),
+        "The error to which the cheapest way is looked for.",
+        "--target",
+    )
+    rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Rounds of the timing pass.", "--rounds")
+    seed: int = option(1, whole(0, MOST_SEED), "Of the random order within the rounds.", "--seed")
+    budget_s: float = option(BUDGET_S, seconds(), "Seconds a scene, half for scoring and half for timing.", "--budget")
+    timing: bool = option(True, flag(), "Whether to time at all.", "--timing/--no-timing")
+
+
+@dataclass(frozen=True)
+class GrowthOptions(Limited):
+    """What is asked of a bench over numbers of discs.
+
+    Attributes:
+        engines: Names of adapters; None for all.
+        profile: Name of the profile.
+        sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
+        budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    engines: Sequence[str] | None = engine_names()
+    profile: str = option("tuned", name(), "Settings profile.", "--profile")
+    sizes: Sequence[int] | None = option(
+        None,
+        whole(1, MOST_DISCS),
+        "With --grow, a number of discs; repeatable.",
+        "--discs",
+        many=True,
+        said="2 to 10,000",
+    )
+    budget_s: float = option(BUDGET_S, seconds(), "Seconds.", "--budget")

@@ -1,0 +1,148 @@
+"""What a bench found: points, curves, and those points that nothing beats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.registry import EngineInfo
+from carom.runs.environment import Environment
+from carom.runs.job import Method
+from carom.scene import Scene
+from carom.studies.bench.convergence import ConvergenceOrder
+from carom.studies.bench.noise import Noise
+from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.rounds import At, CellTiming
+
+__all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front", "run_s"]
+
+
+@dataclass(frozen=True)
+class Point:
+    """One engine's profile at one step on one scene.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        dt_s: Step, seconds.
+        error: Largest error over all starts; NaN where no impact was found or nothing was run.
+        error_median: The median over the starts.
+        error_least: The least.
+        phases: How many starts were scored.
+        expected: Impacts of the reference, over all starts.
+        missed: Impacts missed, over all starts.
+        spurious: Impacts invented, over all starts.
+        reason: Why there is no error, empty where there is one.
+        timing: Its clocks; None where it was not timed.
+        untimed: Why it was not timed.
+    """
+
+    engine: str
+    profile: str
+    dt_s: float
+    error: float
+    error_median: float
+    error_least: float
+    phases: int
+    expected: int
+    missed: int
+    spurious: int
+    reason: str = ""
+    timing: CellTiming | None = None
+    untimed: str = ""
+
+    @property
+    def sound(self) -> bool:
+        """Whether every impact was found, none invented, and the error is a number: only then it says it all."""
+        return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
+
+    @property
+    def at(self) -> At:
+        """Its method and step."""
+        return Method(self.engine, self.profile), self.dt_s
+
+
+@dataclass(frozen=True)
+class Curve:
+    """All points of one engine's profile on one scene, from the coarsest step on.
+
+    Attributes:
+        engine: Name of the adapter.
+        profile: Name of the profile.
+        points: From coarse to fine.
+        order: The fitted order of convergence, of the sound points.
+        cheapest: The point of least run time that meets the target; None where none does.
+    """
+
+    engine: str
+    profile: str
+    points: tuple[Point, ...]
+    order: ConvergenceOrder
+    cheapest: Point | None
+
+
+@dataclass(frozen=True)
+class SceneBench:
+    """What was found on one scene.
+
+    Attributes:
+        scene: The scene.
+        curves: By engine and profile.
+        front: Points that no other one but PIC beats in both error and run time, from fast to exact.
+        cheapest: The point of least run time that meets the target; None where none does.
+        noise: What the machine made of fixed work while this scene was timed; None where it was not.
+        rounds: Rounds of its timing pass.
+        timed_at: When it was timed, UTC; an earlier sitting's where the bench was resumed.
+    """
+
+    scene: Scene
+    curves: tuple[Curve, ...]
+    front: tuple[Point, ...]
+    cheapest: Point | None
+    noise: Noise | None
+    rounds: int
+    timed_at: str
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A finished bench.
+
+    Attributes:
+        scenes: One entry a scene.
+        plan: What was asked for.
+        engines: What was known of each engine.
+        environment: Machine and versions.
+        command: The command that makes this again.
+        elapsed_s: Wall-clock seconds.
+    """
+
+    scenes: tuple[SceneBench, ...]
+    plan: BenchPlan
+    engines: tuple[EngineInfo, ...]
+    environment: Environment
+    command: str
+    elapsed_s: float
+
+
+def run_s(point: Point | None) -> float:
+    """Return the run time of all steps, seconds; infinite where there is no point, or it was not timed."""
+    return point.timing.advance_s.median if point is not None and point.timing else math.inf
+
+
+def pareto_front(points: Sequence[Point]) -> tuple[Point, ...]:
+    """Return the sound, timed points that no other one beats in both run time and error, from fast to exact."""
+    front: list[Point] = []
+    for point in sorted((p for p in points if p.sound and p.timing), key=lambda p: (run_s(p), p.error)):
+        # Two methods that do the same differ by rounding, which is no accuracy to pay for.
+        if not front or point.error < front[-1].error - THRESHOLDS.rounding:
+            front.append(point)
+    return tuple(front)
+
+
+def cheapest(points: Sequence[Point], target: float) -> Point | None:
+    """Return the sound point of least run time whose error is at most the target, None where there is none."""
+    meeting = [point for point in points if point.sound and point.timing and point.error <= target]
+    return min(meeting, key=run_s, default=None)

@@ -1,0 +1,344 @@
+"""The timing pass: nothing observed, nothing else running, several rounds in random order, ratios within a round only.
+
+Two clocks: all steps in as few calls as the adapter allows, and the whole, with the world's preparation. Beside them
+stands what is paid without any collision: Python's call into the world, and as many steps of an empty world.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from carom.registry import load_adapter
+from carom.runs.desk import Talk
+from carom.runs.environment import environment
+from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status
+from carom.runs.journal import Entry, Journal
+from carom.runs.keys import scene_hash, versions_of
+from carom.runs.pool import Asker
+from carom.runs.timing import time_run
+from carom.scene import Disc, Scene
+from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
+from carom.studies.bench.options import LEAST_ROUNDS
+
+__all__ = [
+    "At",
+    "CellTiming",
+    "SceneTiming",
+    "TimeScene",
+    "TimingKey",
+    "Visit",
+    "VisitTask",
+    "empty_world",
+    "timing_journal",
+    "timing_key",
+]
+
+#: A visit repeats a short run until it has taken so long, seconds: then what the clock and the caches do is small.
+VISIT_S = 5e-3
+MOST_REPEATS = 50
+
+#: Steps for which an empty world is timed; its cost a step does not change after that.
+EMPTY_STEPS = 1000
+
+#: What is timed on a scene: a method at a step, seconds.
+At = tuple[Method, float]
+
+
+@dataclass(frozen=True)
+class Visit:
+    """One visit of a method at a step in one round, medians of its repeats, seconds.
+
+    Attributes:
+        prepare_s: To build the world.
+        advance_s: For all steps.
+        call_s: For a call of no steps; NaN where the adapter does not take one.
+        empty_s: For as many steps of an empty world, without the call.
+    """
+
+    prepare_s: float
+    advance_s: float
+    call_s: float
+    empty_s: float
+
+    @property
+    def whole_s(self) -> float:
+        """The whole cost, preparation included."""
+        return self.prepare_s + self.advance_s
+
+    @property
+    def net_s(self) -> float:
+        """What is left for this scene's own work."""
+        return self.advance_s - self.empty_s - (0.0 if math.isnan(self.call_s) else self.call_s)
+
+
+@dataclass(frozen=True)
+class VisitTask:
+    """Time a scene by a method at a step, in a worker process that has timed it before."""
+
+    scene: Scene
+    at: At
+    repeats: int = 1
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.at[0].engine
+
+    def carry_out(self) -> Visit:
+        """Return the medians of the repeats, each in a fresh world."""
+        method, dt_s = self.at
+        adapter = load_adapter(method.engine)
+        steps = self.scene.step_count(dt_s)
+        some = min(steps, EMPTY_STEPS)
+        full = time_run(adapter, self.scene, method.profile, dt_s, runs=self.repeats, call=True)
+        nothing = empty_world(self.scene)
+        empty = time_run(adapter, nothing, method.profile, dt_s, steps=some, runs=min(self.repeats, 5), zero=True)
+        paid_s = 0.0 if math.isnan(full.call_s) else full.call_s
+        return Visit(full.prepare_s, full.advance_s, full.call_s, max(0.0, empty.advance_s - paid_s) * steps / some)
+
+
+def empty_world(scene: Scene) -> Scene:
+    """Return the emptiest world that is a scene: one disc at rest, no wall."""
+    radius_m = max(disc.radius_m for disc in scene.discs)
+    return Scene(name="empty", discs=[Disc(position_m=(0.0, 0.0), radius_m=radius_m)], duration_s=scene.duration_s)
+
+
+@dataclass(frozen=True)
+class CellTiming:
+    """Timing of a method at a step, over all rounds; seconds.
+
+    Attributes:
+        steps: Steps of the run.
+        rounds: How many rounds there were.
+        advance_s: For all steps.
+        prepare_s: To build the world.
+        whole_s: Both.
+        call_s: Of `advance_s`, Python's call into the world; NaN where the adapter takes no call of no steps.
+        empty_s: Of `advance_s`, what as many steps of an empty world cost.
+        net_s: Of `advance_s`, what is left for this scene's own work.
+        ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
+        whole_ratio: The same of `whole_s`.
+    """
+
+    steps: int
+    rounds: int
+    advance_s: Spread
+    prepare_s: Spread
+    whole_s: Spread
+    call_s: float
+    empty_s: Spread
+    net_s: Spread
+    ratio: Spread | None
+    whole_ratio: Spread | None
+
+    @property
+    def step_s(self) -> float:
+        """Seconds a step, the median."""
+        return self.advance_s.median / self.steps
+
+
+@dataclass(frozen=True)
+class TimingKey:
+    """What tells a timing from all others: only on this machine, with these versions and this order, is it the same.
+
+    Attributes:
+        scene: Name of the scene, for readers.
+        scene_sha256: Hash of the scene.
+        asked: What was timed, in order.
+        versions: Of each engine, all that its numbers depend on.
+        machine: See `carom.runs.environment.Environment.machine`.
+        seed: Of the order of visits.
+    """
+
+    scene: str
+    scene_sha256: str
+    asked: tuple[At, ...]
+    versions: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
+    machine: tuple[str, str, int]
+    seed: int
+
+
+@dataclass(frozen=True)
+class SceneTiming:
+    """What a scene's timing pass found. Its rounds belong together, and ratios are taken within them.
+
+    Attributes:
+        date: When, UTC.
+        timings: What was timed, and what that took.
+        untimed: What was not, and why.
+        rounds: How many rounds there were.
+        noise: What the machine made of fixed work meanwhile.
+    """
+
+    date: str
+    timings: tuple[tuple[At, CellTiming], ...]
+    untimed: tuple[tuple[At, str], ...]
+    rounds: int
+    noise: Noise
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether something was left untimed: another time it may not be."""
+        return bool(self.untimed)
+
+
+def timing_key(scene: Scene, asked: Iterable[At], seed: int) -> TimingKey:
+    """Return the key of a timing on this machine."""
+    ordered = tuple(sorted(asked))
+    engines = sorted({method.engine for method, _ in ordered})
+    versions = tuple((engine, versions_of(engine)) for engine in engines)
+    return TimingKey(scene.name, scene_hash(scene), ordered, versions, environment().machine, seed)
+
+
+#: Opens the journal of a timing pass.
+timing_journal = partial(Journal[TimingKey, SceneTiming], "timings", Entry[TimingKey, SceneTiming])
+
+
+@dataclass(frozen=True)
+class TimeScene(Talk[SceneTiming]):
+    """Time a scene by several methods at several steps. The caller sees to it that nothing else is running.
+
+    Each is warmed up once. Then comes round after round: in each, every one is visited once, in random order. PIT at
+    each step is among them, asked for or not.
+
+    Attributes:
+        scene: The scene.
+        asked: What is timed.
+        rounds: How many rounds; fewer, but three, where the budget is short.
+        seed: Of the order of visits.
+        budget_s: Seconds that the pass may take; what does not fit is left out, and says so.
+        progress: Called with (done, all, what).
+    """
+
+    scene: Scene
+    asked: tuple[At, ...]
+    rounds: int = 7
+    seed: int = 1
+    budget_s: float = math.inf
+    progress: Progress | None = None
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter that is asked first."""
+        return PIT_METHOD.engine
+
+    def answer(self, asker: Asker) -> Answer[SceneTiming]:
+        """Return what was timed, each visit in a worker process of its engine that stays."""
+        scene, progress = self.scene, self.progress
+        kept = set(self.asked)
+        pit = [(PIT_METHOD, dt_s) for dt_s in sorted({dt_s for _, dt_s in kept}, reverse=True)]
+        ordered = [*pit, *sorted(kept - set(pit), key=lambda at: (at[0], -at[1]))]
+        until_s = time.perf_counter() + self.budget_s
+        probe = NoiseProbe()
+        warm, untimed = _warm_up(scene, ordered, asker, self.budget_s, progress)
+        rounds = _fit(warm, untimed, self.rounds, until_s - time.perf_counter())
+        tasks = {at: VisitTask(scene, at, min(MOST_REPEATS, math.ceil(VISIT_S / cost))) for at, cost in warm.items()}
+        visits: dict[At, list[Visit]] = {at: [] for at in warm}
+        draw = np.random.default_rng(self.seed)
+        last_s = 0.0
+        for turn in range(rounds):
+            began = time.perf_counter()
+            if turn >= LEAST_ROUNDS and began + last_s > until_s:
+                rounds = turn  # the machine was slower than the warm-up said
+                break
+            for number, k in enumerate(draw.permutation(len(tasks))):
+                at = list(tasks)[k]
+                if at not in untimed:
+                    probe.take()
+                    answer = asker.ask(tasks[at])
+                    if answer.value is None:
+                        untimed[at] = answer.said
+                    else:
+                        visits[at].append(answer.value)
+                if progress is not None:
+                    what = f"timing {at[0].engine} at {at[1]:.3g} s"
+                    progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
+            last_s = time.perf_counter() - began
+        probe.take()
+        timed = {at: found for at, found in visits.items() if at not in untimed}
+        found = SceneTiming(
+            environment().date,
+            tuple(
+                (at, _summary(scene.step_count(at[1]), found, timed.get((PIT_METHOD, at[1]))))
+                for at, found in timed.items()
+                if at in kept
+            ),
+            tuple((at, reason) for at, reason in untimed.items() if at in kept),
+            rounds,
+            probe.noise(),
+        )
+        return Answer(Status.RAN, value=found)
+
+
+def _warm_up(
+    scene: Scene, ordered: Sequence[At], asker: Asker, budget_s: float, progress: Progress | None
+) -> tuple[dict[At, float], dict[At, str]]:
+    """Return what one visit of each costs, seconds, and why some have none; from coarse to fine."""
+    costs: dict[At, float] = {}
+    untimed: dict[At, str] = {}
+    last: dict[Method, tuple[float, float]] = {}
+    for k, at in enumerate(ordered):
+        method, dt_s = at
+        if method in last:
+            coarser_s, cost = last[method]
+            expected_s = cost * coarser_s / dt_s * LEAST_ROUNDS
+            # One method must leave most of the budget to the others.
+            if expected_s > budget_s / 4:
+                untimed[at] = (
+                    f"its {LEAST_ROUNDS} rounds would take about {expected_s:.0f} s of a budget of "
+                    f"{budget_s:.0f} s for this scene; raise --budget"
+                )
+                continue
+        else:
+            asker.ask(VisitTask(scene, at))
+        answer: Answer[Visit] = asker.ask(VisitTask(scene, at))
+        if answer.value is None:
+            untimed[at] = answer.said
+            continue
+        costs[at] = answer.value.whole_s + answer.value.empty_s * min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
+        last[method] = (dt_s, costs[at])
+        if progress is not None:
+            progress(k + 1, len(ordered), f"warming up {method.engine}")
+    return costs, untimed
+
+
+def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: float) -> int:
+    """Return how many rounds fit; where not even the least number does, leave out what is most expensive."""
+
+    def round_s() -> float:
+        return sum(max(cost, VISIT_S) for cost in costs.values())
+
+    while costs and round_s() * LEAST_ROUNDS > max(left_s, 0.0):
+        most_expensive = max(costs, key=lambda at: costs[at])
+        if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
+            break
+        cost = costs.pop(most_expensive)
+        untimed[most_expensive] = f"{cost:.3g} s a run is more than the timing budget has left; raise --budget"
+    if not costs:
+        return LEAST_ROUNDS
+    return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))
+
+
+def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -> CellTiming:
+    calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
+    # The k-th visit of each is that of round k, so that both sides of a ratio saw the same machine.
+    rounds = list(zip(visits, pit, strict=True)) if pit else []
+    return CellTiming(
+        steps=steps,
+        rounds=len(visits),
+        advance_s=spread([visit.advance_s for visit in visits]),
+        prepare_s=spread([visit.prepare_s for visit in visits]),
+        whole_s=spread([visit.whole_s for visit in visits]),
+        call_s=statistics.median(calls) if calls else math.nan,
+        empty_s=spread([visit.empty_s for visit in visits]),
+        net_s=spread([visit.net_s for visit in visits]),
+        ratio=spread([own.advance_s / base.advance_s for own, base in rounds]) if rounds else None,
+        whole_ratio=spread([own.whole_s / base.whole_s for own, base in rounds]) if rounds else None,
+    )

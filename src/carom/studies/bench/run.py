@@ -1,0 +1,173 @@
+"""Error against run time: a scoring pass, then a timing pass with nothing else running, and what they say together."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from carom.runs.desk import Ask, answers
+from carom.runs.engines import Methods, described, to_run
+from carom.runs.environment import environment
+from carom.runs.job import Answer, Job, Progress
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.pool import Pool
+from carom.runs.scoring import Measures, steps_of, sweep
+from carom.scene import Scene
+from carom.studies.bench.axes import ErrorKind, error_of
+from carom.studies.bench.convergence import fit_order
+from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.plan import jobs_of
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.rounds import At, SceneTiming, TimeScene, TimingKey, timing_key
+
+__all__ = ["work_precision"]
+
+
+def work_precision(
+    scenes: Sequence[Scene],
+    plan: BenchPlan,
+    pool: Pool,
+    *,
+    notes: Notes[JobKey, Measures] | None = None,
+    timings: Notes[TimingKey, SceneTiming] | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Bench:
+    """Score every job, then time every method at every step that could be scored, and fit what the two say.
+
+    Args:
+        scenes: Scenes, no two of one name.
+        plan: What to do.
+        pool: Where the scoring pass is carried out; it is closed before the timing pass begins.
+        notes: Results of scoring that are there already, and where new ones go.
+        timings: Scenes that are timed already, and where new ones go.
+        progress: Called with (done, all, what).
+        command: The command line to print.
+
+    Raises:
+        InputError: As `jobs_of` says.
+        UnknownNameError: There is no such engine or profile.
+    """
+    started = time.perf_counter()
+    with pool:  # its processes are gone when the timing pass begins
+        infos = to_run(described(plan.engines, pool), plan.engines)
+        jobs, methods = jobs_of(scenes, infos, plan, pool)
+        results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, notes or Notes(), progress)
+    benches = []
+    for scene in scenes:
+        points = _points([job for job in jobs if job.scene is scene], results, over, plan.error)
+        ran = [point.at for point in points if not point.reason]
+        timing = _timed(scene, ran, plan, timings or Notes(), progress) if plan.timing and ran else None
+        if timing is not None:
+            clocks, why = dict(timing.timings), dict(timing.untimed)
+            points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
+        benches.append(_scene_bench(scene, points, timing, plan.target))
+    return Bench(tuple(benches), plan, tuple(infos), environment(infos), command, time.perf_counter() - started)
+
+
+def _score(
+    jobs: Sequence[Job],
+    methods: Methods,
+    budget_s: float,
+    pool: Pool,
+    notes: Notes[JobKey, Measures],
+    progress: Progress | None,
+) -> tuple[dict[JobKey, Answer[Measures]], str]:
+    """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
+    results: dict[JobKey, Answer[Measures]] = {}
+    started = time.perf_counter()
+    last_s, last_steps, done = 0.0, math.inf, 0
+    for level in sorted({job.refinement for job in jobs}):
+        own = [job for job in jobs if job.refinement == level]
+        missing = [job for job in own if job_key(job) not in notes.entries]
+        steps = sum(map(steps_of, missing))
+        expected_s = last_s * steps / last_steps
+        if time.perf_counter() - started + expected_s > budget_s:
+            return results, (
+                f"steps as fine as this take about {expected_s:.0f} s more, beyond the {budget_s:.0f} s for scoring; "
+                "raise --budget"
+            )
+        before = time.perf_counter()
+
+        def shown(now: int, _all: int, what: str, done: int = done) -> None:
+            if progress is not None:
+                progress(done + now, len(jobs), f"scoring {what}")
+
+        results.update(sweep(own, pool, notes, shown, refusal=methods.refusal))
+        done += len(own)
+        if missing:
+            last_s, last_steps = time.perf_counter() - before, steps
+    return results, ""
+
+
+def _timed(
+    scene: Scene,
+    asked: Sequence[At],
+    plan: BenchPlan,
+    timings: Notes[TimingKey, SceneTiming],
+    progress: Progress | None,
+) -> SceneTiming | None:
+    question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
+    ask = Ask(scene, timing_key(scene, asked, plan.seed), question)
+    with plan.pool(1) as pool:
+        ((_, answer),) = answers([ask], pool, timings, alone=True)
+    return answer.value
+
+
+def _points(
+    jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], over_budget: str, kind: ErrorKind
+) -> list[Point]:
+    found: dict[At, list[Answer[Measures] | None]] = {}
+    for job in jobs:
+        found.setdefault((job.method, job.dt_s), []).append(results.get(job_key(job)))
+    return [_point(at, told, over_budget, kind) for at, told in found.items()]
+
+
+def _point(at: At, found: Sequence[Answer[Measures] | None], over_budget: str, kind: ErrorKind) -> Point:
+    told = [answer for answer in found if answer is not None]
+    measured = [answer.value for answer in told if answer.value is not None]
+    errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
+    reason = next((answer.said for answer in told if answer.said), "")
+    if len(told) < len(found):
+        reason = over_budget
+    if not reason:
+        reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
+    if not reason and all(measures.expected == 0 for measures in measured):
+        reason = "the scene has no impact, so there is no error to measure"
+    return Point(
+        at[0].engine,
+        at[0].profile,
+        at[1],
+        error=max(errors, default=math.nan),
+        error_median=statistics.median(errors) if errors else math.nan,
+        error_least=min(errors, default=math.nan),
+        phases=len(found),
+        expected=sum(measures.expected for measures in measured),
+        missed=sum(measures.missed + measures.undecided for measures in measured),
+        spurious=sum(measures.spurious for measures in measured),
+        reason=reason,
+    )
+
+
+def _scene_bench(scene: Scene, points: Sequence[Point], timing: SceneTiming | None, target: float) -> SceneBench:
+    by_curve: dict[tuple[str, str], list[Point]] = {}
+    for point in points:
+        by_curve.setdefault((point.engine, point.profile), []).append(point)
+    curves = []
+    for (engine, profile), own in by_curve.items():
+        sound = [point for point in own if point.sound]
+        order = fit_order([point.dt_s for point in sound], [point.error for point in sound])
+        curves.append(Curve(engine, profile, tuple(own), order, cheapest(own, target)))
+    return SceneBench(
+        scene,
+        tuple(curves),
+        pareto_front([point for point in points if point.engine != "pic"]),
+        cheapest(points, target),
+        timing.noise if timing else None,
+        timing.rounds if timing else 0,
+        timing.date if timing else "",
+    )

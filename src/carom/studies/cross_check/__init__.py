@@ -1,0 +1,1 @@
+"""Scenes on engines, each run scored against PIC: the report of `carom run`."""

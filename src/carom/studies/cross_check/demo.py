@@ -1,0 +1,103 @@
+"""The shortest way to see what Carom is for: an engine that misses an impact, beside what must happen."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import webbrowser
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from carom.errors import AdapterError, CaromError, InputError
+from carom.pages import wording
+from carom.pages.files import require_report_extra
+from carom.runs.engines import engines
+from carom.runs.job import PIT_METHOD
+from carom.solvers.pic import solve_pic
+from carom.studies.cross_check.playback import Replay, replay
+
+__all__ = ["Demo", "demo"]
+
+_SCENE, _PROFILE = "paper/missed", "default"
+
+#: Asked first where it is installed: it has a wheel for every CPython, and starts in a moment.
+_FIRST = "pymunk"
+
+
+@dataclass(frozen=True, repr=False)
+class Demo:
+    """A replay of an engine that misses an impact, and the page that it was written to.
+
+    Attributes:
+        replay: The engine's run beside the exact one.
+        page: The page.
+        opened: Whether a browser was asked to open it.
+    """
+
+    replay: Replay
+    page: Path
+    opened: bool
+
+    def __repr__(self) -> str:
+        observed, missed = self.replay.observed, self.replay.score.missed
+        method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} as shipped"
+        rate = f"{1 / observed.dt_s:g} steps a second"
+        due = wording.count(self.replay.score.expected, "impact")
+        when = float(self.replay.reference.impacts["time_s"][missed[0]])
+        told = f"{method} misses {len(missed)} of {due} at {rate}; the exact run has the first at {when:.4g} s."
+        return f"{told}\nThe page: {self.page}"
+
+    def _repr_html_(self) -> str | None:
+        return self.replay._repr_html_()
+
+
+def demo(path: str | Path | None = None) -> Demo:
+    """Show an engine that misses an impact beside the exact run, on a page that is opened where there is a display.
+
+    The engine is pymunk as shipped, another one where that is not installed, and Carom's own PIT where none is.
+
+    Args:
+        path: The page to write, ``.html``; in a new folder for temporary files by default.
+
+    Raises:
+        AdapterError: No method that could be run misses the impact.
+        InputError: The path ends otherwise.
+        MissingExtraError: The extra `report` is not installed.
+        OSError: The page can't be written.
+    """
+    require_report_extra()
+    if path is not None and Path(path).suffix != ".html":
+        raise InputError(f"the page of the demo ends in .html, got {str(path)!r}")
+    shown = _missed()
+    page = Path(tempfile.mkdtemp(prefix="carom-")) / "demo.html" if path is None else Path(path)
+    page = shown.save(page).resolve()
+    return Demo(shown, page, _has_display() and webbrowser.open(page.as_uri()))
+
+
+def _missed() -> Replay:
+    """Return the replay of the first engine that misses an impact; PIT does by the scene's design."""
+    reference = solve_pic(_SCENE)
+    for name in _methods():
+        try:
+            found = replay(reference, name, profile=_PROFILE)
+        except CaromError:  # an engine that is not there, or fails here, is not what this is about
+            continue
+        if found.score.missed:
+            return found
+    raise AdapterError(f"no method that is installed misses the impact of {_SCENE}")
+
+
+def _methods() -> Iterator[str]:
+    """Yield names in the order in which they are tried; the others are asked for only where the first won't do."""
+    yield _FIRST
+    yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)
+    yield PIT_METHOD.engine
+
+
+def _has_display() -> bool:
+    """Whether there is a screen to open a browser on; a text browser would take the terminal."""
+    if sys.platform in {"win32", "darwin"}:
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

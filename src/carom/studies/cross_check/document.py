@@ -1,0 +1,193 @@
+"""The report of a cross-check: which sections it has, in which order, and the sentences that stand first."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+from carom.comparator import Grade, Horizon
+from carom.comparator.thresholds import THRESHOLDS
+from carom.folders import write_files
+from carom.pages import wording
+from carom.pages.document import Document
+from carom.pages.files import packed
+from carom.pages.grid import Grid, Mark, build_grid
+from carom.pages.made import making
+from carom.pages.replay import replay_data
+from carom.runs.job import Status
+from carom.runs.options import default_dts
+from carom.runs.raised import raised
+from carom.runs.results import Results, Row
+from carom.studies.cross_check import tables
+from carom.studies.cross_check.divergences import pictures
+from carom.studies.cross_check.overview import first_replay, overview
+from carom.studies.cross_check.price import price_section, prices
+from carom.studies.cross_check.reference import known_section, reference_section
+from carom.studies.cross_check.steps import steps_section
+from carom.studies.cross_check.trend import trend_sections
+
+__all__ = ["PURPOSE", "cross_check_document", "reportable", "write_report"]
+
+ABOUT = (
+    "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
+    "interference test), finds an impact up to a step late and turns discs from the wrong place, those that meet off "
+    "centre in the wrong direction, or never sees them touch. PIC (predicted instant of collision) solves for the "
+    "instant: it is the reference here."
+)
+
+#: What a folder of a cross-check is for.
+PURPOSE = "cross-check"
+
+
+def cross_check_document(results: Results) -> Document:
+    """Return the report of a cross-check."""
+    grid = build_grid(results)
+    found = prices(grid)
+    return Document(
+        "Carom cross-check",
+        (_reference(results), _counts(grid), *_lucky(grid)),
+        (
+            *overview(results, grid, found),
+            *tables.grid_sections(results, grid),
+            price_section(found),
+            *(() if len(grid.rows) == 1 else (steps_section(results, grid),)),  # of one scene it is in the overview
+            reference_section(results),
+            tables.spread_section(results, grid),
+            *trend_sections(results, grid),
+            *pictures(results, grid),
+            known_section(results),
+            tables.run_time_section(grid),
+            *making(results.environment, results.command or _python_call(results, grid), results.elapsed_s),
+            tables.settings_section(results, grid),
+            *tables.cell_sections(results, grid),
+        ),
+        about=ABOUT,
+        watch=first_replay(grid),
+    )
+
+
+def reportable(results: Results) -> Results:
+    """Return results each of whose rows can be written down and played: one that can't is a failure of its own."""
+    rows = tuple(_reportable(results, row) for row in results.rows)
+    return replace(results, rows=rows)
+
+
+def _reportable(results: Results, row: Row) -> Row:
+    from carom.pages.records import record
+
+    try:
+        record(row)
+        if row.trace is not None and row.score is not None:
+            packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
+    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
+        return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
+    return row
+
+
+def write_report(
+    results: Results,
+    folder: Path,
+    document: Document | None = None,
+    *,
+    fail_on: Grade | None = Grade.INACCURATE,
+) -> Path:
+    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, in place of older ones.
+
+    Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
+
+    Args:
+        results: What is reported.
+        folder: Where to; it is made where it does not exist.
+        document: Its document, where that was made already, of `reportable` results.
+        fail_on: The best grade that fails a case of `junit.xml`; None for none.
+
+    Returns:
+        The page.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        InputError: The folder can't be written into, or holds files that are no report of Carom's.
+    """
+    from carom.pages.records import junit, records
+    from carom.pages.render.html import html
+    from carom.pages.render.markdown import markdown
+
+    if document is None:
+        results = reportable(results)
+        document = cross_check_document(results)
+    contents = {
+        "index.html": html(document),
+        "report.md": markdown(document),
+        "results.jsonl": records(results),
+        "junit.xml": junit(results, fail_on),
+    }
+    return write_files(Path(folder), PURPOSE, contents)
+
+
+def _reference(results: Results) -> str:
+    """Say what PIC is worth here."""
+    if not results.known:
+        proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
+        if not proven:
+            return "None of these scenes has a known answer, so PIC is the reference here without a proof of its own."
+        which = f"{len(proven)} of {wording.count(len(results.references), 'scene')}"
+        return f"None of these scenes has a known answer; of {which} every impact of PIC is certified."
+    deviations = {name: deviation for name, (_, deviation) in results.known.items()}
+    off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
+    if off:
+        right = f"{len(deviations) - len(off)} of {wording.count(len(deviations), 'known answer')}"
+        return f"PIC reproduces {right} to rounding; it does not reproduce {wording.listed(off)}."
+    which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
+    return f"PIC reproduces {which} (largest deviation {wording.number(max(deviations.values()))})."
+
+
+def _counts(grid: Grid) -> str:
+    """Say how many runs have which grade."""
+    every = list(grid.columns.values())
+    columns, what = [column for column in every if not column.own], "engine run"
+    if not columns:  # Carom's own methods only: then it is PIT that is held against PIC
+        columns = [column for column in every if column.engine != "pic"] or every
+        labels = {column.label for column in columns}
+        what = f"{labels.pop()} run" if len(labels) == 1 else "run"
+    tally = Counter(cell.mark for column in columns for cell in grid.cells(column))
+    ran = sum(n for mark, n in tally.items() if mark.ran)
+    scored = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
+    others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
+    sentence = f"Of {wording.count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
+    if not ran:
+        sentence = f"No {what} at {grid.step_phrase} could be scored."
+    return f"{sentence} Not scored: {'; '.join(others)}." if others else sentence
+
+
+def _lucky(grid: Grid) -> Iterator[str]:
+    """Say which grades of PIT stand at this phase of the step only: where in a step an impact falls is nobody's merit.
+
+    An engine that is as right there may be so at all phases.
+    """
+    for column in grid.columns.values():
+        if column.engine != "pit":
+            continue
+        lucky = [cell.row.score.lucky_phase for cell in grid.cells(column) if cell.row and cell.row.score]
+        shares = sorted({share[0] for share in lucky if share})
+        if shares:
+            phases = next(share[1] for share in lucky if share)
+            owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
+            some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
+            right = f"looking once a step is as right at {some} of {phases} phases"
+            yield f"{column.name} owes {owes} to the phase of the step: {right}."
+
+
+def _python_call(results: Results, grid: Grid) -> str:
+    """Return the Python that makes the results again, for a cross-check that was not called from the command line."""
+    engines = list(dict.fromkeys(method.engine for method in grid.columns))
+    profiles = list(dict.fromkeys(method.profile for method in grid.columns))
+    tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
+    settings = f", settings={tried!r}" if tried else ""
+    steps: dict[str, set[float]] = {}
+    for row in results.rows:
+        steps.setdefault(row.job.scene.name, set()).add(row.job.dt_s)
+    own = all(steps[row.scene.name] <= set(default_dts(row.scene)) for row in grid.rows)
+    dts = "" if own else f", dts={sorted(set().union(*steps.values()), reverse=True)!r}"
+    return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

@@ -1,0 +1,260 @@
+"""The answer first: a line a method, scene groups by method, and one scene's impacts with all methods side by side."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+from carom.pages import wording
+from carom.pages.document import (
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Figure,
+    Figures,
+    Lines,
+    Section,
+    Share,
+    Table,
+    Text,
+)
+from carom.pages.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
+from carom.pages.replay import impact_rows, replay_link
+from carom.runs.results import Results
+from carom.studies.cross_check.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
+from carom.studies.cross_check.steps import steps_section
+from carom.studies.cross_check.tables import legend, mark_cell
+
+__all__ = ["first_replay", "overview"]
+
+#: From best to worst.
+_GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
+#: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods.
+MOST_IMPACTS, MOST_BESIDE, MOST_VERDICTS = 40, 4, 2
+
+HEAT_NOTE = (
+    "A cell tells a method's worst grade in a group, in how many of its scenes, and plays the worst of them; the bar "
+    "shows all grades."
+)
+METHOD_NOTE = (
+    "Missed and invented impacts are counted over all scenes. The error is the largest velocity or spin error over "
+    "PIT's at worst over the phases of the same step, median over scenes that have a unique answer: 1 pays the price "
+    "of looking once a step, 0 none of it."
+)
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}by PIT's at worst"
+
+
+def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
+    """Yield what stands first: every method, scene groups by method, and of one scene its impacts."""
+    methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
+    if not methods:
+        return
+    others = [method for method in methods if method.engine != "pic"]  # what PIC is worth, the known answers say
+    alone = grid.rows[0] if len(grid.rows) == 1 else None
+    every = f"{alone.scene.name}: every" if alone else "Every"
+    impacts = _impacts_of(results, alone) if alone else ()
+    beside = impacts if len(impacts) <= MOST_BESIDE else ()
+    signs = {} if alone else {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
+    chart = Figure(partial(price_chart, found, PRICE_TITLE), PRICE_CAPTION, PRICE_TITLE)
+    blocks: tuple[Block, ...] = (
+        _group_table(grid, methods),
+        legend(grid, PAGE),
+        Text(HEAT_NOTE, PAGE),
+        *((Figures((chart,), large=True),) if any(price.own for price in found) else ()),
+        _method_table(grid, others or methods, beside),
+        *((Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),) if signs else ()),
+        Text(METHOD_SHORT.format(median="" if alone else "median, "), TERMINAL),
+        Text(METHOD_NOTE, ON_PAPER),
+    )
+    yield Section(f"{every} method against PIC, at {grid.step_phrase}", blocks, short="Every method")
+    if alone:
+        yield steps_section(results, grid)
+        # The verdicts of one method, or of two, are for reading; those of many stand in full elsewhere.
+        said = [(cell.column.name, reason) for cell in alone.cells if cell.plays for reason in cell.reasons]
+        few = said if len(methods) <= MOST_VERDICTS else ()
+        verdicts = tuple(reason if len(methods) == 1 else f"{name}: {reason}" for name, reason in few)
+        table = () if beside else (_impact_table(alone, impacts),)
+        shown = (*table, *((Lines(verdicts, TERMINAL),) if verdicts else ()))
+        yield Section("Its impacts, every method beside the others", shown, level=3)
+
+
+def _shares(cells: tuple[GridCell, ...]) -> tuple[Share, ...]:
+    found = [cell.mark for cell in cells]
+    return tuple(Share(m.css, found.count(m), m.symbol, m.style) for m in Mark if m in found)
+
+
+def _worst(cells: tuple[GridCell, ...]) -> GridCell | None:
+    """Return the cell with the worst grade, and of those the one that pays most; None where none is graded."""
+
+    def badness(cell: GridCell) -> tuple[int, int, float]:
+        score = cell.row.score if cell.row else None
+        if score is None:
+            return (-1, 0, 0.0)
+        paid = 0.0 if math.isnan(score.price_paid) else score.price_paid
+        return (_GRADED.index(cell.mark), len(score.missed) + len(score.spurious), paid)
+
+    return max((cell for cell in cells if cell.mark in _GRADED), key=badness, default=None)
+
+
+def _scene_of(cell: GridCell) -> str:
+    return cell.row.job.scene.name if cell.row else ""
+
+
+def first_replay(grid: Grid) -> Cell | None:
+    """Return the way to the replay that says most in least: of the engines' worst cells, that of fewest impacts."""
+    cells = [cell for column in grid.columns.values() for cell in grid.cells(column)]
+    graded = [cell for cell in cells if cell.mark in _GRADED and cell.mark.css != Mark.EXACT.css]
+    engines = [cell for cell in graded if not cell.column.own] or graded
+    if not engines:
+        return None
+
+    def order(cell: GridCell) -> tuple[int, bool, int]:
+        score = cell.row.score if cell.row else None
+        return (-_GRADED.index(cell.mark), not (score and score.missed), score.expected if score else 0)
+
+    cell = min(engines, key=order)
+    missed = cell.row is not None and cell.row.score is not None and cell.row.score.missed
+    does = "miss an impact" if missed else f"at {_scene_of(cell)}"
+    return Cell(f"Watch {cell.column.name} {does}", link=replay_link(cell))
+
+
+def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impact]) -> Table:
+    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst.
+
+    Of a scene alone, what became of each of these impacts.
+    """
+    alone = len(grid.rows) == 1
+    columns = (
+        Column("method", lambda method: method.name),
+        Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
+        Column("impacts", partial(_counted, grid), "- +", number=True),
+        Column("error", partial(_paid, grid), "by PIT's", number=True),
+        *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
+        *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
+    )
+    return Table(columns, methods, css="methods")
+
+
+def _grade(grid: Grid, method: GridColumn) -> Cell:
+    (cell,) = grid.cells(method)
+    return replace(mark_cell(cell.mark), title="; ".join(cell.reasons), link=replay_link(cell))
+
+
+def _bar(grid: Grid, method: GridColumn) -> Cell:
+    tally = " ".join(f"{count}{mark.symbol}" for mark, count in grid.tally(method))
+    return Cell(tally, shares=_shares(grid.cells(method)))
+
+
+def _counted(grid: Grid, method: GridColumn) -> str:
+    """Say how many impacts a method missed and invented; nothing where it did neither."""
+    scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
+    return wording.lost(sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores))
+
+
+def _paid(grid: Grid, method: GridColumn) -> str:
+    scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
+    known = [score.price_paid for score in scores if not math.isnan(score.price_paid)]
+    return wording.number(statistics.median(known)) if known else wording.ABSENT
+
+
+def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
+    cell = _worst(grid.cells(method))
+    if cell is None or _GRADED.index(cell.mark) < _GRADED.index(Mark.CLOSE):
+        return Cell("")
+    return Cell(_scene_of(cell), title="; ".join(cell.reasons), link=replay_link(cell))
+
+
+class _Group(NamedTuple):
+    """Scenes of one group, with the cells of each method there."""
+
+    name: str
+    scenes: int
+    cells: dict[GridColumn, tuple[GridCell, ...]]
+
+
+def _group_table(grid: Grid, methods: list[GridColumn]) -> Table:
+    """Return scene groups down and methods across: how many scenes have the worst grade, and a way to the worst one."""
+
+    def group(name: str, rows: Sequence[GridRow]) -> _Group:
+        cells = {method: tuple(c for row in rows for c in row.cells if c.column == method) for method in methods}
+        return _Group(name, len(rows), cells)
+
+    by_name: dict[str, list[GridRow]] = {}
+    for row in grid.rows:
+        first, slash, _ = row.scene.name.partition("/")
+        by_name.setdefault(first if slash else "others", []).append(row)
+    groups = [group(name, rows) for name, rows in by_name.items()]
+    columns = [Column("group", lambda of: Cell(of.name, wording.count(of.scenes, "scene")))]
+    columns += [Column(method.label, partial(_group_cell, method), method.profile) for method in methods]
+    return Table(columns, groups if len(groups) < 2 else (*groups, group("all", grid.rows)), css="heat", only=PAGE)
+
+
+def _group_cell(method: GridColumn, group: _Group) -> Cell:
+    cells = group.cells[method]
+    worst = _worst(cells)
+    if worst is None:
+        return Cell("", shares=_shares(cells))
+    same = sum(cell.mark is worst.mark for cell in cells)
+    return Cell(
+        f"{same} of {len(cells)}",
+        title=f"worst: {_scene_of(worst)}, {worst.mark.word}: {'; '.join(worst.reasons)}",
+        css=worst.mark.css,
+        symbol=worst.mark.symbol,
+        style=worst.mark.style,
+        link=replay_link(worst),
+        shares=_shares(cells),
+    )
+
+
+class _Impact(NamedTuple):
+    """Two bodies that meet, or that a method lets meet, with what became of it by method."""
+
+    bodies: str
+    time_s: float | None
+    became: dict[GridColumn, str]
+
+    @property
+    def when(self) -> str:
+        """The time in seconds; empty where it is not known."""
+        return "" if self.time_s is None else f"{self.time_s:.6g}"
+
+
+def _held(row: GridRow) -> list[GridCell]:
+    """Return what is held against PIC; PIC itself where nothing else ran."""
+    ran = [cell for cell in row.cells if cell.plays]
+    return [cell for cell in ran if cell.column.engine != "pic"] or ran
+
+
+def _impacts_of(results: Results, row: GridRow) -> tuple[_Impact, ...]:
+    """Return the impacts of a scene in order of time, those that a method invents as well."""
+    found: dict[tuple[str, float | None], dict[GridColumn, str]] = {}
+    for cell in _held(row):
+        if cell.row is not None and cell.row.trace is not None and cell.row.score is not None:
+            for impact in impact_rows(results.references[row.scene.name], cell.row.trace, cell.row.score):
+                when = impact.get("true", impact.get("reported"))
+                found.setdefault((impact["pair"], when), {})[cell.column] = impact["became"]
+    impacts = (_Impact(*key, became) for key, became in found.items())
+    return tuple(sorted(impacts, key=lambda one: one.time_s or 0.0))
+
+
+def _impact_table(row: GridRow, impacts: Sequence[_Impact]) -> Table:
+    """Return the impacts of the one scene that was run, a column a method."""
+    columns = [
+        Column("bodies", lambda impact: impact.bodies),
+        Column("time, s", lambda impact: impact.when, number=True),
+    ]
+    columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in _held(row)]
+    left_out = len(impacts) - MOST_IMPACTS
+    note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
+    return Table(columns, impacts[:MOST_IMPACTS], note=note)
+
+
+def _became(method: GridColumn, impact: _Impact) -> str:
+    return impact.became.get(method, "").replace(" steps", " dt").replace(" step", " dt")

@@ -1,0 +1,198 @@
+"""One run beside its reference, moving: as a notebook's cell, a page, a GIF or a film."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.comparator import Score, compare
+from carom.comparator.finite import not_finite
+from carom.errors import InputError, MissingExtraError
+from carom.folders import write_file
+from carom.pages import wording
+from carom.pages.files import packed, require_report_extra
+from carom.pages.grid import mark_of, reasons_of
+from carom.pages.paths import exact_paths, extent_of, observed_paths
+from carom.pages.picture import draw_walls, limits_of
+from carom.pages.render.html import replay_page
+from carom.pages.replay import impact_rows, replay_data, run_command
+from carom.pages.svg import SERIES, WALL, drawing
+from carom.pages.tracks import observed_tracks, reference_tracks
+from carom.runs.job import Job, Method, Status
+from carom.runs.results import Row
+from carom.scene import Scene, as_scene
+from carom.solvers.pic import solve_pic
+from carom.studies.cross_check.run import run
+from carom.text import visible
+from carom.trace import Trace
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.artist import Artist
+
+__all__ = ["Replay", "replay"]
+
+#: A film lasts about as long as the page's replay at the speed that it chooses; a GIF counts hundredths of a second.
+_FILM_S, _FRAMES_PER_S = 6, 10
+#: What became of an impact stays in the picture for this part of the scene, as in the page.
+_SAID_FOR = 1.0 / 12.0
+
+
+@dataclass(frozen=True, repr=False)
+class Replay:
+    """A run beside its reference, as `carom.replay` makes it.
+
+    Attributes:
+        reference: What must happen.
+        observed: What did.
+        score: How they compare.
+    """
+
+    reference: Trace
+    observed: Trace
+    score: Score
+
+    def __repr__(self) -> str:
+        return f"Replay of {self.observed!r}"
+
+    def html(self) -> str:
+        """Return the replay as a page in one file, with every impact in a table.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        trace = self.observed
+        job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
+        row = Row(job, Status.RAN, trace=trace, score=self.score)
+        mark = mark_of(row)
+        said = {
+            "engine": trace.method,
+            "profile": trace.profile_shown,
+            "key": visible(trace.scene.name),
+            "word": mark.word,
+            "symbol": mark.symbol,
+            "css": mark.css,
+            "said": [wording.capitalised(reason) + "." for reason in reasons_of(row)],
+            "command": run_command("scene.toml", job)
+            if trace.profile
+            else "",  # a solver called directly has no profile
+        }
+        return replay_page(visible(trace.scene.name), packed(replay_data(self.reference, [(trace, self.score, said)])))
+
+    def _repr_html_(self) -> str | None:
+        try:
+            page = self.html()
+        except MissingExtraError:
+            return None
+        # Nothing of the page reaches the notebook, nor the other way round.
+        # Tall enough for pictures and buttons, one above the other on a phone; what is written below them may scroll.
+        frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
+        return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
+
+    def save(self, path: str | Path) -> Path:
+        """Write the replay to a file and return its path: a page (``.html``), or a film (``.gif``, ``.mp4``).
+
+        Raises:
+            InputError: The path ends otherwise.
+            MissingExtraError: The extra `report`, or for ``.mp4`` the program ffmpeg, is not installed.
+            OSError: The file can't be written.
+        """
+        path = Path(path)
+        if path.suffix == ".html":
+            return write_file(path, self.html())
+        if path.suffix not in {".gif", ".mp4"}:
+            raise InputError(f"a replay is saved as .html, .gif or .mp4, not as {path.suffix or 'nothing'!r}")
+        require_report_extra()
+        from matplotlib.animation import FFMpegWriter, PillowWriter
+
+        if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+            raise MissingExtraError(
+                "an .mp4 needs the program ffmpeg, which is not installed; .gif and .html need none"
+            )
+        writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=_FRAMES_PER_S)
+        with tempfile.TemporaryDirectory() as folder, drawing():
+            made = Path(folder) / path.name
+            _film(self).save(made, writer=writer)
+            return write_file(path, made.read_bytes())
+
+
+def replay(
+    reference: Trace | Scene | str,
+    observed: Trace | str,
+    *,
+    score: Score | None = None,
+    dt: float | None = None,
+    profile: str = "tuned",
+) -> Replay:
+    """Return a run beside its reference, to be looked at in a notebook or saved.
+
+    Args:
+        reference: What must happen, as a rule from `carom.solve_pic`; or a scene, or its name in the catalogue.
+        observed: The run; or the name of an engine, which then runs the scene.
+        score: How they compare; found by `carom.compare` where it is not given.
+        dt: Step of an engine that is named, seconds; the scene's frame by default.
+        profile: Its profile.
+
+    Raises:
+        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite; or
+            `dt` is given with a run.
+        UnknownNameError, AdapterError: The engine that is named can't run the scene: see `carom.run`.
+    """
+    if isinstance(observed, str):
+        scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
+        observed = run(scene, observed, dt=dt, profile=profile)
+    elif dt is not None:
+        raise InputError("dt is the step of an engine that is named; a run that is given has its own")
+    if not isinstance(reference, Trace):
+        reference = solve_pic(reference)
+    if broken := not_finite(observed):
+        raise InputError(f"{broken} in the run: what has no place can't be played")
+    return Replay(reference, observed, compare(reference, observed) if score is None else score)
+
+
+def _film(shown: Replay) -> FuncAnimation:
+    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens."""
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    reference, observed = shown.reference, shown.observed
+    scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
+    times = np.linspace(0.0, scene.duration_s, _FILM_S * _FRAMES_PER_S)
+    figure = Figure(figsize=(8.0, 4.4), dpi=80)
+    clock = figure.suptitle("")
+    limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
+    moving: list[tuple[Circle, Any]] = []
+    sides = (
+        ("What must happen", reference_tracks(reference)),
+        (f"What {name} does", observed_tracks(observed, extent_of(reference))),
+    )
+    for axes, (title, tracks) in zip(figure.subplots(1, 2), sides, strict=True):
+        axes.set(title=title, xticks=(), yticks=())  # numbers would take most of the time to draw
+        draw_walls(axes, scene, limits)
+        for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
+            colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
+            circle = axes.add_patch(Circle(track.position_m[0], disc.radius_m, color=colour, alpha=0.8))
+            moving.append((circle, track.at(np.minimum(times, track.time_s[-1]))))
+            axes.plot(*moving[-1][1].T, color=colour, linewidth=0.8)
+    words = figure.axes[1].set_xlabel(" ")
+    rows = [
+        (row.get("reported", row.get("true")), row["became"]) for row in impact_rows(reference, observed, shown.score)
+    ]
+
+    def show(frame: int) -> Iterable[Artist]:
+        now = times[frame]
+        for circle, places in moving:
+            circle.set_center(places[frame])
+        clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
+        said = [became for when, became in rows if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
+        words.set_text(f"impact {said[-1]}" if said else " ")
+        return [circle for circle, _ in moving]
+
+    return FuncAnimation(figure, show, frames=len(times))

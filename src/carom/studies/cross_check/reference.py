@@ -1,0 +1,98 @@
+"""What the reference is worth: how far it is believed, and which known answers it reproduces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.pages import wording
+from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
+from carom.runs.results import Results
+from carom.scenes import KnownAnswer
+from carom.trace import Outcome
+
+__all__ = ["known_section", "reference_section"]
+
+#: How far the references of more scenes are believed is evidence, and of few a part of the answer.
+MOST_TOLD = 3
+
+REFERENCE_NOTE = (
+    "Errors grow from impact to impact, also those of the reference. Beyond its horizon it is not believed, because "
+    "rounding alone has led it elsewhere: impacts there are scored locally only, each from the engine's own state "
+    "before it. A certified run, in which every digit is proven, says how far it is reliable; without one a "
+    "horizon is an estimate, from what a start moved by one unit in the last place leads to."
+)
+REST_NOTE = (
+    "Where a disc comes to rest the reference ends, and with it what is compared with its trajectory. From there each "
+    "step is compared with PIC from the run's own state: what rests must stay, and the other discs go on."
+)
+KNOWN_NOTE = (
+    "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
+    "the scene's duration, velocities by its greatest speed and lengths by its extent, so the deviation has no unit."
+)
+
+
+def reference_section(results: Results) -> Section:
+    """Say how far the reference of a scene may be believed, where that is not the whole of it or was asked for."""
+    lines = []
+    for name in dict.fromkeys((*results.certified, *results.horizons)):
+        said = [str(results.certified[name])] if name in results.certified else []
+        if (until_s := results.horizons.get(name)) is not None:
+            times = results.references[name].impacts["time_s"]
+            believed = int((times <= until_s).sum())
+            if believed < len(times):
+                said.append(f"believed for {believed} of {len(times)} impacts, to {wording.seconds(until_s)}")
+        if said:
+            lines.append(f"{name}: {'; '.join(said)}.")
+    media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
+    told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else wording.count(len(lines), "scene"))
+    blocks: tuple[Block, ...] = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
+    if rests := tuple(_rests(results)):
+        alone = len(results.references) == 1
+        folded = "" if len(rests) <= MOST_TOLD else wording.count(len(rests), "scene")
+        blocks += (Text(REST_NOTE, ON_PAPER), Lines(rests, EVERYWHERE if alone else IN_FULL, folded=folded))
+    return Section("How far the reference is believed", blocks, level=3)
+
+
+def _rests(results: Results) -> Iterator[str]:
+    """Say of each scene that comes to rest where its reference ended."""
+    for name, reference in results.references.items():
+        if reference.outcome is Outcome.AT_REST:
+            ended, asked = wording.seconds(reference.end_time_s), wording.seconds(reference.scene.duration_s)
+            yield f"{name}: the reference ends at {ended} of {asked}, where a disc comes to rest."
+
+
+class _Known(NamedTuple):
+    """A scene's known answer, and how far PIC is from it."""
+
+    scene: str
+    answer: KnownAnswer
+    deviation: float
+
+
+def _known_deviation(known: _Known) -> str:
+    sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
+    far = math.isinf(known.deviation)
+    return f"{sign} {'an impact is missing or wrong' if far else wording.number(known.deviation)}"
+
+
+def _known_source(known: _Known) -> Cell:
+    convention = f". Convention: {known.answer.convention}" if known.answer.convention else ""
+    return Cell(f"{known.answer.source}{convention}", css="prose")
+
+
+def known_section(results: Results) -> Section:
+    """Return every known answer, in the order of the scenes, with PIC's deviation from it."""
+    columns = (
+        Column("scene", lambda known: known.scene),
+        Column("source", _known_source),
+        Column(
+            "impacts", lambda known: "not known" if known.answer.count is None else str(known.answer.count), number=True
+        ),
+        Column("deviation of PIC", _known_deviation, number=True),
+    )
+    found = [_Known(name, *answer) for name, answer in results.known.items()]
+    blocks = (Text(KNOWN_NOTE, ON_PAPER), Table(columns, found, only=ON_PAPER)) if found else ()
+    return Section("Known answers", blocks)

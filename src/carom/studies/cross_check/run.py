@@ -1,0 +1,314 @@
+"""Carrying out the plan of a cross-check: references, observed, scored, spread over phases, timed."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from carom.comparator import Score, compare
+from carom.comparator.shift import shifted_references
+from carom.declared import step, taken
+from carom.errors import AdapterError
+from carom.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
+from carom.registry import engine_named, require_named
+from carom.runs.desk import Ask, answers
+from carom.runs.engines import described
+from carom.runs.environment import environment
+from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.options import Limited, Options
+from carom.runs.phases import phase_values, spread_of
+from carom.runs.plan import Plan, plan_of, trace_of
+from carom.runs.pool import Pool
+from carom.runs.raised import raised
+from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
+from carom.runs.results import Results, Row
+from carom.runs.timing import Measure, Timing
+from carom.runs.tried import tried_by
+from carom.scene import Scene, as_scene
+from carom.scenes import CatalogueScene, deviation
+from carom.studies.cross_check.observed import DRAWN, TraceOf
+from carom.trace import Setting, Trace
+
+__all__ = ["cross_check", "execute", "run"]
+
+
+T = TypeVar("T")
+
+#: What tells a job from the others of a cross-check, in which no two scenes have one name.
+Key = tuple[str, Method, float]
+
+
+def run(
+    scene: Scene | str,
+    engine: str,
+    *,
+    dt: float | None = None,
+    profile: str = "tuned",
+    settings: Mapping[str, Setting] = MappingProxyType({}),
+    time_limit_s: float = DEFAULT_TIME_LIMIT_S,
+) -> Trace:
+    """Run a scene on an engine, in a process of its own, and return what happened.
+
+    Args:
+        scene: The scene, or its name in the catalogue.
+        engine: Name of an adapter, as `carom.engines()` lists it, or the ``engine.toml`` of a program.
+        dt: Step, seconds; the scene's frame by default.
+        profile: Name of one of its profiles.
+        settings: Settings to try in place of the profile's own, by name.
+        time_limit_s: The engine is ended after so many seconds.
+
+    Raises:
+        UnknownNameError: There is no such scene, engine, profile or setting.
+        InputError: `dt` or `time_limit_s` is not a positive number, or a setting not of its kind.
+        AdapterError: The engine is unavailable, does not support the scene, crashed, or gave no answer in time.
+    """
+    scene = as_scene(scene)
+    dt = 1.0 / scene.frame_rate_hz if dt is None else dt
+    limits = Limited(jobs=1, time_limit_s=time_limit_s)
+    taken(step(), "dt", dt)
+    require_named(engine := engine_named(engine))
+    with limits.pool() as pool:
+        tried = tried_by(described([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        job = Job(scene, Method(engine, profile, tried), dt)
+        answer = trace_of(job, pool, samples=True)
+    if answer.value is None:
+        raise AdapterError(f"{job}: {answer.said}")
+    return answer.value
+
+
+def cross_check(
+    scenes: Iterable[Scene | CatalogueScene | str],
+    engine_names: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    command: str = "",
+    pool: Pool | None = None,
+    **options: Any,
+) -> Results:
+    """Run every scene on every engine with every profile at every step, and score each run against PIC.
+
+    Args:
+        scenes: Scenes, of one's own or of the catalogue, these also by name, group or pattern; no two of one name.
+        engine_names: Names of adapters, or manifests; every one that is installed by default.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command line to print in the report.
+        pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
+        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of `carom.runs.options.Options`.
+
+    Raises:
+        InputError: No scenes, two scenes of one name, or a number that is out of range.
+        UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
+    """
+    asked = Options(engine_names, **options)
+    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
+    own: AbstractContextManager[Pool]
+    own = asked.pool() if pool is None else nullcontext(pool)
+    with own as opened:
+        return execute(plan_of(scenes, asked, opened), opened, progress=progress, command=command)
+
+
+def execute(
+    plan: Plan,
+    pool: Pool,
+    *,
+    notes: Notes[JobKey, Trace] | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> Results:
+    """Carry out the plan of a cross-check.
+
+    Args:
+        plan: What is to be run.
+        pool: Where; it stays open.
+        notes: What was observed already, and where more of it goes.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command line to print in the report.
+    """
+    started, options = time.perf_counter(), plan.options
+    references = _references(plan, progress)
+    held = {name: found for name, found in references.items() if isinstance(found, Reference)}
+    jobs = [job for job in plan.jobs if job.scene.name in held]
+    shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
+    timed = [job for job in jobs if options.timing and job.refinement == 0]
+    observer = _Observer(plan, pool, notes, progress)
+    observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
+    observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
+    rows = _scored(jobs, held, observer)
+    rows |= _spread(rows, shifted, held, observer)
+    rows |= _timed([rows[_key(job)] for job in timed], observer)
+    for job in plan.jobs:
+        if isinstance(reason := references[job.scene.name], str):
+            rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
+    return _results(plan, [rows[_key(job)] for job in plan.jobs], held, command, time.perf_counter() - started)
+
+
+class _Observer:
+    """Asks the desk for jobs, and tells how far a cross-check has come."""
+
+    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress | None) -> None:
+        self.total = 0
+        self._refusal, self._samples = plan.methods.refusal, plan.options.samples
+        self._pool, self._notes, self._progress, self._done = pool, Notes() if notes is None else notes, progress, 0
+
+    def count(self, what: str, done: int = 1) -> None:
+        self._done += done
+        if self._progress is not None:
+            self._progress(self._done, self.total, what)
+
+    def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
+        """Yield what came of each job as it comes.
+
+        States are kept for drawing where somebody may draw them: at the coarsest step, of scenes that fit a picture.
+        """
+        asks = []
+        for job in jobs:
+            drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
+            key = job_key(job, DRAWN if drawn else "")
+            asks.append(Ask(job, key, TraceOf(job, drawn), self._refusal(job)))
+        return self._told(answers(asks, self._pool, self._notes))
+
+    def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
+        """Yield the run time of each job, one after another with nothing else running; they belong to one sitting."""
+        asks = [Ask(job, job_key(job), Measure(job)) for job in jobs]
+        return self._told(answers(asks, self._pool, Notes[JobKey, Timing](), alone=True))
+
+    def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
+        for job, answer in found:
+            self.count(f"{job.scene.name} on {job.engine}")
+            yield job, answer
+
+
+def _key(job: Job) -> Key:
+    return (job.scene.name, job.method, job.dt_s)
+
+
+def _references(plan: Plan, progress: Progress | None) -> dict[str, Reference | str]:
+    """Return what each scene's runs are held against, or why there is nothing."""
+    options = plan.options
+    found: dict[str, Reference | str] = {}
+    for scene in plan.scenes:
+        trace = reference_trace(scene)
+        if isinstance(trace, Trace) and progress is not None and will_certify(scene, options.certified):
+            progress(0, len(plan.jobs), f"certifying {scene.name}")
+        found[scene.name] = (
+            trace if isinstance(trace, str) else reference_of(trace, options.certified, options.certify_s)
+        )
+    return found
+
+
+def _sampling(job: Job) -> Job:
+    """Return PIT on the same scene at the same step: what sampling alone costs there."""
+    return replace(job, method=PIT_METHOD)
+
+
+def _scored(jobs: Sequence[Job], held: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
+    """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
+    sampling = {_key(one): one for one in map(_sampling, jobs)}
+    pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
+    rows = {key: _row(sampling[key], answer, held, answer.value) for key, answer in pit.items()}
+    for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
+        rows[_key(job)] = _row(job, answer, held, pit[_key(_sampling(job))].value)
+    return rows
+
+
+def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Trace | None) -> Row:
+    """Return the row of a job, scored where there is a trace; PIT's own is what sampling costs at its step."""
+    row = Row(job, answer.status, answer.reason, answer.value)
+    if answer.value is None:
+        return row
+    try:
+        reference = held[job.scene.name]
+        score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
+    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
+        return _unscored(job, error)
+    return replace(row, score=score)
+
+
+def _unscored(job: Job, error: Exception) -> Row:
+    """Return the row of a job whose run nobody can score."""
+    return Row(job, Status.FAILED, f"what it returned can't be scored: {raised(error)}")
+
+
+def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
+    """Return for each job the reference of its scene at each phase."""
+    if not phases:
+        return {}
+    steps = {(job.scene.name, job.dt_s) for job in jobs}
+    at = {step: list(shifted_references(held[step[0]].trace, step[1], phases)) for step in steps}
+    return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
+
+
+def _spread(
+    rows: Mapping[Key, Row],
+    shifted: Mapping[Key, Sequence[Trace]],
+    held: Mapping[str, Reference],
+    observer: _Observer,
+) -> dict[Key, Row]:
+    """Run every job that ran at its phases, too, and return its row with the spread of its errors."""
+    ran = {key: several for key, several in shifted.items() if rows[key].status is Status.RAN}
+    if len(ran) < len(shifted):
+        observer.count("phases", sum(len(several) for key, several in shifted.items() if key not in ran))
+    jobs = [(key, one, replace(rows[key].job, scene=one.scene)) for key, several in ran.items() for one in several]
+    home = {id(job): (key, one) for key, one, job in jobs}
+    scores: dict[Key, list[Score]] = {key: [] for key in ran}
+    failed: dict[Key, Row] = {}
+    for job, answer in observer.traces((job for *_, job in jobs), shifted=True):
+        key, one = home[id(job)]
+        if answer.value is not None:
+            try:
+                scores[key].append(compare(one, answer.value, horizon=held[key[0]].horizon_s))
+            except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
+                failed[key] = _unscored(rows[key].job, error)
+    return {
+        key: failed.get(key) or replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2]))
+        for key, found in scores.items()
+    }
+
+
+def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
+    """Time the jobs that ran, one after another with nothing else running."""
+    ran = {_key(row.job): row for row in rows if row.status is Status.RAN}
+    if len(ran) < len(rows):
+        observer.count("timing", len(rows) - len(ran))
+    times = observer.timings(row.job for row in ran.values())
+    return {_key(job): replace(ran[_key(job)], timing=answer.value, untimed=answer.said) for job, answer in times}
+
+
+def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], command: str, elapsed_s: float) -> Results:
+    return Results(
+        rows=_with_ratios(rows),
+        references={name: reference.trace for name, reference in held.items()},
+        known={
+            name: (answer, deviation(held[name].pic or held[name].trace, answer, held[name].trace.scene))
+            for name, answer in plan.answers.items()
+            if name in held
+        },
+        engines=plan.engines,
+        environment=environment(plan.engines),
+        command=command,
+        elapsed_s=elapsed_s,
+        certified={name: one.certified for name, one in held.items() if one.certified is not None},
+        horizons={name: one.horizon_s for name, one in held.items() if one.horizon_s is not None},
+        phases=plan.options.phases,
+    )
+
+
+def _with_ratios(rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Return the rows with their run times over PIT's on the same scene at the same step."""
+    pit_s = {
+        (row.job.scene.name, row.job.dt_s): row.timing.advance_s
+        for row in rows
+        if row.job.engine == PIT_METHOD.engine and row.timing
+    }
+
+    def ratio(row: Row) -> float | None:
+        whole_s = pit_s.get((row.job.scene.name, row.job.dt_s))
+        return row.timing.advance_s / whole_s if row.timing and whole_s is not None else None
+
+    return tuple(replace(row, time_ratio=ratio(row)) for row in rows)

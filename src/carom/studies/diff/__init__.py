@@ -1,0 +1,1 @@
+"""What got better and worse between two cross-checks."""

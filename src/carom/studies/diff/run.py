@@ -1,0 +1,374 @@
+"""What changed between the records of two cross-checks, cell by cell; what is within rounding is no change."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from carom.comparator import Errors, Grade, Verdict
+from carom.comparator.scales import Scales
+from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import InputError
+from carom.pages import wording
+from carom.pages.grid import BROKEN, GRADED, Mark, mark_read
+from carom.pages.records import read_records
+from carom.pages.records_line import RowLine, SceneLine, Summary
+from carom.runs.environment import Environment
+from carom.runs.job import Method
+from carom.studies.diff.options import DiffOptions
+
+__all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
+
+#: What no error tells the size of: it is there or not.
+_FLAGS = (
+    *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),
+    *(Verdict.SPINS, Verdict.WRONG_STAMP, Verdict.WRONG_NORMAL, Verdict.MOMENTUM, Verdict.ANGULAR),
+    *(Verdict.SLID, Verdict.STUCK),
+)
+
+
+_NAMES: dict[str, str] = {field.name: field.metadata["name"] for field in dataclasses.fields(Errors)}
+
+
+class Kind(Enum):
+    """What became of a cell, the worst first."""
+
+    WORSE = "worse"
+    VANISHED = "vanished"
+    CHANGED = "neither better nor worse"
+    APPEARED = "appeared"
+    BETTER = "better"
+
+
+@dataclass(frozen=True)
+class BeforeAfter:
+    """A number of a cell before and after; None where it is not measured.
+
+    Attributes:
+        name: What it is.
+        old: Before, with its sign.
+        new: After.
+        rounding: A change up to this is none.
+        unit: Its unit, empty where it has none.
+    """
+
+    name: str
+    old: float | bool | None
+    new: float | bool | None
+    rounding: float
+    unit: str = ""
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is a number of impacts, of which nothing is rounding."""
+        return self.rounding == 0.0
+
+    @property
+    def changed(self) -> bool:
+        """Whether it is another number, or is measured in one run only."""
+        if self.old is None or self.new is None:
+            return self.old is not self.new
+        return not abs(self.new - self.old) <= self.rounding
+
+    @property
+    def growth(self) -> float:
+        """By how much it is larger in magnitude; 0 within rounding, and where one is not measured."""
+        if self.old is None or self.new is None:
+            return 0.0
+        grown = abs(self.new) - abs(self.old)
+        return 0.0 if abs(grown) <= self.rounding else grown
+
+    def __str__(self) -> str:
+        if isinstance(self.old, bool):
+            return f"{self.name}: {'gone' if self.old else 'new'}"
+        # As many digits as it takes to tell the two apart; 17 tell any two floats apart.
+        texts = ([_number(value, digits) for value in (self.old, self.new)] for digits in range(3, 18))
+        old, new = next((pair for pair in texts if pair[0] != pair[1]), ["", ""])
+        return f"{self.name} {old} → {new}{self.unit}"
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "not measured" if value is None else wording.number(value, digits)
+
+
+@dataclass(frozen=True)
+class Change:
+    """A cell that is not as it was.
+
+    Attributes:
+        kind: What became of it.
+        scene: Name of the scene.
+        method: Engine and profile; both, where two are held against each other.
+        dt_s: Step, seconds.
+        old: Its mark before.
+        new: Its mark after.
+        measures: The numbers that changed.
+        causes: Verdicts that one run has and the other has not, and what of settings, versions and reference changed.
+    """
+
+    kind: Kind
+    scene: str
+    method: str
+    dt_s: float
+    old: Mark
+    new: Mark
+    measures: tuple[BeforeAfter, ...]
+    causes: tuple[str, ...]
+
+    @property
+    def badness(self) -> tuple[float, ...]:
+        """What puts the worst first: the kind; then grade, impacts missed and invented, and the largest growth."""
+        impacts = sum(measure.growth for measure in self.measures if measure.counts)
+        # Over the scene's own scales, so that they compare; not so seconds and degrees.
+        growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
+        return (-list(Kind).index(self.kind), _badness(self.new), -_badness(self.old), impacts, growth)
+
+    def violates(self, fail_on: Grade) -> bool:
+        """Whether it is worse, and now of a grade or beyond it; a run that has no answer any more is beyond all."""
+        if self.kind is not Kind.WORSE or self.new not in GRADED:
+            return self.kind is Kind.WORSE
+        return GRADED[self.new].is_at_least_as_bad_as(fail_on)
+
+
+@dataclass(frozen=True)
+class Diff:
+    """What changed between two cross-checks.
+
+    Attributes:
+        changes: The worst first.
+        unchanged: How many cells are as they were.
+        around: What else is not the same: versions and machine.
+    """
+
+    changes: tuple[Change, ...]
+    unchanged: int
+    around: tuple[str, ...]
+
+
+class _Number(NamedTuple):
+    """A number of a cell, as `BeforeAfter` has two."""
+
+    name: str
+    value: float | bool | None
+    rounding: float
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class _Cell:
+    """A row of the records, with what the head says of its scene."""
+
+    method: Method
+    scene: str
+    dt_s: float
+    mark: Mark
+    numbers: tuple[_Number, ...]
+    verdicts: tuple[str, ...]
+    settings: Mapping[str, Any]
+    reference: Mapping[str, Any]
+
+
+def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
+    """Hold the records of one cross-check against those of another.
+
+    Args:
+        old: A report's folder, or its `results.jsonl`.
+        new: Another.
+        match: See `carom.studies.diff.options.DiffOptions`.
+
+    Raises:
+        InputError: A file can't be read or is of another format, no cell is in both, or `match` is no two names.
+    """
+    match = DiffOptions(match).match
+    (before, old_cells), (after, new_cells) = _read(old), _read(new)
+    if match is not None:
+        sides = ((old_cells, match[0], old), (new_cells, match[1], new))
+        old_cells, new_cells = (_of_method(cells, name, path) for cells, name, path in sides)
+    methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
+
+    def key(cell: _Cell) -> tuple[object, ...]:
+        if len(methods[0]) == len(methods[1]) == 1:
+            return (cell.scene, cell.dt_s)
+        # What is tried in place of a profile's settings is held against the profile, and named beside it.
+        return (cell.scene, cell.dt_s, cell.method.profile, "" if match else cell.method.engine)
+
+    olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
+    pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
+    ran = [pair for pair in pairs if any(map(_was_run, pair))]
+    if not any(all(map(_was_run, pair)) for pair in ran):
+        raise InputError(
+            f"no cell was run in both {old} and {new}: scenes, engines, profiles or steps differ, or an engine was "
+            "not available; --engine OLD=NEW holds one engine against another"
+        )
+    versions = _versions(before.environment, after.environment)
+    changes = [change for a, b in ran if (change := _change(a, b, versions))]
+    changes.sort(key=lambda change: change.badness, reverse=True)
+    around = tuple(f"{name} {values}" for name, values in versions.items())
+    return Diff(tuple(changes), len(ran) - len(changes), around)
+
+
+def _was_run(cell: _Cell | None) -> bool:
+    return cell is not None and (cell.mark.ran or cell.mark in BROKEN)
+
+
+def _read(path: Path) -> tuple[Summary, list[_Cell]]:
+    file = path / "results.jsonl" if path.is_dir() else path
+    summary, lines = read_records(file)
+    cells, number = [], 1
+    try:
+        for number, line in enumerate(lines, start=2):  # noqa: B007 - the error names it
+            cells.append(_cell(summary, line))
+    except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
+        raise InputError(
+            f"{file}, line {number}: this is no cell of a cross-check ({error!r}); run the cross-check again"
+        ) from None
+    return summary, cells
+
+
+def _cell(summary: Summary, line: RowLine) -> _Cell:
+    mark = mark_read(line.status, line.grade, line.float_bits)
+    found = {one.verdict: one.reason for one in line.verdicts}
+    said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
+    return _Cell(
+        method=Method(line.engine, line.profile, tuple(line.tried.items())),
+        scene=line.scene,
+        dt_s=line.dt_s,
+        mark=mark,
+        numbers=tuple(_numbers(line, summary.scenes[line.scene].scales, found)) if mark.ran else (),
+        verdicts=said or (line.reason,) * bool(line.reason),
+        settings=dict(line.settings or {}),
+        reference=_reference(summary.scenes[line.scene]) if mark.ran else {},
+    )
+
+
+def _numbers(line: RowLine, scales: Scales, found: Mapping[str, str]) -> Iterator[_Number]:
+    """Yield what tells how good a cell is, with what rounding makes of it in the floats declared."""
+    bits, dt_s, time_s, total = line.float_bits, line.dt_s, scales.time_s, line.total
+    if bits is None or total is None or line.missed is None or line.spurious is None:
+        lacking = [name for name in ("float_bits", "total", "missed", "spurious") if getattr(line, name) is None]
+        raise ValueError(f"it has a grade and no {lacking}")
+    rounding = THRESHOLDS.rounding_of(bits)
+    missed, invented = len(line.missed), len(line.spurious)
+    if line.parted_s is not None and line.local_truth:  # its impacts are chance after it parted; its steps decide
+        missed, invented = line.local_truth.missed, line.local_truth.invented
+    yield _Number("impacts missed", float(missed), 0.0)
+    yield _Number("impacts invented", float(invented), 0.0)
+    for verdict in _FLAGS:
+        yield _Number(verdict.value, verdict.name.lower() in found, rounding)
+    limits = {  # the errors that decide a grade, and the direction, which shows in a picture
+        "time_s": (THRESHOLDS.time_rounding_of(bits, time_s, dt_s), " s"),
+        "velocity": (rounding, ""),
+        "spin": (rounding, ""),
+        "direction_rad": (THRESHOLDS.direction_rad, "°"),
+        "energy": (min(rounding, THRESHOLDS.energy), ""),
+        "final_position": (THRESHOLDS.place_rounding_of(bits, time_s / dt_s) * scales.reach_m / scales.length_m, ""),
+        "final_velocity": (rounding, ""),
+        "final_spin": (rounding, ""),
+    }
+    for name, (limit, unit) in limits.items():
+        error: float = getattr(total, name)
+        shown = math.degrees if unit == "°" else float
+        yield _Number(_NAMES[name], None if math.isnan(error) else shown(error), shown(limit), unit)
+
+
+def _reference(scene: SceneLine) -> Mapping[str, Any]:
+    """Return the numbers of a scene's reference, by their names."""
+    return {"expected": scene.expected, **dataclasses.asdict(scene.scales)}
+
+
+def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
+    found = [
+        cell
+        for cell in cells
+        if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
+    ]
+    if not found:
+        known = wording.listed(sorted({cell.method.name for cell in cells}))
+        raise InputError(f"--engine: {path} has no {name!r}; it has {known or 'no rows'}")
+    return found
+
+
+def _versions(old: Environment, new: Environment) -> dict[str, str]:
+    """Return what differs of versions and machine, by name, as before and after."""
+    olds, news = (
+        {"Carom": one.carom, **one.versions, "python": one.python, "system": one.system, "processor": one.processor}
+        for one in (old, new)
+    )
+    return _differing(olds, news)
+
+
+def _differing(old: Mapping[str, Any], new: Mapping[str, Any]) -> dict[str, str]:
+    pairs = {name: (old.get(name, "none"), new.get(name, "none")) for name in (*old, *new)}
+    return {name: f"{_value(a)} → {_value(b)}" for name, (a, b) in pairs.items() if not _same(a, b)}
+
+
+def _same(a: object, b: object) -> bool:
+    """Whether two are equal; numbers to rounding, for a machine of another make."""
+    if not (isinstance(a, float) and isinstance(b, float)):
+        return a == b
+    return math.isclose(a, b, rel_tol=THRESHOLDS.rounding) or (math.isnan(a) and math.isnan(b))
+
+
+def _value(value: Any) -> str:
+    return repr(value) if isinstance(value, float) else str(value)
+
+
+def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Change | None:
+    """Return what changed in a cell, None where nothing did."""
+    one = new or old
+    if one is None:
+        return None
+    was, now = (Mark.ABSENT if cell is None else cell.mark for cell in (old, new))
+    pairs = zip(old.numbers, new.numbers, strict=True) if old and new and was.ran and now.ran else ()
+    # Where the two declare floats of different widths, the wider count.
+    both = (BeforeAfter(a.name, a.value, b.value, min(a.rounding, b.rounding), a.unit) for a, b in pairs)
+    measures = tuple(measure for measure in both if measure.changed)
+    there = _was_run(old), _was_run(new)
+    kind = _kind(was, now, measures) if all(there) else Kind.APPEARED if there[1] else Kind.VANISHED
+    if kind is None:
+        return None
+    methods = dict.fromkeys(f"{cell.method.engine} {cell.method.profile_shown}" for cell in (old, new) if cell)
+    causes = tuple(_causes(old, new, versions))
+    return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, causes)
+
+
+def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
+    graded = Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
+    if graded and _badness(was) != _badness(now):
+        return Kind.WORSE if _badness(now) > _badness(was) else Kind.BETTER
+    # Hit or miss first: errors of impacts that only one of the two runs has found say nothing of the other.
+    impacts = sum(measure.growth for measure in measures if measure.counts)
+    growths = [impacts] if impacts else [measure.growth for measure in measures]
+    if any(growth > 0 for growth in growths):
+        return Kind.WORSE
+    if any(growth < 0 for growth in growths):
+        return Kind.BETTER
+    return Kind.CHANGED if measures or was is not now else None
+
+
+def _badness(mark: Mark) -> int:
+    """Return the place of a mark among the grades, from best to worst; a run without an answer is worse than any."""
+    grades = list(Grade)
+    return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
+
+
+def _causes(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Iterator[str]:
+    said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
+    yield from (verdict for verdict in said if verdict not in unsaid)
+    if old is None or new is None:
+        return
+    if not new.mark.ran or not old.mark.ran:
+        yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said and not old.mark.ran)
+    elif differing := _differing(old.reference, new.reference):
+        yield "another scene or reference: " + ", ".join(f"{name} {values}" for name, values in differing.items())
+    if old.method.engine == new.method.engine:
+        if old.settings and new.settings and (differing := _differing(old.settings, new.settings)):
+            yield "settings: " + ", ".join(f"{name} {values}" for name, values in differing.items())
+        # The head tells versions by the engines' own names, of which an adapter's is the lower case as a rule.
+        own = (name for name in versions if name.casefold() in (new.method.engine.casefold(), "carom"))
+        yield from (f"version: {name} {versions[name]}" for name in own)

@@ -1,0 +1,237 @@
+"""What an attack is: one axis from harmless to absurd, scenes along it, and how a trace is judged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.runs.job import Status
+from carom.scene import Scene
+from carom.studies.stress.truth import TrueMotion
+from carom.trace import Outcome, Trace, Vector, kinetic_energy
+
+__all__ = [
+    "TOLERANCE",
+    "Attack",
+    "Judge",
+    "Judgement",
+    "Trial",
+    "closed_form_judge",
+    "deepest_overlap",
+    "energy_judge",
+    "pressure_judge",
+    "velocity_judge",
+]
+
+#: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
+#: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
+#: gives way and not how exact it is; how exact it is while it stands is shown beside it.
+TOLERANCE = 0.1
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """What a trace is worth.
+
+    Attributes:
+        error: Its error, in the measure of the attack; NaN where there is nothing to measure.
+        broken: Why it counts as broken; empty where the method stands.
+        note: What else is to be said of it.
+        status: Whether there was a trace.
+    """
+
+    error: float
+    broken: str = ""
+    note: str = ""
+    status: Status = Status.RAN
+
+
+#: Says what a trace is worth.
+Judge = Callable[[Trace], Judgement]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One scene of an attack and how a trace of it is judged. It is run at the scene's own frame rate."""
+
+    scene: Scene
+    judge: Judge
+
+    @property
+    def dt_s(self) -> float:
+        """Step at which it is run, seconds."""
+        return 1.0 / self.scene.frame_rate_hz
+
+
+@dataclass(frozen=True)
+class Attack:
+    """One axis along which scenes go from harmless to absurd.
+
+    Attributes:
+        name: Short name, the one given on the command line.
+        axis: What varies, in words, with its unit.
+        harmless: Value at the harmless end, where every sound method should stand.
+        absurd: Value at the absurd end, above or below.
+        trials: Makes the scenes of a value; several differ in where in a step their impact falls, and a method stands
+            at a value if it stands in all of them.
+        truth: Where the right answer comes from.
+        gives_way: What counts as giving way, and why.
+        quick_absurd: Value at the absurd end in the quick form, where it is nearer.
+        whole: Whether the axis has whole numbers only.
+        rungs: Values a decade that are tried on the way to the first break. More of them where a method can break and
+            stand again by luck.
+        full_only: Whether its runs are too long for the quick form.
+        last: A value beyond the absurd end that no logarithm reaches, such as a gap of 0; it is tried, not bisected.
+    """
+
+    name: str
+    axis: str
+    harmless: float
+    absurd: float
+    trials: Callable[[float], Sequence[Trial]]
+    truth: str
+    gives_way: str
+    quick_absurd: float | None = None
+    whole: bool = False
+    rungs: int = 1
+    full_only: bool = False
+    last: float | None = None
+
+    def ladder(self, quick: bool) -> list[float]:
+        """Return the values to try from the harmless end on; half as many in the quick form, but four at least."""
+        end = self.absurd if self.quick_absurd is None or not quick else self.quick_absurd
+        decades = abs(math.log10(end / self.harmless))
+        a_decade = self.rungs / 2 if quick else self.rungs
+        rungs = max(4, math.ceil(decades * a_decade) + 1)
+        values = [self.harmless * (end / self.harmless) ** (k / (rungs - 1)) for k in range(rungs)]
+        # Round values read well in a table and a file.
+        values = [float(f"{value:.3g}") for value in values[:-1]] + [end]
+        if self.whole:
+            values = sorted({round(value) * 1.0 for value in values}, reverse=end < self.harmless)
+        return values if self.last is None else [*values, self.last]
+
+    def between(self, stands: float, breaks: float, resolution: float) -> float | None:
+        """Return the value half way between two, by logarithm; None where they are as near as need be."""
+        if min(stands, breaks) <= 0 or max(stands, breaks) / min(stands, breaks) <= resolution:
+            return None
+        middle = float(f"{math.sqrt(stands * breaks):.4g}")
+        if not self.whole:
+            return middle
+        middle = float(round(middle))
+        return None if middle in (stands, breaks) else middle
+
+
+def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
+    """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
+
+    A disc that is never hit is held against the greatest change of any disc. So the measure knows no unit, and a graze,
+    which changes little, is measured by that little.
+    """
+    change = truth.greatest_change_m_s
+    note = "by convention" if truth.convention else ""
+    return closed_form_judge(scene, truth.final_velocity_m_s, len(truth.impacts), change, note)
+
+
+def closed_form_judge(
+    scene: Scene,
+    final_velocity_m_s: Sequence[Vector],
+    impacts: int,
+    change_m_s: Sequence[float],
+    note: str = "",
+) -> Judge:
+    """Judge by final velocities that are known, each against the change that impacts make to its disc.
+
+    Args:
+        scene: The scene.
+        final_velocity_m_s: What they must be, metres a second.
+        impacts: How many impacts there are, for the reason given; 0 where nobody can count them.
+        change_m_s: What impacts change of each disc's velocity, metres a second; 0 for a disc that is never hit.
+        note: What else is to be said of a trace that stands.
+    """
+    final, change = np.array(final_velocity_m_s), np.array(change_m_s)
+    greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    scale = np.where(change > 0, change, change.max() or greatest or 1.0)
+
+    def judge(trace: Trace) -> Judgement:
+        if (cut := _cut_short(trace)) is not None:
+            return cut
+        error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
+        if error <= TOLERANCE:
+            return Judgement(error, note=note)
+        found = len(trace.impacts)
+        if found == 0 and impacts:
+            return Judgement(error, "no impact is found: the discs pass through each other")
+        counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
+        return Judgement(error, f"{counted}, a velocity wrong by {error:.2g} of what an impact changes")
+
+    return judge
+
+
+def energy_judge(scene: Scene) -> Judge:
+    """Judge by what every elastic scene keeps: kinetic energy to a tenth, and discs out of each other and the walls."""
+    start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
+
+    def judge(trace: Trace) -> Judgement:
+        if (cut := _cut_short(trace)) is not None:
+            return cut
+        gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
+        if not abs(gained) <= TOLERANCE:
+            return Judgement(abs(gained), f"{abs(gained):.2g} of the energy {'gained' if gained > 0 else 'lost'}")
+        overlap = deepest_overlap(trace.final_position_m, scene)
+        if not overlap <= 1.0:
+            return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
+        return Judgement(abs(gained))
+
+    return judge
+
+
+def pressure_judge(scene: Scene, compressibility: float) -> Judge:
+    """Judge by ``Z = p V / N k T``, from the virial of the disc impacts in the last four fifths of the run.
+
+    Each impact adds its impulse times the distance of the centres; a fifth of the run is time to forget the lattice.
+    """
+    mass = np.array([disc.mass_kg for disc in scene.discs])
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    energy = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
+
+    def judge(trace: Trace) -> Judgement:
+        if (cut := _cut_short(trace)) is not None:
+            return cut
+        since = scene.duration_s / 5
+        found = trace.impacts[(trace.impacts["second"] >= 0) & (trace.impacts["time_s"] > since)]
+        first, second = found["first"], found["second"]
+        push = (found["velocity_second_after"] - found["velocity_second_before"]) * mass[second][:, None]
+        along = np.sum(push * found["normal"], axis=1) * (radius[first] + radius[second])
+        z = 1.0 + float(np.sum(along)) / (2.0 * energy * (scene.duration_s - since))
+        error = abs(z / compressibility - 1.0)
+        note = f"Z = {z:.3f} where {compressibility:.4f} is known, from {len(found)} impacts"
+        if error <= TOLERANCE:
+            return Judgement(error, note=note)
+        return Judgement(error, note)
+
+    return judge
+
+
+def deepest_overlap(position: np.ndarray, scene: Scene) -> float:
+    """Return the deepest overlap of two discs, or of a disc with a wall, in radii of the smallest disc."""
+    radius = np.array([disc.radius_m for disc in scene.discs])
+    deepest = 0.0
+    for i in range(len(radius) - 1):
+        distance = np.hypot(*(position[i + 1 :] - position[i]).T)
+        deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
+    for wall in scene.walls:
+        deepest = float(np.maximum(deepest, np.max(radius - (position - wall.point_m) @ np.array(wall.normal))))
+    return deepest / float(np.min(radius))
+
+
+def _cut_short(trace: Trace) -> Judgement | None:
+    """A run that ended before its scene did is broken, unless it ended in a named collapse."""
+    if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
+        return Judgement(math.nan, Outcome.NON_FINITE.value)
+    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL, Outcome.AT_REST}:
+        return None
+    note = f": {trace.notes[0]}" if trace.notes else ""
+    return Judgement(math.nan, f"{trace.outcome.value}{note}")

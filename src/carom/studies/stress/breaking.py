@@ -1,0 +1,125 @@
+"""Finding where a method gives way to an attack: up the ladder to the first break, then bisection."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from carom.errors import InputError
+from carom.folders import file_name
+from carom.runs.job import Answer, Job, Method, Status
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
+from carom.scene import Scene, save_scene
+from carom.studies.stress.attack import Attack, Judgement, Trial
+from carom.studies.stress.spots import Spot, SpotEnding
+
+__all__ = ["NotRunError", "breaking_point", "save_as"]
+
+#: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
+RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
+
+
+class NotRunError(Exception):
+    """The method can't be attacked at all: it is unavailable, or does not support the scene.
+
+    Attributes:
+        status: Which of the two.
+    """
+
+    def __init__(self, answer: Answer[Any]) -> None:
+        super().__init__(answer.said)
+        self.status = answer.status
+
+
+class _Tried(NamedTuple):
+    """What came of one value: the worst judgement of its trials, and the scene that shows it."""
+
+    value: float
+    trial: Trial
+    judgement: Judgement
+
+    @property
+    def stands(self) -> bool:
+        return not self.judgement.broken
+
+
+def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path, quick: bool) -> Spot:
+    """Return the cell of an attack and a method; the scene that shows its number is saved into `scenes`."""
+    runs = 0
+    stood: _Tried | None = None
+    fell: _Tried | None = None
+
+    def tries(value: float) -> None:
+        nonlocal runs, stood, fell
+        tried, spent = _try(attack, value, method, asker, quick=quick)
+        runs += spent
+        stood, fell = (tried, fell) if tried.stands else (stood, tried)
+
+    try:
+        for value in attack.ladder(quick):
+            tries(value)
+            if fell:
+                break
+        resolution = QUICK_RESOLUTION if quick else RESOLUTION
+        while stood and fell and (middle := attack.between(stood.value, fell.value, resolution)) is not None:
+            tries(middle)
+    except NotRunError as error:
+        ended = SpotEnding.NOT_RUN
+        return Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
+    shown = fell or stood
+    assert shown is not None  # noqa: S101 - a ladder has a first rung
+    shows = f"{shown.trial.scene.description} Here {method.name} {'gives way' if fell else 'stands'}."
+    file = save_as(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows, scenes)
+    broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
+    return Spot(
+        "attack",
+        attack.name,
+        method.name,
+        broke if fell else SpotEnding.STANDS,
+        value=shown.value,
+        stands_at=stood.value if stood else None,
+        error=stood.judgement.error if stood and math.isfinite(stood.judgement.error) else None,
+        reason=shown.judgement.broken or shown.judgement.note,
+        scenes=(file,),
+        runs=runs,
+        status=shown.judgement.status,
+    )
+
+
+def save_as(name: str, scene: Scene, shows: str, folder: Path) -> str:
+    """Save the scene of a number under a name of its own, so that all of them can be run together; return the file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    named = scene.model_copy(update={"name": f"stress/{name}", "description": shows})
+    file = f"{file_name(name)}.toml"
+    save_scene(named, folder / file)
+    return f"{folder.name}/{file}"
+
+
+def _judged(method: Method, trial: Trial, asker: Asker, *, harmless: bool) -> Judgement:
+    """Run one trial and judge it; whatever an engine does instead of answering is a reason.
+
+    Raises:
+        NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
+    """
+    answer = trace_of(Job(trial.scene, method, trial.dt_s), asker)
+    if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
+        raise NotRunError(answer)
+    return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
+
+
+def _try(attack: Attack, value: float, method: Method, asker: Asker, *, quick: bool) -> tuple[_Tried, int]:
+    """Run the trials of a value up to the first that breaks; return the worst, and how many runs there were."""
+    try:
+        trials = attack.trials(value)
+    except InputError as error:
+        message = f"attack {attack.name} makes no scene at {value:g}: {error}"
+        raise InputError(message) from error
+    stood: list[_Tried] = []
+    for trial in trials[::2] if quick else trials:
+        tried = _Tried(value, trial, _judged(method, trial, asker, harmless=value == attack.harmless))
+        if not tried.stands:
+            return tried, len(stood) + 1
+        stood.append(tried)
+    return max(stood, key=lambda tried: tried.judgement.error), len(stood)

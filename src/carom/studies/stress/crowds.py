@@ -1,0 +1,314 @@
+"""Attacks with many discs or many impacts."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from carom.scene import Disc, Scene, Wall
+from carom.scenes.closed_forms import disc
+from carom.scenes.walled import box_walls
+from carom.studies.stress.attack import (
+    Attack,
+    Judge,
+    Trial,
+    closed_form_judge,
+    energy_judge,
+    pressure_judge,
+    velocity_judge,
+)
+from carom.studies.stress.pairs import PHASES, RATE_HZ
+from carom.studies.stress.truth import TrueMotion, UndecidedError, true_motion
+
+__all__ = ["CRITICAL_RESTITUTION", "crowd_attacks"]
+
+#: Three equal discs in line collide without end below this: S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992).
+CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
+
+_RADIUS_M = 0.25
+_SPEED_M_S = 1.2
+_TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle: directions spread evenly and line up nowhere
+
+_VELOCITY = "a final velocity wrong by more than a tenth of what an impact changes"
+_ENERGY = (
+    "a tenth of the energy gained or lost, or a disc a radius deep in another or a wall: elastic impacts keep the "
+    "energy, whatever their order"
+)
+
+
+def _trial(
+    name: str,
+    shows: str,
+    discs: Sequence[Disc],
+    duration_s: float,
+    judge: Callable[[Scene], Judge] | None = None,
+    *,
+    rate_hz: float = RATE_HZ,
+    walls: Sequence[Wall] = (),
+    restitution: float = 1.0,
+) -> Trial:
+    """Return discs as a trial, judged by their true motion where nothing else is said."""
+    scene = Scene(
+        name=f"stress/{name}",
+        description=shows,
+        discs=discs,
+        walls=walls,
+        restitution=restitution,
+        duration_s=duration_s,
+        frame_rate_hz=rate_hz,
+    )
+    return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
+
+
+def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after: int) -> Trial:
+    """Stage a striker and as many equal discs at rest as there are gaps and one more, on a line."""
+    dt = 1.0 / RATE_HZ
+    places = [-(2 * _RADIUS_M + _SPEED_M_S * dt * (4 + phase)), 0.0]
+    for gap in gaps:
+        places.append(places[-1] + 2 * _RADIUS_M + gap)
+    discs = [disc(place, 0.0 if k else _SPEED_M_S, _RADIUS_M) for k, place in enumerate(places)]
+    return _trial(name, shows, discs, (5 + steps_after) * dt)
+
+
+def _cradle(gap: float) -> list[Trial]:
+    shows = f"Newton's cradle of five, its gaps {gap:.3g} m: only the last disc must leave."
+    # Three gaps to be crossed, and as much time again as a late method may need.
+    steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
+    return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
+
+
+def _crowded_frame(impacts: float) -> list[Trial]:
+    count = round(impacts)
+    # All of them within half a step from the first, which falls at each phase below a half; but a method that passes on
+    # one impact a step is given the steps that it takes.
+    gap = 0.5 * _SPEED_M_S / RATE_HZ / max(1, count - 1)
+    shows = f"A row of discs in which {count} impacts fall into one step."
+    return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
+
+
+def _at_once(pairs: float) -> list[Trial]:
+    """Stage pairs far apart that all meet at one instant: quarter turns of one meeting, so to the bit."""
+    count = round(pairs)
+    dt, side, pitch = 1.0 / RATE_HZ, math.ceil(math.sqrt(count)), 8.0 * _RADIUS_M
+    along = 2 * _RADIUS_M + _SPEED_M_S * dt * 4.52
+    discs: list[Disc] = []
+    truth: list[TrueMotion] = []
+    for k in range(count):
+        row, column = divmod(k, side)
+        place, turn = complex(column, row) * pitch, (1, 1j, -1, -1j)[k % 4]
+        pair = [disc(place - along * turn, _SPEED_M_S * turn, _RADIUS_M), disc(place, 0j, _RADIUS_M)]
+        discs += pair
+        truth.append(true_motion(Scene(name="pair", discs=pair, duration_s=48 * dt)))
+    shows = f"{count} pairs of discs, far from each other, meet in one step."
+    final = [velocity for motion in truth for velocity in motion.final_velocity_m_s]
+    change = [change for motion in truth for change in motion.greatest_change_m_s]
+    return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
+
+
+def _packed(gap: float) -> list[Trial]:
+    columns, rows, radius = 3, 3, 0.1
+    pitch = 2 * radius * (1 + gap)
+    margin = pitch / 2
+    discs = []
+    for k in range(columns * rows):
+        row, column = divmod(k, columns)
+        place = complex(margin + (column + 0.5 * (row % 2)) * pitch, margin + row * pitch * math.sqrt(3) / 2)
+        discs.append(disc(place, cmath.rect(1.0, _TURN * k), radius))
+    width = 2 * margin + (columns - 0.5) * pitch
+    height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
+    packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
+    shows = f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box."
+    return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
+
+
+def _lasting(impacts: float) -> list[Trial]:
+    side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
+    width = side * pitch
+    discs = []
+    for k in range(side * side):
+        row, column = divmod(k, side)
+        direction = cmath.rect(1.0, _TURN * k)
+        place = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
+        discs.append(disc(place, speed * direction, radius))
+    n, free = len(discs), width - 2 * radius
+    # Kinetic theory of a thin gas, good to a factor of two here: each disc meets four walls, and sweeps a strip of
+    # four radii's width relative to the others.
+    a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
+    duration_s = max(1.0, round(impacts / a_second * rate)) / rate
+    shows = f"Nine discs in a box for as long as about {impacts:.3g} impacts take."
+    return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=box_walls(width, width))]
+
+
+#: B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15 (2006)).
+VIRIAL = (0.782004, 0.53223180, 0.33355604, 0.1988425, 0.1148728, 0.0649930, 0.0362193, 0.0199537)
+PACKING = 0.3
+#: p V / N k T at that packing by the ten-term series, in which B_2 times the density is twice the packing: 2.0632.
+COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
+
+
+def _pressed(advance: float) -> list[Trial]:
+    """Stage a hard-disc gas whose pressure is known; `advance` is the mean path in a step, in radii."""
+    side, radius, speed = 12, 0.05, 1.0
+    count = side * side
+    # The packing is that in the box of the centres, in which a walled gas is nearest to the bulk.
+    free = math.sqrt(count * math.pi * radius**2 / PACKING)
+    rate = speed / (advance * radius)
+    pitch = free / (side - 1)
+    discs = []
+    for k in range(count):
+        row, column = divmod(k, side)
+        place = complex(radius + column * pitch, radius + row * pitch)
+        discs.append(disc(place, cmath.rect(speed, _TURN * k), radius))
+    width = free + 2 * radius
+    shows = f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step."
+    # Some fifteen impacts a disc: the virial of a thousand impacts is good to 3 %.
+    duration_s = round(1.25 * rate) / rate
+    judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
+    return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
+
+
+def _inelastic(restitution: float) -> list[Trial]:
+    discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
+
+    def judge(scene: Scene) -> Judge:
+        if restitution > CRITICAL_RESTITUTION:
+            try:
+                return velocity_judge(true_motion(scene, most_impacts=300), scene)
+            except UndecidedError:  # so near the critical value that the impacts can't be counted out
+                pass
+        # Impacts without end close every gap in finite time: the three then move with their centre of mass, at rest.
+        return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
+
+    shows = f"Three equal discs in line close on each other with restitution {restitution:.4g}."
+    return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
+
+
+def _galperin(mass_ratio: float) -> list[Trial]:
+    radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
+    shows = f"A disc of {mass_ratio:.4g} kg drives one of 1 kg against a wall."
+    discs = [disc(light_gap + radius, 0j, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
+    root = math.sqrt(mass_ratio)
+    angle = math.atan2(1.0, root)
+    count = math.ceil(math.pi / angle) - 1
+    # In (root V, v) the way in has the angle pi. Unfolded it stays so; folded back after an even number of impacts the
+    # angle is pi - count angle, after an odd number it is mirrored.
+    out = math.pi - count * angle if count % 2 == 0 else (count + 1) * angle - math.pi
+    final = [(root * math.sin(out) * speed, 0.0), (math.cos(out) * speed, 0.0)]
+    # The light disc's greatest speed takes all the energy; the heavy one is turned round.
+    change = [root * speed, 2 * speed]
+    return [
+        _trial(
+            "galperin", shows, discs, 4.0, lambda scene: closed_form_judge(scene, final, count, change), walls=[wall]
+        )
+    ]
+
+
+def _unstable(bounces: float) -> list[Trial]:
+    count = round(bounces)
+    contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
+    half = (free / 2 + contact) * axis
+    shows = f"A disc goes to and fro between two immovable ones along a slanted axis, {count} bounces."
+    discs = [
+        disc(-half, 0j, 0.3, math.inf),
+        disc(half, 0j, 0.3, math.inf),
+        disc(-0.1 * axis, 2.0 * axis, 0.2),
+    ]
+    # A fifteenth of the contact distance a step.
+    return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
+
+
+def crowd_attacks() -> list[Attack]:
+    """Return the attacks with many discs or many impacts."""
+    digits = "brute force in 240 decimal digits from the scene as stored"
+    energy = "conservation: every impact is elastic"
+    return [
+        Attack(
+            "cradle-gap",
+            "gap between the discs of Newton's cradle in metres, and touching (by convention)",
+            0.1,
+            1e-15,
+            _cradle,
+            f"{digits}; touching: the limit of vanishing gaps, one pair at a time",
+            f"{_VELOCITY}: only the last disc leaves",
+            last=0.0,
+        ),
+        Attack(
+            "crowded-frame",
+            "impacts in one step, down a row of discs",
+            1,
+            64,
+            _crowded_frame,
+            digits,
+            f"{_VELOCITY}: only the last disc leaves",
+            quick_absurd=32,
+            whole=True,
+        ),
+        Attack(
+            "at-once",
+            "pairs that meet at one instant",
+            1,
+            128,
+            _at_once,
+            "each pair on its own, in 240 decimal digits",
+            _VELOCITY,
+            quick_absurd=32,
+            whole=True,
+        ),
+        Attack(
+            "packing",
+            "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
+            1.0,
+            1e-3,
+            _packed,
+            energy,
+            _ENERGY,
+            quick_absurd=1e-2,
+        ),
+        Attack("duration", "impacts, about", 10, 1e4, _lasting, energy, _ENERGY, quick_absurd=300),
+        Attack(
+            "gas-pressure",
+            "speed x dt / radius in a hard-disc gas at packing 0.3",
+            0.05,
+            2.0,
+            _pressed,
+            "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take "
+            "some 6 % from 144 discs, as the inverse root of their number",
+            "p V / N k T wrong by more than a tenth, from the impulses of the disc impacts (the virial)",
+            full_only=True,
+        ),
+        Attack(
+            "restitution",
+            "restitution, past inelastic collapse at 7 - 4 √3 = 0.0718",
+            0.9,
+            0.01,
+            _inelastic,
+            f"{digits} above 7 - 4 √3; below it the three end with their centre of mass (McNamara and Young, 1992)",
+            _VELOCITY,
+        ),
+        Attack(
+            "galperin",
+            "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
+            1.0,
+            1e8,
+            _galperin,
+            "unfolding of the wedge (G. Galperin, 2003)",
+            _VELOCITY,
+            quick_absurd=1e4,
+        ),
+        Attack(
+            "unstable-orbit",
+            "bounces between two immovable discs, along a slanted axis",
+            1,
+            24,
+            _unstable,
+            digits,
+            f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
+            whole=True,
+            # Once off the axis the disc leaves in much the same direction, whoever runs it: the few bounces between are
+            # where it shows, so none may be stepped over.
+            rungs=40,
+        ),
+    ]

@@ -1,0 +1,302 @@
+"""A stress campaign as a document, and as JSON."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from urllib.parse import quote
+
+from carom.folders import write_files
+from carom.pages import wording
+from carom.pages.document import (
+    DETAIL,
+    IN_FULL,
+    ON_PAPER,
+    PAGE,
+    TERMINAL,
+    Block,
+    Cell,
+    Column,
+    Document,
+    Legend,
+    Lines,
+    Section,
+    Share,
+    Table,
+    Text,
+)
+from carom.pages.files import as_json
+from carom.pages.made import making
+from carom.pages.render.html import html
+from carom.pages.render.markdown import markdown
+from carom.registry import asked_as
+from carom.runs.job import Method, Status
+from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+
+__all__ = ["stress_document", "write_stress"]
+
+HEADINGS = {
+    "attack": "Where each method gives way",
+    "relation": "Relations that need no truth",
+    "complaint": "Scenes from real complaints",
+}
+
+NOTES = {
+    "attack": "The size at which a method first gives way, from the harmless end of the axis on; 'to' marks a method "
+    "that stands as far as the axis goes. Below it, the error where it was last seen to stand, and a bar: how much of "
+    "the axis, counted in decades, it was seen to stand, so that all bars have one scale.",
+    "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
+    "of the two; 0 is equal to the bit.",
+    "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
+}
+
+#: More methods than this are counted in a sentence, not named.
+FEW = 3
+
+#: The sign of a cell, and the class of its colours; the colours of a class on a terminal.
+_GOOD, _WAY, _BAD, _NOT = ("=", "exact"), ("~", "inaccurate"), ("x", "wrong"), ("-", "not-scored")
+_STYLES = {"exact": "green", "inaccurate": "yellow", "wrong": "red", "not-scored": "dim"}
+_SHOWN = {
+    SpotEnding.STANDS: _GOOD,
+    SpotEnding.GIVES_WAY: _WAY,
+    SpotEnding.NEVER_STOOD: _BAD,
+    SpotEnding.HOLDS: _GOOD,
+    SpotEnding.FAILS: _BAD,
+    SpotEnding.STILL_DOES: _BAD,
+    SpotEnding.DOES_NOT: _GOOD,
+    SpotEnding.NOT_RUN: _NOT,
+}
+_MEANINGS = (
+    (_GOOD, "stands", "as far as the axis goes; a relation holds, a complaint is not seen"),
+    (_WAY, "gives way", "at the size shown"),
+    (_BAD, "fails", "at the harmless end already; a relation fails, a complaint is seen"),
+    (_NOT, "not run", "the method is unavailable, or does not support the scene"),
+)
+
+
+def write_stress(results: StressResults, folder: Path) -> Path:
+    """Write `stress.html`, `stress.md` and `stress.json` into a folder, in place of older ones; return the page.
+
+    Raises:
+        MissingExtraError: jinja2, of the extra `report`, is not installed.
+        InputError: The folder can't be written into, or holds files of others.
+    """
+    document = stress_document(results)
+    contents = {"stress.html": html(document), "stress.md": markdown(document), "stress.json": _json(results)}
+    return write_files(folder, "stress", contents)
+
+
+def stress_document(results: StressResults) -> Document:
+    """Return a campaign: what became of each method, a table for each kind of line, and the evidence of each cell."""
+    kinds = {kind: [line for line in results.lines if line.kind == kind] for kind in HEADINGS}
+    return Document(
+        "Carom: stress",
+        tuple(_summary(results, kinds)),
+        (
+            Section("What became of each method", tuple(_methods(results, kinds))),
+            *(section for kind, lines in kinds.items() if lines for section in _group(results, kind, lines)),
+            *making(results.environment, results.command, results.elapsed_s),
+        ),
+    )
+
+
+def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
+    """Yield a row a method: its attacks as a bar, how many of each kind it passes, and where it breaks first."""
+
+    def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
+        def say(method: Method) -> str:
+            return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
+
+        return [Column(head, say, f"of {len(kinds[kind])}", number=True)] if kinds[kind] else []
+
+    attacks = kinds["attack"]
+    columns = [Column("method", lambda method: f"{method.engine} {method.profile}")]
+    columns += [Column("attacks", partial(_bar, results, attacks))] if attacks else []
+    columns += counted("attack", "stood", SpotEnding.STANDS)
+    columns += counted("relation", "hold", SpotEnding.HOLDS)
+    columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
+    columns += [Column("breaks first", partial(_weakest, results, attacks))] if attacks else []
+    yield Table(columns, results.methods, css="methods")
+    yield Text("  ".join(f"{symbol} {word}" for (symbol, _), word, _ in _MEANINGS), TERMINAL)
+    yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
+
+
+def _bar(results: StressResults, lines: list[Line], method: Method) -> Cell:
+    found = [_SHOWN[results.spots[line.name, method.name].ending] for line in lines]
+    tally = [(*shown, found.count(shown)) for shown in (_GOOD, _WAY, _BAD, _NOT) if shown in found]
+    shares = tuple(Share(css, count, symbol, _STYLES[css]) for symbol, css, count in tally)
+    return Cell(" ".join(f"{count}{symbol}" for symbol, _, count in tally), shares=shares)
+
+
+def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
+    """Return the attack to which a method gives way after the least part of its axis."""
+    spots = [(line, results.spots[line.name, method.name]) for line in lines]
+    fallen = [
+        (depth, line, spot)
+        for line, spot in spots
+        if spot.ending is not SpotEnding.STANDS and (depth := line.depth(spot)) is not None
+    ]
+    if not fallen:
+        return Cell("")
+    _, line, spot = min(fallen, key=lambda one: one[0])
+    said = _said(spot) if spot.ending is SpotEnding.NEVER_STOOD else f"at {_said(spot)}"
+    return Cell(f"{line.name} {said}", title=spot.reason, link=f"#{_anchor(line, method)}")
+
+
+def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
+    """Yield every cell of a kind of lines, and what each stands on."""
+    columns = [
+        Column(kind, lambda line: Cell(line.name, title=line.axis)),
+        Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
+    ]
+    columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
+    table = Table(columns, lines, note=NOTES[kind], css="grid", only=IN_FULL)
+    yield Section(HEADINGS[kind], (table, Text("A cell leads to its evidence: why, the scene, the command.", PAGE)))
+    why = tuple(said for line in lines for said in _why(results, line))
+    yield Section(f"{HEADINGS[kind]}: why", (Lines(why, DETAIL),), level=3)
+    yield Section(f"{HEADINGS[kind]}: the evidence", tuple(_evidence(results, line) for line in lines), level=3)
+
+
+def _why(results: StressResults, line: Line) -> Iterator[str]:
+    """Say why cells of a line are as they are: each reason with the methods that it holds for."""
+    found: dict[str, list[str]] = {}
+    for method, spot in _spots(results, line):
+        found.setdefault(spot.reason, []).append(method.name)
+    return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
+
+
+def _evidence(results: StressResults, line: Line) -> Table:
+    """Return what each cell of a line stands on, the scene that shows it, and the command that runs that."""
+    columns = (
+        Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
+        Column("came of it", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
+        Column("figure", lambda cell: _number(cell[1].value), number=True),
+        Column("stands at", lambda cell: _number(cell[1].stands_at), number=True),
+        Column("error there", lambda cell: _number(cell[1].error), number=True),
+        Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
+        Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
+        Column("command, in this folder", lambda cell: _command(*cell)),
+    )
+    thread = f" {line.link}" if line.link else ""
+    return Table(
+        columns,
+        _spots(results, line),
+        title=f"{line.name}: {line.axis}",
+        note=f"{wording.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
+        folded=f"{line.name}: {line.axis}",
+        css="cells",
+        only=ON_PAPER,
+    )
+
+
+def _anchor(line: Line, method: Method) -> str:
+    """Return the name of a cell's evidence within the page."""
+    return quote(f"{line.name}/{method.name}")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else wording.number(value, 4)
+
+
+def _command(method: Method, spot: Spot) -> str:
+    if not spot.scenes or spot.ending is SpotEnding.NOT_RUN:
+        return ""
+    return shlex.join(("carom", "run", *spot.scenes, "-e", asked_as(method.engine), "-p", method.profile))
+
+
+def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:
+    return [(method, results.spots[line.name, method.name]) for method in results.methods]
+
+
+def _said(spot: Spot) -> str:
+    """Return what a cell says in a word or a number."""
+    value = "" if spot.value is None else wording.number(spot.value)
+    match spot.ending:
+        case SpotEnding.STANDS:
+            return f"to {value}"
+        case SpotEnding.NEVER_STOOD if spot.status in {Status.TIMED_OUT, Status.CRASHED}:
+            return f"{spot.status.value} at {value}"  # nothing is known of what it would have answered
+        case SpotEnding.NEVER_STOOD:
+            return f"from {value}"
+        case SpotEnding.NOT_RUN:
+            return spot.status.value
+        case SpotEnding.STILL_DOES | SpotEnding.DOES_NOT:
+            return f"{'does it' if spot.ending is SpotEnding.STILL_DOES else 'does not'} {value}".rstrip()
+        case _:
+            return value or spot.reason.partition(":")[0]
+
+
+def _cell(results: StressResults, method: Method, line: Line) -> Cell:
+    spot = results.spots[line.name, method.name]
+    symbol, css = _SHOWN[spot.ending]
+    return Cell(
+        _said(spot),
+        "" if spot.error is None else wording.number(spot.error),
+        title=spot.reason,
+        css=css,
+        symbol=symbol,
+        link=f"#{_anchor(line, method)}",
+        part=line.depth(spot),
+    )
+
+
+def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
+    asked = [wording.count(len(lines), kind) for kind, lines in kinds.items() if lines]
+    methods, form = wording.count(len(results.methods), "method"), "quick" if results.quick else "full"
+    yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
+    for kind, good, does in (("attack", SpotEnding.STANDS, "stood"), ("relation", SpotEnding.HOLDS, "kept")):
+        passed: dict[int, list[str]] = {}
+        partly: list[str] = []  # who could not be asked everything is not ranked among those who could
+        for method in results.methods:
+            endings = [results.spots[line.name, method.name].ending for line in kinds[kind]]
+            ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
+            name = f"{method.engine} ({method.profile})"
+            if ran and ran == len(endings):
+                passed.setdefault(endings.count(good), []).append(name)
+            elif ran:
+                partly.append(f"{name} {does} {endings.count(good)} of the {ran} that it ran")
+        if passed:
+            most, fewest = max(passed), min(passed)
+            best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"
+            if most == fewest:
+                best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
+            yield f"Of {wording.count(len(kinds[kind]), kind)} {_named(passed[most])} {does} {best}{worst}."
+        if partly:
+            said = f": {wording.listed(partly)}" if len(partly) <= FEW else ""
+            yield f"Not ranked, as not every {kind} could be run: {wording.count(len(partly), 'method')}{said}."
+    if kinds["complaint"]:
+        yield _complaints(results, kinds["complaint"])
+
+
+def _named(methods: list[str]) -> str:
+    return wording.listed(methods) if len(methods) <= FEW else f"{len(methods)} methods"
+
+
+def _complaints(results: StressResults, complaints: list[Line]) -> str:
+    """Say how many complaints about an engine that is driven here are still seen on that engine."""
+    still: list[str] = []
+    not_any_more: list[str] = []
+    for line in complaints:
+        own = [spot.ending for method, spot in _spots(results, line) if method.engine == line.about]
+        if any(ending is not SpotEnding.NOT_RUN for ending in own):
+            (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
+    here, seen = len(still) + len(not_any_more), f": {wording.listed(still)}" if 0 < len(still) <= FEW else ""
+    of = f"Of {wording.count(len(complaints), 'complaint')}, {here} are about an engine that is driven here"
+    return f"{of}; {len(still)} of these are still seen on it{seen}."
+
+
+def _json(results: StressResults) -> str:
+    engines = [results.engines[method.engine] for method in results.methods]
+    return as_json(
+        "stress",
+        results,
+        leave_out=("engines", "spots"),
+        methods=[
+            {**asdict(method), "version": engine.version, "unavailable": engine.unavailable}
+            for method, engine in zip(results.methods, engines, strict=True)
+        ],
+        lines=[{**asdict(line), "cells": [spot for _, spot in _spots(results, line)]} for line in results.lines],
+    )

@@ -1,0 +1,143 @@
+"""Attacks with one pair of discs: what varies is one length, speed, mass or offset of their meeting."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from carom.scene import Disc, Scene
+from carom.studies.stress.attack import Attack, Trial, velocity_judge
+from carom.studies.stress.truth import true_motion
+
+__all__ = ["PHASES", "RATE_HZ", "pair_attacks"]
+
+RATE_HZ = 240.0
+
+#: Where in a step the impact falls. One phase makes a step look lucky, so each value is tried at several.
+PHASES = (0.13, 0.52, 0.89)
+
+#: Steps before the impact and after it. A contact that is a spring lasts: at the stiffness of 1000 /s² that people use
+#: with MuJoCo, a tenth of a second, 24 steps.
+STEPS_BEFORE, STEPS_AFTER = 4, 40
+
+_RADIUS_M = 0.25
+
+#: A hundredth of a diameter a step: no method should have trouble with so little.
+_SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
+
+_TRUTH = "two discs in a straight line: the quadratic solved in 240 decimal digits from the scene as stored"
+_VELOCITY = (
+    "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it, and beyond "
+    "a tenth the bounce is not the scene's"
+)
+
+
+def _meeting(
+    name: str,
+    shows: str,
+    phase: float,
+    *,
+    speed: float = _SPEED_M_S,
+    radius: float = _RADIUS_M,
+    offset: float = 0.0,
+    mass: float = 1.0,
+    origin: float = 0.0,
+) -> Trial:
+    """Stage a disc that comes in from the left and, some steps on, meets an equal one, of any mass, at rest."""
+    dt = 1.0 / RATE_HZ
+    contact = 2 * radius
+    across = offset * contact
+    along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[
+            Disc(position_m=(origin - along, origin), velocity_m_s=(speed, 0.0), radius_m=radius),
+            Disc(position_m=(origin, origin + across), radius_m=radius, mass_kg=mass),
+        ],
+        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
+        frame_rate_hz=RATE_HZ,
+    )
+    return Trial(scene, velocity_judge(true_motion(scene), scene))
+
+
+def _attack(
+    name: str,
+    axis: str,
+    ends: tuple[float, float],
+    shows: str,
+    *,
+    truth: str = _TRUTH,
+    gives_way: str = _VELOCITY,
+    **of: Callable[[float], float],
+) -> Attack:
+    """Return an attack on a meeting at every phase; each keyword of `_meeting` is a function of the attack's value."""
+
+    def trials(value: float) -> Sequence[Trial]:
+        sizes = {key: function(value) for key, function in of.items()}
+        return [
+            _meeting(f"stress/{name}", f"{shows.format(value=value)} Phase {phase:g} of a step.", phase, **sizes)
+            for phase in PHASES
+        ]
+
+    return Attack(name, axis, *ends, trials, truth, gives_way)
+
+
+def _of_size(name: str, absurd: float) -> Attack:
+    """Return the attack in which the whole scene shrinks or grows, steps and all."""
+    return _attack(
+        name,
+        "radius in metres, the whole scene with it",
+        (1.0, absurd),
+        "Discs of radius {value:.3g} m meet head-on at a fiftieth of it a step.",
+        gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or "
+        "speed",
+        radius=lambda value: value,
+        speed=lambda value: 0.02 * value * RATE_HZ,
+    )
+
+
+def pair_attacks() -> list[Attack]:
+    """Return the attacks with one pair of discs."""
+    return [
+        _attack(
+            "grazing",
+            "1 - b/R, how far from a miss",
+            (0.1, 1e-15),
+            "A disc grazes another; 1 - b/R is {value:.3g}.",
+            offset=lambda value: 1.0 - value,
+        ),
+        _attack(
+            "mass-ratio",
+            "mass of the disc struck over that of the striker",
+            (1.0, 1e12),
+            "A disc of 1 kg meets one of {value:.3g} kg head-on.",
+            gives_way=f"{_VELOCITY}; the heavy disc's small change counts as much as the light one's",
+            mass=lambda value: value,
+        ),
+        _attack(
+            "tunnelling",
+            "speed x dt / radius",
+            (0.01, 1e4),
+            "A disc that moves {value:.3g} radii a step meets one at rest head-on.",
+            speed=lambda value: value * _RADIUS_M * RATE_HZ,
+        ),
+        _of_size("small", 1e-6),
+        _of_size("large", 1e6),
+        _attack(
+            "far-away",
+            "distance from the origin in metres, in x and in y",
+            (1.0, 1e12),
+            "Two discs meet head-on {value:.3g} m from the origin.",
+            truth=f"{_TRUTH}, its positions rounded as they are there",
+            origin=lambda value: value,
+        ),
+        _attack(
+            "slow",
+            "approach speed in m/s, at a fixed step",
+            (10.0, 1e-9),
+            "Two discs meet head-on at {value:.3g} m/s.",
+            gives_way=f"{_VELOCITY}; an engine's restitution threshold shows here",
+            speed=lambda value: value,
+        ),
+    ]

@@ -1,0 +1,364 @@
+"""Relations that need no truth: what turns, boosts, mirrors, scales or reverses a scene does so to its answer.
+
+An engine that fails one is wrong in one of the two scenes, whichever it may be. Absolute lengths, speeds and times
+inside an engine (slops, thresholds, margins) show here as failures under a change of units.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.errors import InputError
+from carom.runs.job import Job, Method, Status
+from carom.runs.plan import trace_of
+from carom.runs.pool import Asker
+from carom.scene import Disc, Scene
+from carom.studies.stress.breaking import NotRunError, save_as
+from carom.studies.stress.spots import Spot, SpotEnding
+from carom.trace import Outcome, Trace
+
+__all__ = ["HOLDS", "Relation", "base_scene", "relation_spot", "relations", "rough_scene", "superballs"]
+
+#: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
+#: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
+HOLDS = 1e-9
+
+#: A coefficient at which no impact of `superballs` slides, within what every engine simulates.
+_GRIP = 10.0
+
+Run = Callable[[Scene], Trace]
+
+
+class State(NamedTuple):
+    """Where discs are and how they move: metres, metres and radians a second; shapes ``(n, 2)`` twice, and ``(n,)``."""
+
+    position: NDArray[np.float64]
+    velocity: NDArray[np.float64]
+    spin: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Relation:
+    """One relation.
+
+    Attributes:
+        name: Short name, the one given on the command line.
+        states: What must hold, in one sentence.
+        deviation: Has a base scene and another run by a method; returns how far that method is off, over the scene's
+            length or speed, whichever is worse. Raises SceneError where the state that the first run left is none that
+            a scene can start from.
+        base: Makes the scene that is changed.
+        of_runs: Whether the other scene is made from the method's own first run.
+    """
+
+    name: str
+    states: str
+    deviation: Callable[[Scene, Run], float]
+    base: Callable[[], Scene]
+    of_runs: bool = False
+
+
+def base_scene() -> Scene:
+    """Return the scene that is changed: four unequal discs and three oblique impacts, no two close in time.
+
+    Between the second impact, at .59 s, and the third, at 1.39 s, even a contact that lasts a tenth of a second is
+    over at 1 s, where the run is split.
+    """
+    return Scene(
+        name="stress/relations",
+        description="Four unequal discs, three oblique impacts.",
+        discs=[
+            Disc(position_m=(-1.5, 0.1), velocity_m_s=(3.0, 0.0), radius_m=0.25),
+            Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=2.0),
+            Disc(position_m=(1.3, -0.25), velocity_m_s=(-0.5, 0.0), radius_m=0.3),
+            Disc(position_m=(2.6, 0.2), velocity_m_s=(-1.0, -0.1), radius_m=0.2, mass_kg=0.5),
+        ],
+        duration_s=1.75,
+        frame_rate_hz=240.0,
+    )
+
+
+def rough_scene() -> Scene:
+    """Return the base scene with spins and with friction: its first and last impact slide, the second grips."""
+    turning = zip(base_scene().discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
+    return Scene(
+        **{
+            **dict(base_scene()),
+            "name": "stress/rough-relations",
+            "description": "Four unequal discs that spin, three oblique impacts with friction.",
+            "discs": [
+                disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": inertia})
+                for disc, spin, inertia in turning
+            ],
+            "friction": 0.1,
+        }
+    )
+
+
+def superballs() -> Scene:
+    """Return the rough scene with so much friction that all impacts grip, and give all of their slip back."""
+    return Scene(
+        **{
+            **dict(rough_scene()),
+            "name": "stress/superball-relations",
+            "description": "Four unequal superballs that spin, and their oblique impacts.",
+            "friction": _GRIP,
+            "tangential_restitution": 1.0,
+        }
+    )
+
+
+def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
+    return Scene(**{**dict(scene), "discs": list(discs), **fields})
+
+
+def _each(scene: Scene, change: Callable[[Disc], dict[str, object]], **fields: float) -> Scene:
+    """Return the scene with some fields of each disc changed."""
+    return _with(scene, (disc.model_copy(update=change(disc)) for disc in scene.discs), **fields)
+
+
+def _from_state(base: Scene, state: State, duration_s: float) -> Scene:
+    discs = [
+        Disc(**{**dict(disc), "position_m": tuple(p), "velocity_m_s": tuple(v), "spin_rad_s": w})
+        for disc, p, v, w in zip(base.discs, *(part.tolist() for part in state), strict=True)
+    ]
+    return _with(base, discs, duration_s=duration_s)
+
+
+def _apart(base: Scene, found: State, expected: State) -> float:
+    start = base.arrays
+    rims = np.abs(start.surface_speed_m_s)
+    speed = max(*np.hypot(*start.velocity_m_s.T), *rims)
+    place, velocity = (np.max(np.hypot(*(one - other).T)) for one, other in zip(found[:2], expected[:2], strict=True))
+    rim = np.max(start.radius_m * np.abs(found.spin - expected.spin))
+    deviation = float(np.maximum(place / start.radius_m.max(), np.maximum(velocity, rim) / speed))
+    return math.inf if math.isnan(deviation) else deviation
+
+
+def _end(trace: Trace) -> State:
+    spin = trace.final_spin_rad_s
+    if spin is None:  # where something turns the harness lets no trace pass that does not tell
+        spin = np.zeros(len(trace.scene.discs))
+    return State(trace.final_position_m, trace.final_velocity_m_s, spin)
+
+
+def _changed(name: str, states: str, change: Callable[[Scene], Scene], undo: Callable[[State], State]) -> Relation:
+    """Return the relation of a scene and a changed one, whose end `undo` takes back to that of the first."""
+
+    def deviation(base: Scene, run: Run) -> float:
+        first = _end(run(base))
+        return _apart(base, undo(_end(run(change(base)))), first)
+
+    return Relation(name, states, deviation, base_scene)
+
+
+def _reversal(base: Scene, run: Run) -> float:
+    place, velocity, spin = _end(run(base))
+    back, velocity_back, spin_back = _end(run(_from_state(base, State(place, -velocity, -spin), base.duration_s)))
+    start = base.arrays
+    return _apart(
+        base, State(back, -velocity_back, -spin_back), State(start.position_m, start.velocity_m_s, start.spins)
+    )
+
+
+def _split(base: Scene, run: Run, at_s: float = 1.0) -> float:
+    whole = _end(run(base))
+    half = _end(run(_with(base, base.discs, duration_s=at_s)))
+    return _apart(base, _end(run(_from_state(base, half, base.duration_s - at_s))), whole)
+
+
+def _units(name: str, states: str, *, length: float = 1.0, time: float = 1.0, mass: float = 1.0) -> Relation:
+    speed = length / time
+
+    def change(scene: Scene) -> Scene:
+        return _each(
+            scene,
+            lambda disc: {
+                "position_m": (disc.position_m[0] * length, disc.position_m[1] * length),
+                "velocity_m_s": (disc.velocity_m_s[0] * speed, disc.velocity_m_s[1] * speed),
+                "radius_m": disc.radius_m * length,
+                "mass_kg": disc.mass_kg * mass,
+                "spin_rad_s": disc.spin_rad_s / time,
+            },
+            duration_s=scene.duration_s * time,
+            frame_rate_hz=scene.frame_rate_hz / time,
+        )
+
+    return _changed(name, states, change, lambda at: State(at.position / length, at.velocity / speed, at.spin * time))
+
+
+def _boost(velocity: tuple[float, float]) -> Relation:
+    u, v = velocity
+
+    def faster(disc: Disc) -> dict[str, object]:
+        return {"velocity_m_s": (disc.velocity_m_s[0] + u, disc.velocity_m_s[1] + v)}
+
+    def undo(at: State) -> State:
+        return State(at.position - np.array(velocity) * base_scene().duration_s, at.velocity - velocity, at.spin)
+
+    states = f"A common velocity of ({u:g}, {v:g}) m/s changes nothing else."
+    return _changed("boost", states, lambda scene: _each(scene, faster), undo)
+
+
+def _rotation(angle_rad: float) -> Relation:
+    turn = cmath.rect(1.0, angle_rad)
+
+    def turned(disc: Disc) -> dict[str, object]:
+        place, velocity = complex(*disc.position_m) * turn, complex(*disc.velocity_m_s) * turn
+        return {"position_m": (place.real, place.imag), "velocity_m_s": (velocity.real, velocity.imag)}
+
+    def back(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        z = (rows[:, 0] + 1j * rows[:, 1]) * turn.conjugate()
+        return np.stack([z.real, z.imag], axis=1)
+
+    def undo(at: State) -> State:
+        return State(back(at.position), back(at.velocity), at.spin)
+
+    states = f"Turning the scene by {angle_rad:g} rad turns its answer."
+    return _changed("rotation", states, lambda scene: _each(scene, turned), undo)
+
+
+def _mirrored(disc: Disc) -> dict[str, object]:
+    (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+    # And 0 stays 0, not -0.
+    return {"position_m": (x, 0.0 - y), "velocity_m_s": (u, 0.0 - v), "spin_rad_s": 0.0 - disc.spin_rad_s}
+
+
+def relations() -> list[Relation]:
+    """Return all relations, in the order of the table: first those of smooth discs, then those of rough ones."""
+    turned = np.array([1.0, -1.0])
+    mirror = _changed(
+        "mirror",
+        "The mirror image of the scene has the mirror image of its answer.",
+        lambda scene: _each(scene, _mirrored),
+        lambda at: State(at.position * turned, at.velocity * turned, 0.0 - at.spin),
+    )
+    relabelling = _changed(
+        "relabelling",
+        "Listing the discs the other way round changes nothing.",
+        lambda scene: _with(scene, scene.discs[::-1]),
+        lambda at: State(*(part[::-1] for part in at)),
+    )
+    units_of_two = _units(
+        "units-of-two",
+        "Units of 2^10 m, 2^6 s and 2^-10 kg change every number by a power of two and no digit.",
+        length=2.0**-10,
+        time=2.0**-6,
+        mass=2.0**10,
+    )
+    reversal = Relation(
+        "reversal",
+        "With all velocities reversed at the end, the start comes back.",
+        _reversal,
+        base_scene,
+        of_runs=True,
+    )
+    far = Disc(position_m=(1000.0, 1000.0), radius_m=0.25)
+    far_disc = _changed(
+        "far-disc",
+        "A disc a kilometre away, at rest, changes nothing.",
+        lambda scene: _with(scene, [*scene.discs, far]),
+        lambda at: State(*(part[:-1] for part in at)),
+    )
+    split = Relation(
+        "split",
+        "Stopped at 1 s and taken up again from the state there, a run ends where the whole run ends.",
+        _split,
+        base_scene,
+        of_runs=True,
+    )
+    general = [_boost((11.0, -7.0)), _rotation(0.7), mirror, relabelling, units_of_two]
+    return [
+        *general,
+        _units("kilometres", "Measured in kilometres, nothing but the unit changes.", length=1e-3),
+        _units("millimetres", "Measured in millimetres, nothing but the unit changes.", length=1e3),
+        _units("slow-motion", "A thousandfold slower, frames and all, nothing but the unit of time changes.", time=1e3),
+        _units("light", "Masses a millionfold smaller change nothing.", mass=1e-6),
+        far_disc,
+        reversal,
+        split,
+        *(
+            replace(
+                relation,
+                name=f"rough-{relation.name}",
+                states=f"With friction and spin: {relation.states}",
+                base=rough_scene,
+            )
+            for relation in (*general, split)
+        ),
+        replace(
+            reversal,
+            name="superball-reversal",
+            states="With the velocities and spins of superballs reversed at the end, the start comes back.",
+            base=superballs,
+        ),
+    ]
+
+
+def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: Path) -> Spot:
+    """Return the cell of a relation and a method; both scenes are saved into `scenes`."""
+    used: list[Scene] = []
+
+    def run(scene: Scene) -> Trace:
+        used.append(scene)
+        answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
+        if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+            raise NotRunError(answer)
+        if answer.value is None:
+            raise _StoppedError(answer.said, answer.status)
+        if answer.value.outcome is not Outcome.COMPLETED:
+            raise _StoppedError(
+                f"{answer.value.outcome.value}; {'; '.join(answer.value.notes)}".rstrip("; "), answer.status
+            )
+        return answer.value
+
+    value, status = None, Status.RAN
+    try:
+        value = relation.deviation(relation.base(), run)
+        reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
+    except NotRunError as error:
+        return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error), status=error.status)
+    except _StoppedError as error:
+        reason, status = error.args
+    except InputError as error:
+        reason = f"no second scene: a run can't start from the state the first one left ({str(error).splitlines()[0]})"
+    ending, files = SpotEnding.FAILS if reason else SpotEnding.HOLDS, _save(relation, method, used, scenes)
+    return Spot(
+        "relation",
+        relation.name,
+        method.name,
+        ending,
+        value,
+        reason=reason,
+        scenes=files,
+        runs=len(used),
+        status=status,
+    )
+
+
+class _StoppedError(Exception):
+    """A run of a relation gave no answer: why, and its status."""
+
+
+def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -> tuple[str, ...]:
+    """Save the scenes of a relation: the base is shared, what is made from a method's own run is not."""
+    files = []
+    for k, scene in enumerate(used):
+        own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
+        name, shows = (
+            (own, f"{scene.description} {relation.states}") if k else (_name_of_base(scene), scene.description)
+        )
+        files.append(save_as(name, scene, shows, scenes))
+    return tuple(files)
+
+
+def _name_of_base(scene: Scene) -> str:
+    return f"{scene.name.partition('/')[2]}-base"

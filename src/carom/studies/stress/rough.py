@@ -1,0 +1,239 @@
+"""Attacks with friction and spin: what varies is a coefficient, a spin, an inertia, or how many impacts grip.
+
+All of them are struck head-on, or on a wall, so that looking once a step turns no normal: what gives way is friction.
+Only the chain of grips is long enough for looking late to lose an impact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from carom.scene import Disc, Scene, Wall
+from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, closed_form_judge
+from carom.studies.stress.pairs import PHASES, RATE_HZ
+from carom.trace import Trace, Vector
+
+__all__ = ["rough_attacks", "spin_judge"]
+
+_RADIUS_M = 0.25
+_SPEED_M_S = 1.2
+#: Steps to the impact, and after it: as in `carom.studies.stress.pairs`.
+_STEPS_BEFORE, _STEPS_AFTER = 4, 40
+#: A coefficient at which no impact here slides, within what every engine simulates.
+_GRIP = 10.0
+
+_MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what the impact changes"
+_LAW = (
+    "the law of grip and slide on a wall, and of two equal discs head-on (Cross, Am. J. Phys. 70 (2002) 1093; "
+    "Foerster et al., Phys. Fluids 6 (1994) 1108)"
+)
+
+
+def spin_judge(
+    scene: Scene,
+    final_velocity_m_s: Sequence[Vector],
+    final_rim_m_s: Sequence[float],
+    change_m_s: Sequence[float],
+    impacts: int = 1,
+) -> Judge:
+    """Judge by final velocities and speeds of rims, ``R w``, each against the change that an impact makes to its disc.
+
+    Args:
+        scene: The scene.
+        final_velocity_m_s: What they must be, metres a second.
+        final_rim_m_s: As these.
+        change_m_s: What impacts change of each disc, the more changed of velocity and rim, metres a second.
+        impacts: How many impacts there are; 0 where nobody can count them.
+    """
+    of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s)
+    radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
+
+    def judge(trace: Trace) -> Judgement:
+        found = of_velocity(trace)
+        if found.broken:
+            return found
+        if trace.final_spin_rad_s is None:
+            return Judgement(math.nan, "no spin is told")
+        error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
+        if error <= TOLERANCE:
+            return Judgement(max(error, found.error), note=found.note)
+        return Judgement(error, f"a rim's speed wrong by {error:.2g} of what an impact changes")
+
+    return judge
+
+
+def _held_or_slid(friction: float, push: float, slip: float, inverse_effective_mass: float) -> float:
+    """Return friction's impulse for a push and a slip, of unit mass: no tangential restitution."""
+    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * push), slip)
+
+
+def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
+    """Stage a disc of unit mass that does not spin and hits a floor at 45 degrees."""
+    dt, speed = 1.0 / RATE_HZ, _SPEED_M_S
+    before = (_STEPS_BEFORE + phase) * dt
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[
+            Disc(
+                position_m=(-speed * before, _RADIUS_M + speed * before),
+                velocity_m_s=(speed, -speed),
+                radius_m=_RADIUS_M,
+                inertia_factor=inertia,
+            )
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        wall_friction=friction,
+        duration_s=(_STEPS_BEFORE + _STEPS_AFTER) * dt,
+        frame_rate_hz=RATE_HZ,
+    )
+    rub = _held_or_slid(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
+    final, rim = [(speed - rub, speed)], [-rub / inertia]
+    return Trial(scene, spin_judge(scene, final, rim, [2.0 * speed]))
+
+
+def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
+    """Stage a spinning disc of unit mass that hits an equal one, at rest, head-on."""
+    dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
+    scene = Scene(
+        name=name,
+        description=shows,
+        discs=[
+            Disc(
+                position_m=(-2.0 * _RADIUS_M - speed * (_STEPS_BEFORE + phase) * dt, 0.0),
+                velocity_m_s=(speed, 0.0),
+                radius_m=_RADIUS_M,
+                spin_rad_s=spin_rad_s,
+            ),
+            Disc(position_m=(0.0, 0.0), radius_m=_RADIUS_M),
+        ],
+        friction=friction,
+        duration_s=(_STEPS_BEFORE + _STEPS_AFTER) * dt,
+        frame_rate_hz=RATE_HZ,
+    )
+    rim = _RADIUS_M * spin_rad_s
+    rub = _held_or_slid(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
+    final, rims = [(0.0, -rub), (speed, rub)], [rim - rub / k, -rub / k]
+    return Trial(scene, spin_judge(scene, final, rims, [max(speed, rub / k)] * 2))
+
+
+def _friction(value: float) -> list[Trial]:
+    shows = f"Friction of {value:.3g}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
+    name = "stress/friction"
+    walls = [_on_wall(name, shows, phase, value, 0.5) for phase in PHASES]
+    return walls + [_head_on(name, shows, phase, value, 5.0) for phase in PHASES]
+
+
+def _spin(value: float) -> list[Trial]:
+    shows = f"A disc that spins at {value:.3g} rad/s slides along another, head-on, with friction of 0.1."
+    return [_head_on("stress/spin", shows, phase, 0.1, value) for phase in PHASES]
+
+
+def _inertia(value: float) -> list[Trial]:
+    shows = f"A disc of moment of inertia {value:.3g} m R^2 grips a floor at 45 degrees, and leaves rolling."
+    return [_on_wall("stress/inertia", shows, phase, _GRIP, value) for phase in PHASES]
+
+
+def _between(height: float, shows: str, name: str, duration_s: float, **fields: Any) -> Scene:
+    """Return a superball of unit speeds half way between two plates; the lower one first."""
+    return Scene(
+        name=name,
+        description=shows,
+        discs=[Disc(position_m=(0.0, _RADIUS_M + height / 2), velocity_m_s=(1.0, -1.0), radius_m=_RADIUS_M)],
+        walls=[
+            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+            Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0)),
+        ],
+        wall_friction=1e3,
+        wall_tangential_restitution=1.0,
+        duration_s=duration_s,
+        frame_rate_hz=RATE_HZ,
+        **fields,
+    )
+
+
+def _grip_chain(value: float) -> list[Trial]:
+    """Stage so many bounces of a superball between plates, each a dozen steps after the one before."""
+    rounds = max(1, round(value / 2))
+    height = 12.0 / RATE_HZ
+    shows = f"A superball grips two plates in turn, {2 * rounds} times."
+    scene = _between(height, shows, "stress/grip-chain", 2 * rounds * height)
+    # A round, floor and ceiling, turns (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
+    angle = rounds * math.acos(-7.0 / 9.0)
+    final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
+    return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
+
+
+def _rolling(value: float) -> list[Trial]:
+    """Stage a disc thrown along a floor that bounces with a restitution until it rests on it, rolling."""
+    speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
+    fall = pull * drop_s
+    # All bounces together press by (1 + e)/(1 - e) times the first fall: a fifth more than it takes to roll.
+    needed = speed / (1.0 + 1.0 / k)
+    friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
+    bounces_s = 2.0 * drop_s * value / (1.0 - value)
+    scene = Scene(
+        name="stress/rolling",
+        description=f"A disc thrown along a floor bounces with restitution {value:.3g}, slides, and ends rolling.",
+        discs=[
+            Disc(position_m=(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), velocity_m_s=(speed, 0.0), radius_m=_RADIUS_M)
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        wall_friction=friction,
+        wall_restitution=value,
+        gravity_m_s2=(0.0, -pull),
+        duration_s=math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
+        frame_rate_hz=RATE_HZ,
+    )
+    final = speed / (1.0 + k)
+    return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
+
+
+def rough_attacks() -> list[Attack]:
+    """Return the attacks with friction and spin."""
+    return [
+        Attack(
+            "friction",
+            "coefficient of friction",
+            0.01,
+            1e19,
+            _friction,
+            _LAW,
+            f"{_MOTION}; beyond what grips, more friction changes nothing",
+        ),
+        Attack(
+            "spin",
+            "spin in rad/s",
+            1.0,
+            1e12,
+            _spin,
+            _LAW,
+            f"{_MOTION}; an engine's limit on how far a disc turns in a step shows here",
+        ),
+        Attack("inertia", "moment of inertia over m R²", 0.5, 1e-6, _inertia, _LAW, _MOTION),
+        Attack(
+            "grip-chain",
+            "impacts of a superball between two rough plates",
+            2,
+            1e3,
+            _grip_chain,
+            "two plates turn (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
+            "Gutkin, Physica D 67 (1993) 188)",
+            _MOTION,
+            quick_absurd=100,
+            whole=True,
+        ),
+        Attack(
+            "rolling",
+            "restitution of a disc that bounces on a rough floor until it rolls",
+            0.9,
+            1e-3,
+            _rolling,
+            "angular momentum about the floor is kept: v / (1 + k), rolling, when all bounces are over",
+            _MOTION,
+        ),
+    ]

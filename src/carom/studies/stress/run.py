@@ -1,0 +1,213 @@
+"""A campaign: every attack, relation and complaint on every method, with progress, a journal and a clean end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+from carom.errors import UnknownNameError
+from carom.folders import claimed
+from carom.runs.desk import Ask, Talk, answers
+from carom.runs.engines import described, methods_of, to_run
+from carom.runs.environment import environment
+from carom.runs.job import Answer, Method, Progress, Status
+from carom.runs.journal import Entry, Journal
+from carom.runs.plan import profiles_to_plan
+from carom.runs.pool import Asker
+from carom.scenes import Complaint, all_scenes
+from carom.studies.stress.attack import Attack
+from carom.studies.stress.breaking import breaking_point
+from carom.studies.stress.complaints import complaint_spot
+from carom.studies.stress.crowds import crowd_attacks
+from carom.studies.stress.options import StressOptions
+from carom.studies.stress.pairs import RATE_HZ, pair_attacks
+from carom.studies.stress.relations import HOLDS, relation_spot, relations
+from carom.studies.stress.rough import rough_attacks
+from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+
+__all__ = ["JOURNAL", "PURPOSE", "SCENES", "attacks", "carried_out", "listing", "stress", "stress_journal"]
+
+#: What a folder of a campaign is for.
+PURPOSE = "stress"
+
+JOURNAL = "journal.jsonl"
+SCENES = "scenes"
+
+#: The step of all that is run.
+DT_S = 1.0 / RATE_HZ
+
+#: What tells a cell from the others: kind and name of its line, and its method.
+SpotKey = tuple[str, str, str]
+
+#: Opens the journal of a campaign.
+stress_journal = partial(Journal[SpotKey, Spot], "spots", Entry[SpotKey, Spot])
+
+#: A line of the table, and what finds its spot for a method.
+StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
+
+
+def attacks() -> list[Attack]:
+    """Return all attacks, in the order of the table."""
+    # Every method is tried at much the same values, and the true answer costs more than a run.
+    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks())
+    return [replace(attack, trials=cache(attack.trials)) for attack in every]
+
+
+def listing(*, quick: bool = False) -> list[Line]:
+    """Return every line of the table: attacks, relations, complaints."""
+    return [line for line, _ in _all_tasks(Path(SCENES), quick)]
+
+
+def stress(
+    names: Sequence[str] = (), engine_names: Sequence[str] | None = None, *, out: Path, **asked: Any
+) -> StressResults:
+    """Attack methods and return where each gives way: `carried_out` with `StressOptions` by name.
+
+    Args:
+        names: As of `carried_out`.
+        engine_names: Names of adapters; every one that is installed by default.
+        out: As of `carried_out`.
+        asked: ``quick``, ``profiles`` and the other fields of `StressOptions`, ``resume``, ``retry``, ``progress``
+            and ``command`` of `carried_out`.
+
+    Raises:
+        UnknownNameError: There is no such attack, engine or profile.
+        InputError: As `carried_out` says, or an option makes no sense.
+    """
+    how = {name: asked.pop(name) for name in ("resume", "retry", "progress", "command") if name in asked}
+    return carried_out(names, StressOptions(engines=engine_names or None, **asked), out=out, **how)
+
+
+def carried_out(
+    names: Sequence[str],
+    asked: StressOptions,
+    *,
+    out: Path,
+    resume: bool = False,
+    retry: bool = False,
+    progress: Progress | None = None,
+    command: str = "",
+) -> StressResults:
+    """Carry out a campaign.
+
+    Args:
+        names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by
+            default.
+        asked: What is asked for.
+        out: Folder for the journal and for the scenes that reproduce the numbers.
+        resume: Continue from what a journal in `out` says is finished.
+        retry: Run again what an engine broke off.
+        progress: Called with (done, all, what) as cells finish.
+        command: The command that makes this again, for the results.
+
+    Raises:
+        UnknownNameError: There is no such attack, engine or profile.
+        InputError: `out` holds files of others, or a journal and `resume` is not set, or its journal is of another
+            campaign.
+    """
+    started = time.perf_counter()
+    scenes = out / SCENES
+    tasks = _chosen(names, scenes, asked.quick)
+    with asked.pool() as pool, ExitStack() as held:
+        infos = to_run(described(asked.engines, pool), asked.engines)
+        methods = methods_of(infos, profiles_to_plan(infos, asked.profiles), [DT_S], pool)
+        columns = [method for info in infos for method in methods.at[info.name, DT_S]]
+        here = environment(infos)
+        stamp = asked.stamp | {"carom": here.carom, "versions": here.versions}
+        asks = [_ask(task, method, methods.dead(method, DT_S)) for task in tasks for method in columns]
+        held.enter_context(claimed(out, PURPOSE))
+        journal = held.enter_context(stress_journal(out / JOURNAL, stamp, resume=resume, retry=retry))
+        spots: dict[tuple[str, str], Spot] = {}
+        for subject, answer in answers(asks, pool, journal):
+            assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
+            spots[subject] = answer.value
+            if progress is not None:
+                progress(len(spots), len(asks), " on ".join(subject))
+    lines = tuple(line for line, _ in tasks)
+    elapsed_s = time.perf_counter() - started
+    return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)
+
+
+@dataclass(frozen=True)
+class TableCell(Talk[Spot]):
+    """Find the spot of a line of the table for a method."""
+
+    carry_out: Callable[[Method, Asker], Spot]
+    method: Method
+
+    @property
+    def engine(self) -> str:
+        """Name of the adapter."""
+        return self.method.engine
+
+    def answer(self, asker: Asker) -> Answer[Spot]:
+        """Return the spot."""
+        return Answer(Status.RAN, value=self.carry_out(self.method, asker))
+
+
+def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> Ask[tuple[str, str], SpotKey, Spot]:
+    (line, carry_out), known = task, None
+    if refused is not None:
+        ended = SpotEnding.NOT_RUN
+        spot = Spot(line.kind, line.name, method.name, ended, reason=refused.said, status=refused.status)
+        known = Answer(Status.RAN, value=spot)
+    subject = (line.name, method.name)
+    return Ask(subject, (line.kind, *subject), TableCell(carry_out, method), known)
+
+
+def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
+    tasks: list[StressTask] = []
+    for attack in attacks():
+        if quick and attack.full_only:
+            continue
+        ladder = tuple(attack.ladder(quick))
+        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
+        tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
+    truth = "none is needed: the two runs of the method are compared with each other"
+    fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"
+    tasks += [
+        (
+            Line("relation", relation.name, relation.states, truth, fails),
+            partial(relation_spot, relation, scenes=scenes),
+        )
+        for relation in relations()
+    ]
+    tasks += [
+        (_complaint_line(entry), partial(complaint_spot, entry, scenes=scenes))
+        for entry in all_scenes().values()
+        if isinstance(entry, Complaint)
+    ]
+    return tasks
+
+
+def _complaint_line(entry: Complaint) -> Line:
+    seen = f"{entry.symptom.value}; an error counts from {100 * entry.at_least:g} % on. {entry.made}"
+    return Line(
+        "complaint",
+        entry.name.partition("/")[2],
+        f"{entry.about}: {entry.reported}",
+        entry.known.source,
+        seen[0].upper() + seen[1:],
+        link=entry.thread,
+        about=entry.engine,
+    )
+
+
+def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]:
+    everything = _all_tasks(scenes, quick)
+    if not names:
+        return everything
+    kinds = {"attacks": "attack", "relations": "relation", "complaints": "complaint"}
+    known = {line.name for line, _ in everything}
+    for name in names:
+        if name not in known and name not in kinds:
+            raise UnknownNameError(
+                f"no attack is named {name!r}; there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"
+            )
+    wanted = {kinds[name] for name in names if name in kinds}
+    return [task for task in everything if task[0].name in names or task[0].kind in wanted]

@@ -1,0 +1,183 @@
+"""`carom tune`: the search from end to end, and what it found beside the profile that it began with."""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from carom.adapter import unsupported_reason
+from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.registry import EngineInfo
+from carom.runs.engines import SettingsAt, described
+from carom.runs.environment import Environment, environment
+from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey
+from carom.runs.pool import Pool
+from carom.runs.reference import reference_of, reference_trace
+from carom.runs.timing import Measure
+from carom.scene import Scene
+from carom.studies.tune.judge import Jury
+from carom.studies.tune.merit import Judged
+from carom.studies.tune.options import TuneOptions
+from carom.studies.tune.search import Found, KnobSearch
+from carom.studies.tune.space import Space, values_of
+from carom.text import near
+from carom.trace import Setting, Trace
+
+__all__ = ["JOURNAL", "PURPOSE", "Tuning", "tune"]
+
+#: What a folder of a search is for, and its journal there.
+PURPOSE, JOURNAL = "tune", "journal.jsonl"
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What a search found.
+
+    Attributes:
+        engine: Name of the adapter.
+        options: What was asked for.
+        scenes: What it was searched on.
+        left_out: Why other scenes were not used, by name.
+        space: What could be tried.
+        first: What came of the profile that it began with.
+        best: What came of the best settings; `first` itself where nothing was better.
+        own: The settings of that profile at the first scene's step, by name.
+        settings: All settings of the best there.
+        varying: Names of those that vary with the step.
+        time_ratio: Time of the steps over that of the first profile, the median over scenes; NaN where none was timed.
+        trials: How many settings were tried.
+        given_up: How many of them were given up before the last scene.
+        environment: Machine and versions.
+        command: The command that makes this again; empty where it was called from Python.
+        elapsed_s: Seconds that it took.
+    """
+
+    engine: str
+    options: TuneOptions
+    scenes: tuple[Scene, ...]
+    left_out: Mapping[str, str]
+    space: Space
+    first: Found
+    best: Found
+    own: Mapping[str, Setting]
+    settings: Mapping[str, Setting]
+    varying: frozenset[str]
+    time_ratio: float
+    trials: int
+    given_up: int
+    environment: Environment
+    command: str
+    elapsed_s: float
+
+
+def tune(
+    engine: str,
+    scenes: Sequence[Scene],
+    options: TuneOptions | None = None,
+    *,
+    notes: Notes[JobKey, Judged] | None = None,
+    progress: Progress | None = None,
+    told: Callable[[Found], None] | None = None,
+    command: str = "",
+) -> Tuning:
+    """Look for the settings of an engine with which scenes come out best, over the knobs that its adapter declares.
+
+    Args:
+        engine: Name of an adapter.
+        scenes: What to try them on.
+        options: What is asked for.
+        notes: What is judged already, and where more of it goes.
+        progress: Called with (done, all, what) after each trial.
+        told: Called with the best settings so far, whenever there are better ones.
+        command: The command that makes this again, for the result.
+
+    Raises:
+        UnknownNameError: There is no such engine or profile.
+        InputError: The adapter declares no knobs, or can run none of the scenes.
+        UnavailableError: The engine is not there.
+        MissingExtraError: Optuna is not installed.
+    """
+    started, asked = time.perf_counter(), options or TuneOptions()
+    with asked.pool(1 if asked.timing else None) as pool:
+        (info,) = described([engine], pool)
+        if info.unavailable:
+            raise UnavailableError(f"{engine}: {info.unavailable}")
+        if asked.profile not in info.profiles:
+            meant, has = near(asked.profile, info.profiles), ", ".join(info.profiles)
+            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}; {meant}it has: {has}")
+        horizons, left_out = _references(scenes, info, asked)
+        able = tuple(scene for scene in scenes if scene.name not in left_out)
+        if not able:
+            raise InputError(f"{engine} can run none of these scenes: {next(iter(left_out.values()), 'there is none')}")
+        steps = {scene: asked.step_of(scene) for scene in able}
+        jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
+        space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
+        search = KnobSearch(Method(engine, asked.profile), space, able, jury, progress, told)
+        best = search.run(asked.trials, asked.seed)
+        own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
+        settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
+        ratio = _time_ratio(pool, search.method, best.tried, steps)
+    return Tuning(
+        engine=engine,
+        options=asked,
+        scenes=able,
+        left_out=left_out,
+        space=space,
+        first=search.begun,
+        best=best,
+        own=own,
+        settings=settings,
+        varying=varying,
+        time_ratio=ratio,
+        trials=search.trials,
+        given_up=search.given_up,
+        environment=environment([info]),
+        command=command,
+        elapsed_s=time.perf_counter() - started,
+    )
+
+
+def _references(
+    scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return up to when each scene's reference may be believed, and why a scene can't be used, by name."""
+    horizons: dict[str, float] = {}
+    left_out: dict[str, str] = {}
+    located = options.profile in info.located
+    for scene in scenes:
+        trace = reference_trace(scene)
+        able = info.capabilities
+        reason = "" if able is None else unsupported_reason(scene, able, options.step_of(scene), located=located)
+        if reason or not isinstance(trace, Trace):
+            left_out[scene.name] = reason or str(trace)
+        elif (until_s := reference_of(trace, None).horizon_s) is not None:
+            horizons[scene.name] = until_s
+    return horizons, left_out
+
+
+def _settings(
+    pool: Pool, engine: str, profile: str, tried: Tried, dt_s: float
+) -> tuple[dict[str, Setting], frozenset[str]]:
+    """Return the settings at a step, but for the step itself, and the names of those that vary with it."""
+    answer = pool.ask(SettingsAt(engine, profile, (dt_s, dt_s / 2), tried))
+    here, finer = answer.value or (answer.said, "")
+    if isinstance(here, str) or isinstance(finer, str):
+        raise AdapterError(f"{engine} was asked for the settings of {profile!r}: {here or finer}")
+    varying = frozenset(name for name, value in here.items() if finer.get(name) != value)
+    return {name: value for name, value in here.items() if name != "dt_s"}, varying - {"dt_s"}
+
+
+def _time_ratio(pool: Pool, first: Method, tried: Tried, steps: Mapping[Scene, float]) -> float:
+    """Return what the best costs over what the first profile does, scene by scene in turn; NaN where neither ran."""
+    ratios = []
+    for scene, dt_s in steps.items():
+        methods = (first, Method(first.engine, first.profile, tried))
+        before, after = (pool.ask(Measure(Job(scene, method, dt_s))).value for method in methods)
+        if before is not None and after is not None and before.advance_s > 0:
+            ratios.append(after.advance_s / before.advance_s)
+    return statistics.median(ratios) if ratios else math.nan

@@ -1,0 +1,246 @@
+"""The search: from an engine's shipped settings to those of the most merit that are found in so many trials.
+
+First each knob alone, at its ends; then trials that an optimiser asks for (Optuna's tree-structured Parzen estimator,
+Bergstra et al., NeurIPS 2011), each knob as shipped or turned; then, from the best, one knob at a time again: taken
+back, or turned elsewhere, until nothing is gained by it. So what is found holds no setting that does nothing. The same
+is done from whatever else nothing tried is better than in every respect: two settings may only help together, and
+either alone bring fewer scenes that are wrong or fewer that are sampled, and more of the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from carom.comparator import Grade
+from carom.errors import InputError, MissingExtraError
+from carom.runs.job import Method, Progress, Tried
+from carom.scene import Scene
+from carom.studies.tune.judge import Jury
+from carom.studies.tune.merit import Judged, Merit, merit_of
+from carom.studies.tune.space import Point, Space
+
+if TYPE_CHECKING:
+    from optuna import Study
+
+__all__ = ["Found", "KnobSearch", "require_tune_extra"]
+
+#: A trial is judged in so many parts, the scenes first that went worst with the first profile; after each part a trial
+#: that can't come up to the best any more is given up.
+PARTS = 3
+
+#: The best is gone over whatever it takes; what is better in one respect only, up to so many times those asked for.
+MOST_TRIALS = 4
+
+
+def require_tune_extra() -> None:
+    """See to it that Optuna is there.
+
+    Raises:
+        MissingExtraError: It is not installed.
+    """
+    try:
+        import optuna
+    except ImportError:
+        raise MissingExtraError("carom tune needs Optuna, which is not installed: pip install 'carom[tune]'") from None
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+
+
+@dataclass(frozen=True)
+class Found:
+    """Settings that were tried on all scenes.
+
+    Attributes:
+        tried: In place of the first profile's own.
+        merit: How good they are.
+        judged: What came of each scene, in the order of the scenes asked for.
+        trial: Which trial it was; 0 is the first profile itself.
+    """
+
+    tried: Tried
+    merit: Merit
+    judged: tuple[Judged, ...]
+    trial: int
+
+    @property
+    def rank(self) -> tuple[Merit, int]:
+        """What puts the best first: merit, and of equals the fewest settings."""
+        return self.merit, len(self.tried)
+
+
+class KnobSearch:
+    """A search over the knobs of an engine.
+
+    Args:
+        first: The method that is begun with.
+        space: What may be tried.
+        scenes: What it is tried on.
+        jury: Judges it.
+        progress: Called with (done, all, what) after each trial.
+        told: Called with the best settings so far, whenever there are better ones.
+
+    Attributes:
+        trials: How many different settings were tried, the first profile not counted.
+        given_up: How many of them were given up before the last scene.
+    """
+
+    def __init__(
+        self,
+        first: Method,
+        space: Space,
+        scenes: Sequence[Scene],
+        jury: Jury,
+        progress: Progress | None = None,
+        told: Callable[[Found], None] | None = None,
+    ) -> None:
+        if not space.values:
+            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to turn")
+        self.method, self.space, self.scenes, self.jury = first, space, tuple(scenes), jury
+        self.trials, self.given_up = 0, 0
+        self._progress, self._told = progress, told
+        self._whole: list[Found] = []
+        self._first: Found | None = None
+        self._best: Found | None = None
+        self._seen: dict[Tried, tuple[Merit, bool]] = {}
+        self._order: list[int] = []
+        self._most = 0
+
+    def run(self, trials: int, seed: int) -> Found:
+        """Return the best settings that are found.
+
+        Args:
+            trials: How many different settings the optimiser may try, those with one knob turned among them.
+            seed: Of its random numbers: with the same one it asks for the same trials.
+
+        Raises:
+            MissingExtraError: Optuna is not installed.
+        """
+        require_tune_extra()
+        self._most = trials
+        self._begin()
+        self._ask(trials, seed)
+        return self._gone_over(MOST_TRIALS * trials)
+
+    def _begin(self) -> None:
+        """Judge the first profile, and put the scenes that went worst with it first."""
+        judged = self.jury.judge(self.method, self.scenes)
+        self._first = self._best = Found((), merit_of(judged, judged), tuple(judged), 0)
+        worst = {k: merit_of([one]) for k, one in enumerate(judged)}
+        self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
+        self._seen[()] = (self._first.merit, False)
+        self._whole.append(self._first)
+
+    def _ask(self, trials: int, seed: int) -> None:
+        import optuna
+
+        ends = self.space.ends()
+        sampler = optuna.samplers.TPESampler(seed=seed, n_startup_trials=len(ends) + 1)
+        study = optuna.create_study(sampler=sampler)
+        for point in ({}, *ends):
+            study.enqueue_trial(_parameters(point, self.space))
+        asked = 0
+        # A point that is asked for again costs nothing; an optimiser that asks for nothing else has come to its end.
+        while self.trials < trials and asked < 10 * trials:
+            asked += 1
+            self._tell(study)
+
+    def _tell(self, study: Study) -> None:
+        import optuna
+
+        trial = study.ask()
+        point = {
+            name: trial.suggest_int(_value(name), 0, len(values) - 1)
+            for name, values in self.space.values.items()
+            if trial.suggest_categorical(_turned(name), (False, True))
+        }
+        merit, given_up = self.tried(point)
+        number = merit.number(len(self.scenes))
+        if given_up:
+            trial.report(number, 0)
+            study.tell(trial, state=optuna.trial.TrialState.PRUNED)
+        else:
+            study.tell(trial, number)
+
+    def _gone_over(self, most: int) -> Found:
+        """Turn one knob at a time, back or elsewhere, from the best and from all that is better in some respect."""
+        done: set[Tried] = set()
+        while todo := [found for found in self._front() if found.tried not in done]:
+            if todo[0] is not self.best and self.trials >= most:
+                break
+            done.add(todo[0].tried)
+            for point in self.space.beside(self.space.point(todo[0].tried)):
+                self.tried(point)
+        return self.best
+
+    def _front(self) -> list[Found]:
+        """Return, the best first, what nothing that was tried is as good as in every respect, and better in one."""
+        first_of: dict[tuple[int, int, int], Found] = {}
+        for found in sorted(self._whole, key=lambda one: one.rank):
+            first_of.setdefault(found.merit.respects, found)
+        every = first_of.values()
+        return [one for one in every if not any(one.merit.beaten_by(other.merit) for other in every)]
+
+    @property
+    def begun(self) -> Found:
+        """What came of the first profile."""
+        assert self._first is not None  # noqa: S101 - it is judged before all else
+        return self._first
+
+    @property
+    def best(self) -> Found:
+        """The best that is found so far."""
+        assert self._best is not None  # noqa: S101 - as above
+        return self._best
+
+    def tried(self, point: Point) -> tuple[Merit, bool]:
+        """Judge a point; return its merit, and whether it was given up, so that this is but the best it could be."""
+        tried = self.space.tried(point)
+        if tried not in self._seen:
+            self.trials += 1
+            self._seen[tried] = self._judged(tried)
+            self.given_up += self._seen[tried][1]
+            if self._progress is not None:
+                best = self.best.merit
+                said = f"{best.wrong} wrong, {best.behind} neither exact nor close at best"
+                self._progress(self.trials, max(self._most, self.trials), said)
+        return self._seen[tried]
+
+    def _judged(self, tried: Tried) -> tuple[Merit, bool]:
+        method = Method(self.method.engine, self.method.profile, tried)
+        best, first = self.best, self.begun
+        found: dict[int, Judged] = {}
+        for part in _parts(self._order):
+            found |= zip(part, self.jury.judge(method, [self.scenes[k] for k in part]), strict=True)
+            # At best all the scenes that are left are exact.
+            left = [Judged(Grade.EXACT, 0.0)] * (len(self.scenes) - len(found))
+            at_best = replace(merit_of([*found.values(), *left]), cost=0.0)
+            if left and any(at_best.beaten_by(whole.merit) for whole in self._whole):
+                return at_best, True
+        judged = tuple(found[k] for k in range(len(self.scenes)))
+        whole = Found(tried, merit_of(judged, first.judged), judged, self.trials)
+        self._whole.append(whole)
+        if whole.rank < best.rank:
+            self._best = whole
+            if self._told is not None:
+                self._told(whole)
+        return whole.merit, False
+
+
+def _parts(order: Sequence[int]) -> list[Sequence[int]]:
+    size = -(-len(order) // PARTS)
+    return [order[k : k + size] for k in range(0, len(order), size)]
+
+
+def _turned(name: str) -> str:
+    return f"{name} turned"
+
+
+def _value(name: str) -> str:
+    return f"{name} value"
+
+
+def _parameters(point: Point, space: Space) -> dict[str, Any]:
+    """Return a point as the optimiser's parameters."""
+    turned = {_turned(name): name in point for name in space.values}
+    return turned | {_value(name): k for name, k in point.items()}

@@ -1,0 +1,35 @@
+"""The lines that a picture draws are where the discs were."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from carom.pages.paths import exact_paths
+from carom.scenes import all_scenes
+from carom.solvers.pic import solve_pic
+from carom.trace import wall_body
+
+#: What a thousand impacts' roundings add up to in a picture, as part of the scene's length: far below a line's width.
+DRAWN_EXACTLY = 1e-9
+
+
+@pytest.mark.parametrize("name", sorted(name for name, entry in all_scenes().items() if len(entry.scene.discs) <= 16))
+def test_the_drawn_bodies_touch_at_every_impact_of_the_reference(name: str) -> None:
+    """At each of its impacts a drawn disc touches the body that it hits, with gravity and without."""
+    scene = all_scenes()[name].scene
+    trace = solve_pic(scene, max_impacts=100)
+    paths = exact_paths(trace)
+    stands = iter(paths.stands)
+    corners = np.concatenate([points for _, points in paths.lines])
+    length = float(np.ptp(corners, axis=0).max()) + max(disc.radius_m for disc in scene.discs)
+    for impact in trace.impacts:
+        first, second = int(impact["first"]), int(impact["second"])
+        here = next(stands).position_m
+        if second >= 0:
+            reach = scene.discs[first].radius_m + scene.discs[second].radius_m
+            gap = float(np.hypot(*(next(stands).position_m - here))) - reach
+        else:
+            wall = scene.walls[wall_body(second)]
+            gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - scene.discs[first].radius_m
+        assert abs(gap) <= DRAWN_EXACTLY * length

@@ -1,7 +1,0 @@
-"""The hostile adapters of the runs' tests, for the stress tests, too."""
-
-from __future__ import annotations
-
-from tests.unit.runs.conftest import hostile, install
-
-__all__ = ["hostile", "install"]

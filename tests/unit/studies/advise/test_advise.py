@@ -1,0 +1,262 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
+from tests.unit.pages.test_terminal import printed
+
+from carom import Scene, resolve_impact, solve_pic, solve_pit
+from carom.comparator.shift import begun_earlier
+from carom.errors import InputError
+from carom.runs.job import PIT_METHOD, Job, Method
+from carom.runs.pool import InProcess, LocalPool
+from carom.studies.advise import run as adviser
+from carom.studies.advise.document import advice_document
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
+from carom.studies.advise.sampling_limit import Window, largest_step, pair_limit
+from carom.studies.advise.step_search import CONFIRM
+from carom.studies.advise.step_trial import StartTask
+
+DEGREE = math.radians(1)
+angles = st.floats(0, math.tau)
+
+
+def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float = 1.0) -> Scene:
+    """Two discs, the second off centre by `miss`."""
+    return staged(
+        "pair",
+        disc_at(0, 0, speed, 0, r=radius, m=mass),
+        disc_at(4 * radius, miss, r=radius),
+        duration_s=6 * radius / speed,
+    )
+
+
+def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
+    """Impacts that PIT finds, and its worst direction error, where a look falls `lateness` after the contact."""
+    at = float(solve_pic(scene).impacts["time_s"][0])
+    found = solve_pit(begun_earlier(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
+    expected = solve_pic(scene).impacts[0]
+    worst = 0.0
+    for impact in found[:1]:
+        for name in ("velocity_first_after", "velocity_second_after"):
+            (a, b), (c, d) = impact[name], expected[name]
+            worst = max(worst, abs(math.atan2(a * d - b * c, a * c + b * d)))
+    return len(found), worst
+
+
+def asked(engines: list[str], direction_error_rad: float = DEGREE, **options: Any) -> AdviceOptions:
+    return AdviceOptions(engines, direction_error_rad=direction_error_rad, **options)
+
+
+@pytest.mark.long
+@given(
+    normal=angles,
+    course=st.floats(-1.5, 1.5),
+    speed=st.floats(0.1, 10),
+    frame=st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    masses=st.tuples(st.floats(0.1, 10), st.floats(0.1, 10)),
+    restitution=st.floats(0, 1),
+    demanded=st.sampled_from([0.5, 1, 5, 30]),
+)
+def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
+    normal: float,
+    course: float,
+    speed: float,
+    frame: tuple[float, float],
+    masses: tuple[float, float],
+    restitution: float,
+    demanded: float,
+) -> None:
+    """Up to the closed form's lateness no direction is wrong by more than asked; just after it, one is."""
+    toward = normal + math.pi + course
+    n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
+    before = (frame, (frame[0] + u[0], frame[1] + u[1]))
+    window, angle = Window.of(1.0, n, u), math.radians(demanded)
+    limit = pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
+
+    def error(late: float) -> float:
+        c = (n[0] + u[0] * late, n[1] + u[1] * late)
+        turned = (c[0] / math.hypot(*c), c[1] / math.hypot(*c))
+        found, right = (
+            resolve_impact(before[0], masses[0], before[1], masses[1], direction, restitution=restitution)
+            for direction in (turned, n)
+        )
+        return max(
+            abs(math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]))
+            for a, b in zip(found, right, strict=True)
+        )
+
+    end = min(limit, window.length_s)
+    assert all(error(end * k / 100) <= angle + 1e-6 for k in range(100))
+    if limit < window.length_s * (1 - 1e-6):
+        assert error(limit + 1e-7 * window.length_s) >= angle - 1e-5
+
+
+@pytest.mark.parametrize("scene", [pair(0.3), pair(0.7, mass=5.0), pair(0.05, speed=20, radius=0.05)])
+def test_one_step_above_fails_and_one_below_passes(scene: Scene) -> None:
+    """PIT's closed form, run: at its step every start meets the demand, and a step 0.1 % larger has one that fails."""
+    limit = hardest_impacts(solve_pic(scene), Demand(DEGREE))[0].limit
+    for share in (0.001, 0.25, 0.5, 0.75, 0.999):
+        found, worst = direction_errors(scene, limit.dt_s * 0.999, limit.dt_s * 0.999 * share)
+        assert found == 1
+        assert worst <= DEGREE
+    found, worst = direction_errors(scene, limit.dt_s * 1.001, limit.dt_s * 1.0005)
+    assert found == 0 or worst > DEGREE
+
+
+def test_a_graze_is_missed_as_often_as_its_window_says() -> None:
+    """A graze's window is sqrt(R^2 - b^2) / v; at twice that step, half of all starts miss, as PIT run shows."""
+    scene = pair(0.999)
+    window_s = math.sqrt(1 - 0.999**2)
+    hard = hardest_impacts(solve_pic(scene), Demand(math.radians(90)))[0]
+    assert hard.cause is Cause.GRAZE
+    assert hard.limit.miss_dt_s == pytest.approx(window_s, rel=1e-9)
+    dt_s = 2 * window_s
+    assert largest_step(window_s, 0.5) == pytest.approx(dt_s)
+    found = [direction_errors(scene, dt_s, dt_s * (k + 0.5) / 20)[0] for k in range(20)]
+    assert sum(found) == 10
+
+
+def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
+    """Near head-on, what ends the window is speed and size; a wall's window has no end."""
+    fast = hardest_impacts(solve_pic(pair(1e-9, speed=100, radius=0.01)), Demand(math.radians(90)))[0]
+    assert fast.cause is Cause.FAST
+    assert fast.limit.dt_s == pytest.approx(0.02 / 100)
+    walled = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=3.0)
+    assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
+
+
+@pytest.mark.parametrize(
+    ("demand", "words"),
+    [
+        ((0.0,), "direction error must be above 0"),
+        ((math.nan,), "got nan degrees"),
+        ((math.pi,), "below 180 degrees, got 180"),
+        ((DEGREE, 1.0), "miss probability must be 0 or more and below 1, got 1"),
+        ((DEGREE, -0.1), "got -0.1"),
+    ],
+)
+def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str) -> None:
+    """A demand out of range is refused by name and value before anything runs."""
+    with pytest.raises(InputError, match=words):
+        Demand(*demand)
+
+
+def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
+    """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
+    pytest.importorskip("pymunk", reason="pymunk is not installed")
+    with InProcess() as pool:
+        advice = advise(
+            pair(0.4),
+            asked(["pic", "pit", "pymunk"], 10 * DEGREE, profiles=["tuned"], phases=2),
+            pool,
+        )
+    (found,) = advice.answers
+    assert found.method == Method("pymunk", "tuned")
+    assert found.ending is SearchEnding.FOUND
+    closed = advice.closed_form
+    assert closed is not None
+    assert advice.sampling is None
+    for answer, limit_s in ((found.never_misses, closed.never_misses_s), (found.demand, closed.demand_s)):
+        assert answer.passes is not None
+        assert answer.fails is not None
+        assert answer.passes.starts == CONFIRM + 1
+        assert answer.passes.dt_s <= limit_s < answer.fails.dt_s
+        assert answer.fails.dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
+
+
+def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_does_not_fail_at_it() -> None:
+    """PyBullet's default is clamped at 100 m/s: no row. Box2D moves nothing by 2 m a step: no larger one is run."""
+    for module in ("Box2D", "pybullet"):
+        pytest.importorskip(module, reason=f"{module} is not installed")
+    scene = pair(speed=150.0, radius=0.5)
+    with LocalPool() as pool:
+        advice = advise(
+            scene,
+            asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1),
+            pool,
+        )
+    assert [unable.method for unable in advice.unable] == [Method("pybullet", "default")]
+    assert "150 m/s" in advice.unable[0].reason
+    (found,) = advice.answers
+    assert found.refused_s is not None
+    assert found.refused_s * 150 >= 2.0
+    assert found.trials
+    assert all(trial.dt_s < found.refused_s and not trial.reason for trial in found.trials)
+
+
+def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rounding decides what comes later, the scene ends before that impact, and the advice says so."""
+    scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
+    times = solve_pic(scene).impacts["time_s"]
+    monkeypatch.setattr(adviser, "estimate_horizon", lambda _: float(times[1]))
+    with InProcess() as pool:
+        advice = advise(scene, asked(["pit"], DEGREE, phases=1), pool)
+    assert advice.cut is ReferenceCut.CHAOS
+    assert times[1] < advice.scene.duration_s < times[2]
+    assert advice.impacts == 2
+    assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
+    monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
+    with pytest.raises(InputError, match="no step can be advised for 'walled', from its first impact on: rounding"):
+        advise(scene, asked(["pit"], DEGREE), InProcess())
+
+
+def test_a_scene_is_asked_up_to_its_first_tie() -> None:
+    """A disc that comes back from a wall and meets two at once: the bounce is asked for, the tie is not."""
+    discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]
+    tie = staged("tie", *discs, wall_at(-2, 0, 1, 0), duration_s=9.0)
+    assert solve_pic(tie).ambiguous == (2,)
+    advice = advise(tie, asked(["pit"], DEGREE, phases=1), InProcess())
+    assert advice.cut is ReferenceCut.TIE
+    assert advice.impacts == 1
+    at_once = staged("at once", disc_at(0, 0, 1, 0), *discs[1:], duration_s=9.0)
+    with pytest.raises(InputError, match="from its first impact on: a disc meets two others at once"):
+        advise(at_once, asked(["pit"], DEGREE), InProcess())
+
+
+def test_with_friction_pit_is_tried() -> None:
+    """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
+    rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
+    advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcess())
+    assert advice.closed_form is None
+    assert advice.answers == ()
+    assert advice.sampling is not None
+    answer = advice.sampling.demand
+    assert answer.passes is not None
+    assert answer.fails is not None
+    for step, right in ((answer.passes.dt_s, True), (answer.fails.dt_s, False)):
+        found, worst = direction_errors(rough, step, step * 0.999)
+        assert (found == 1 and worst <= 5 * DEGREE) is right
+    text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
+    assert "were there no friction" in text
+    assert f"and {1 / answer.passes.dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
+
+
+def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
+    """Discs that spin and do not rub have the closed form of those that do not; where one falls past the other none."""
+    discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
+    spinning = Scene(**{**dict(pair()), "discs": discs})
+    steps = [advise(scene, asked(["pit"], DEGREE), InProcess()).closed_form for scene in (pair(), spinning)]
+    assert steps[0] is not None
+    assert steps[0] == steps[1]
+    hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
+    falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
+    assert advise(falling, asked(["pit"], 10 * DEGREE, phases=1), InProcess()).closed_form is None
+
+
+def test_an_impact_in_the_last_step_is_asked_for() -> None:
+    """An impact just before the scene's end is found or missed at any step, and none is left undecided."""
+    scene = pair()
+    at = float(solve_pic(scene).impacts["time_s"][0])
+    short = Scene(**{**dict(scene), "duration_s": at * (1 + 1e-6)})
+    job = Job(short, PIT_METHOD, 0.05)
+    assert solve_pit(short, frame_rate_hz=20).impacts.size == 0
+    found = StartTask(job).carry_out()
+    assert found.lost == 0
+    assert found.completed
+    assert 0.0 < found.direction_error_rad < math.inf

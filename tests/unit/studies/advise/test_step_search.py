@@ -1,0 +1,209 @@
+"""The search for a step, on engines that are curves: what is known of them is what was written down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from carom.runs.job import Answer, Method, Status
+from carom.scene import Disc, Scene
+from carom.studies.advise.hardest import Demand
+from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of
+from carom.studies.advise.step_trial import Started, StepTrial, most_steps, starts_of
+
+DEGREE = math.radians(1)
+SCENE = Scene(name="one", discs=[Disc(position_m=(0.0, 0.0), radius_m=1.0)], duration_s=1.0, frame_rate_hz=60)
+
+#: Whether anything is lost at a step, and how wrong a direction is; and, at how many even starts.
+Curve = Callable[[float, int], tuple[bool, float]]
+
+
+def searched(
+    curve: Curve,
+    demand: Demand | None = None,
+    *,
+    budget: int = 10**9,
+    refuses_above_s: float = math.inf,
+    broken: Callable[[float], bool] = lambda _: False,
+    guess_s: float = math.inf,
+) -> tuple[Advised, list[tuple[float, int]]]:
+    """Return what is found of a curve, and what was tried for it, in order."""
+
+    def refusal(dt_s: float) -> str:
+        return "too far a step" if dt_s > refuses_above_s else ""
+
+    search = StepSearch(SCENE, Method("an", "engine"), demand or Demand(DEGREE), guess_s, 8, 3, budget, refusal)
+    tried = []
+    while (wanted := search.wanted) is not None:
+        tried.append((wanted.dt_s, wanted.even))
+        lost, error = curve(wanted.dt_s, wanted.even)
+        starts = wanted.even + 3
+        steps = most_steps(SCENE.duration_s, wanted.dt_s, starts)
+        reason = "crashed" if broken(wanted.dt_s) else ""
+        search.take(StepTrial(wanted.dt_s, wanted.even, starts, int(lost), int(lost), error, steps, reason))
+    return search.answer(), tried
+
+
+def test_the_grid_goes_from_the_whole_run_down_two_steps_an_octave() -> None:
+    """1 s, and of a frame of 1/60 s whole and half multiples: rates 1.875 ... 60, 90, 120, to a 64th."""
+    grid = list(grid_of(SCENE, math.inf))
+    assert grid[0] == 1.0
+    rates = [1 / dt_s for dt_s in grid]
+    assert [rate for rate in rates if 50 < rate < 500] == pytest.approx([60, 90, 120, 180, 240, 360, 480])
+    assert all(coarse > fine >= coarse / 1.5000001 for coarse, fine in pairwise(grid))
+    assert rates[-1] == pytest.approx(60 * 64)
+    assert 1 / list(grid_of(SCENE, 1 / 600))[-1] == pytest.approx(600 * 64, rel=0.5)
+
+
+def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_three() -> None:
+    """The answer is the largest step that passes, run at 64 starts; all of the grid below it is tried, so far."""
+    for power, octaves in ((1.0, 2), (0.5, 3)):
+        found, tried = searched(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
+        answer = found.demand
+        assert answer.passes is not None
+        assert answer.fails is not None
+        assert answer.passes.dt_s == pytest.approx(1 / 120)
+        assert answer.fails.dt_s == pytest.approx(1 / 90)
+        assert answer.passes.even == CONFIRM
+        assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
+        assert answer.monotone
+        below = [dt for dt in grid_of(SCENE, math.inf) if answer.down_to_s <= dt <= answer.passes.dt_s]
+        assert set(below) <= {dt for dt, _ in tried}
+        assert found.never_misses.passes is not None
+        assert found.never_misses.passes.dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
+        assert found.ending is SearchEnding.FOUND
+
+
+def test_a_hole_in_a_curve_is_found_and_told() -> None:
+    """Steps of 1/180 and 1/240 s fail though those above pass: the answer lies below, and both sides are told."""
+    found, _ = searched(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
+    answer = found.demand
+    assert answer.passes is not None
+    assert answer.passes.dt_s == pytest.approx(1 / 360)
+    assert not answer.monotone
+    assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
+    assert answer.coarser_passes[0].dt_s == 1.0
+    assert answer.coarser_passes[-1].dt_s == pytest.approx(1 / 120)
+    assert answer.fails == answer.finer_failures[-1]
+
+
+def test_no_answer_is_given_before_a_frame_was_tried_and_what_looking_once_a_step_needs() -> None:
+    """A curve that passes everywhere is followed to a frame, to what the hardest impact allows, or to an eighth."""
+    for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
+        found, _ = searched(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
+        assert found.demand.passes is not None
+        assert found.demand.passes.dt_s == 1.0
+        assert found.demand.down_to_s == pytest.approx(finest_s)
+
+
+def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None:
+    """What passes at 8 starts and fails at 64 is no answer but the first that fails; the next is run at 64 in turn."""
+    found, tried = searched(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
+    answer = found.never_misses
+    assert answer.passes is not None
+    assert answer.fails is not None
+    assert answer.passes.dt_s == pytest.approx(1 / 90)
+    assert answer.fails.dt_s == pytest.approx(1 / 60)
+    assert answer.fails.even == CONFIRM
+    assert (answer.passes.dt_s, CONFIRM) in tried
+    assert answer.down_to_s <= answer.passes.dt_s / 4 * (1 + 1e-9)
+
+
+def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> None:
+    """An error of 3 degrees at any step meets no demand of 1: the other answer is given, and the range told."""
+    found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
+    assert found.ending is SearchEnding.FLAT
+    assert found.demand.passes is None
+    assert found.never_misses.passes is not None
+    assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
+    assert found.flat is not None
+    assert found.flat.least_rad == found.flat.most_rad == math.radians(3.0)
+    assert found.flat.from_s == found.never_misses.passes.dt_s
+    sinking, _ = searched(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
+    assert sinking.flat is None
+    assert sinking.ending is SearchEnding.FINEST
+    needy, tried = searched(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
+    assert needy.ending is SearchEnding.FLAT
+    assert min(dt for dt, _ in tried) <= 1 / 1000
+
+
+@pytest.mark.parametrize("budget", [1, 1000, 5000, 50_000])
+def test_a_budget_is_never_exceeded_and_what_was_not_reached_is_no_answer(budget: int) -> None:
+    """However large: the steps of all trials stay within it, two searches are one, and no answer is half a search."""
+    curve: Curve = lambda dt, _: (False, math.radians(1000.0) * dt)  # noqa: E731 - it is named for two calls
+    found, tried = searched(curve, budget=budget)
+    assert sum(most_steps(1.0, dt, even + 3) for dt, even in tried) <= budget
+    assert found.ending is SearchEnding.BUDGET
+    assert found.demand.passes is None
+    assert (found, tried) == searched(curve, budget=budget)
+
+
+def test_what_a_method_does_not_take_is_not_run_and_nothing_fails_there() -> None:
+    """Steps above 0.01 s are refused: none is tried, none fails, and the finest refused is told."""
+    found, tried = searched(lambda dt, _: (False, 1e-3 * dt), refuses_above_s=0.01)
+    assert max(dt for dt, _ in tried) <= 0.01
+    assert found.never_misses.fails is None
+    assert found.refused_s == pytest.approx(1 / 90)
+    assert found.refusal == "too far a step"
+    search = StepSearch(SCENE, Method("an", "engine"), Demand(DEGREE), 1.0, 8, 3, 10**9, lambda _: "no walls")
+    assert search.wanted is None
+    assert search.refused_all
+
+
+def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame_no_more() -> None:
+    """A crash at 0.5 s is a step that fails; one at a frame ends the search, without an answer."""
+    found, _ = searched(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
+    assert found.never_misses.fails is not None
+    assert found.never_misses.fails.reason == "crashed"
+    assert found.never_misses.passes is not None
+    found, tried = searched(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
+    assert found.ending is SearchEnding.BROKE
+    assert found.never_misses.passes is None
+    assert tried[-1][0] == pytest.approx(1 / 60)
+
+
+def test_a_direction_that_is_not_known_meets_nothing() -> None:
+    """NaN, where no impact was found, is within no angle, nor in proportion; a share of misses may be allowed."""
+    blind = StepTrial(0.1, 8, 11, 8, 11, math.nan, 1)
+    assert not blind.meets(Demand(DEGREE, 0.99))
+    some = StepTrial(0.1, 8, 11, 1, 4, DEGREE / 2, 1)
+    assert some.meets(Demand(DEGREE, 0.125))
+    assert not some.meets(Demand(DEGREE, 0.1))
+    assert not some.meets(Demand(DEGREE))
+    assert not some.never_misses
+    found, _ = searched(lambda *_: (False, math.nan), Demand(DEGREE))
+    assert found.demand.passes is None
+
+
+def test_starts_that_can_not_be_had_are_counted_out_and_a_crash_is_none_of_them() -> None:
+    """Of what ran the worst is kept; of no start at all the reason is told; what broke off makes the step fail."""
+
+    def ran(lost: int, direction: float) -> Answer[Started]:
+        return Answer(Status.RAN, value=Started(lost, True, direction, 10))
+
+    no_start: Answer[Started] = Answer(Status.UNSUPPORTED, "bodies meet")
+    trial = StepTrial.of(0.1, [ran(0, 0.1), no_start, ran(1, math.nan)], [ran(0, 0.2)])
+    assert isinstance(trial, StepTrial)
+    assert (trial.even, trial.starts, trial.lost_even, trial.lost, trial.steps) == (2, 3, 1, 1, 30)
+    assert trial.direction_error_rad == 0.2
+    assert StepTrial.of(0.1, [no_start], []) == "bodies meet"
+    crashed = StepTrial.of(0.1, [ran(0, 0.1)], [Answer(Status.CRASHED, "signal 11")])
+    assert isinstance(crashed, StepTrial)
+    assert not crashed.never_misses
+    assert not crashed.meets(Demand(DEGREE))
+    broken_off = StepTrial.of(0.1, [Answer(Status.RAN, value=Started(0, False, 0.1, 10))], [])
+    assert isinstance(broken_off, StepTrial)
+    assert broken_off.lost == 1
+
+
+def test_an_aimed_start_looks_just_before_the_impact() -> None:
+    """Begun so much earlier, the last look is a thousandth of a step before the impact; none is there twice."""
+    even, aimed = starts_of(0.1, 8, [0.234, 0.234, 0.777])
+    assert even == tuple(k / 8 for k in range(8))
+    assert len(aimed) == 2
+    for phase, at in zip(aimed, (0.234, 0.777), strict=True):
+        looks = (at + phase * 0.1) / 0.1
+        assert looks - math.floor(looks) == pytest.approx(1e-3)

@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from carom.studies.bench.convergence import Convergence, fit_order, fit_power, student_quantile
+
+STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
+
+
+@pytest.mark.parametrize(
+    ("freedom", "published"), [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)]
+)
+def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
+    """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
+    assert student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)
+
+
+@pytest.mark.parametrize("order", [1.0, 2.0])
+def test_a_power_law_gives_its_order_back(order: float) -> None:
+    """Errors that are an exact power of the step have that order, with an interval of no width, and converge."""
+    found = fit_order(STEPS, [0.3 * step**order for step in STEPS])
+    assert found.exponent == pytest.approx(order, abs=1e-12)
+    assert found.factor == pytest.approx(0.3, rel=1e-12)
+    assert found.high - found.low < 1e-11
+    assert found.verdict is Convergence.CONVERGES
+
+
+def test_the_interval_is_that_of_a_textbook() -> None:
+    """Slope and 95 % interval of ln y = 0, 1, 1, 3 at ln x = 0, 1, 2, 3, by hand: 0.9 and 4.3027 sqrt(0.7 / 2 / 5)."""
+    exponent, low, high, factor = fit_power([math.exp(k) for k in range(4)], [math.exp(k) for k in (0, 1, 1, 3)])
+    assert exponent == pytest.approx(0.9, abs=1e-12)
+    assert math.log(factor) == pytest.approx(-0.1, abs=1e-12)
+    assert high - exponent == pytest.approx(4.302653 * math.sqrt(0.7 / 2 / 5), rel=1e-6)
+    assert exponent - low == pytest.approx(high - exponent, rel=1e-9)
+
+
+def test_an_error_that_stays_does_not_converge() -> None:
+    """Errors that only scatter about a constant have an order whose interval excludes one half."""
+    found = fit_order(STEPS, [0.030, 0.031, 0.029, 0.030, 0.0305, 0.0295])
+    assert found.verdict is Convergence.DOES_NOT_CONVERGE
+    assert found.low < 0 < found.high < 0.5
+
+
+def test_what_the_steps_do_not_decide_is_not_decided() -> None:
+    """Errors that scatter by as much as they fall have an interval on both sides of one half."""
+    assert fit_order(STEPS[:4], [0.1, 0.001, 0.05, 0.01]).verdict is Convergence.UNDECIDED
+
+
+def test_errors_at_rounding_have_no_order() -> None:
+    """A method that is exact at every step is called that; single errors at rounding are no part of a fit."""
+    assert fit_order(STEPS, [1e-16] * 6).verdict is Convergence.EXACT
+    found = fit_order(STEPS, [*(step for step in STEPS[:4]), 0.0, 1e-15])
+    assert found.points == 4
+    assert found.exponent == pytest.approx(1.0, abs=1e-12)
+
+
+def test_two_points_have_a_slope_and_no_interval() -> None:
+    """With two steps there is nothing to estimate the scatter by, and no verdict."""
+    found = fit_order(STEPS[:2], [0.1, 0.01])
+    assert found.verdict is Convergence.TOO_FEW
+    assert math.isfinite(found.exponent)
+    assert math.isnan(found.low)
+    assert math.isnan(fit_order(STEPS[:1], [0.1]).exponent)

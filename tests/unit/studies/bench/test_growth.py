@@ -1,0 +1,103 @@
+"""Run time against the number of discs: what is run, and what is not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import TypeVar
+
+import pytest
+from typer.testing import CliRunner
+
+from carom.adapter import Capabilities, Profile
+from carom.cli import app
+from carom.runs.job import Answer, Method, Status, Task, UnsupportedError
+from carom.runs.journal import Entry
+from carom.runs.pool import InProcess
+from carom.studies.bench import growth
+from carom.studies.bench.options import GrowthOptions
+
+T = TypeVar("T")
+
+
+def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A gas that a profile can't do is refused with the profile's reason, also where the adapter declares more."""
+
+    def settings(dt_s: float) -> Mapping[str, float]:
+        return {"dt_s": dt_s}
+
+    profiles = {"narrow": Profile("without walls", settings, capabilities=Capabilities(walls=False))}
+    adapter = SimpleNamespace(name="stub", capabilities=Capabilities(), profiles=profiles)
+    monkeypatch.setattr(growth, "load_adapter", lambda _name: adapter)
+    with pytest.raises(UnsupportedError, match="does not support"):
+        growth.GrowthTask(2, Method("stub", "narrow")).carry_out()
+
+
+@pytest.fixture
+def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """Engine and number of discs of each run; the runs are carried out in this process."""
+    ran: list[tuple[str, int]] = []
+
+    class Pool(InProcess):
+        def __init__(self, *_limits: float | None) -> None:
+            super().__init__()
+
+        def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+            grown: list[object] = [*tasks]
+            ran.extend((task.engine, task.discs) for task in grown if isinstance(task, growth.GrowthTask))
+            return super().ask_each(tasks)
+
+    monkeypatch.setattr("carom.runs.pool.LocalPool", Pool)
+    return ran
+
+
+@pytest.mark.long
+def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """What was run before Ctrl-C is taken from the journal to the bit; only what was run in one sitting is a ratio."""
+
+    def interrupt(done: int, _total: int, _what: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
+    with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
+        growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal, progress=interrupt)
+    assert ran == [("pit", 2), ("pymunk", 2), ("pit", 3)]
+    with growth.growth_journal(path, resume=True) as journal:
+        values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
+        earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
+        keys = list(journal.entries)
+        journal.add([Entry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
+    with growth.growth_journal(path, resume=True) as journal:
+        found = growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal)
+    assert ran[3:] == [("pymunk", 3), ("pit", 4), ("pymunk", 4)]
+    pit, pymunk = (curve.points for curve in found.curves)
+    assert [value.timing.advance_s for value in earlier] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
+    assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
+    assert math.isnan(pymunk[1].ratio)
+
+
+def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
+    path = tmp_path / "growth.jsonl"
+    with growth.growth_journal(path) as journal:
+        first = growth.growth(GrowthOptions(["pit"], sizes=[2], budget_s=1e-9), notes=journal)
+    assert "raise --budget" in first.curves[0].points[0].reason
+    with growth.growth_journal(path, resume=True) as journal:
+        second = growth.growth(GrowthOptions(["pit"], sizes=[2]), notes=journal)
+    assert second.curves[0].points[0].reason == ""
+    assert ran == [("pit", 2)]
+
+
+@pytest.mark.long
+def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
+    """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
+    command = ["bench", "--grow", "-e", "pit", "--discs", "2", "--out", str(tmp_path / "out")]
+    for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
+        result = CliRunner().invoke(app, [*command, *arguments])
+        assert result.exit_code == exit_code, result.output
+        assert ("continue from them by --resume" in " ".join(result.output.split())) == (exit_code == 2)
+    assert ran == [("pit", 2)]

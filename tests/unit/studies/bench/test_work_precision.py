@@ -1,0 +1,325 @@
+from __future__ import annotations
+
+import json
+import math
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+from tests.stage import disc_at, staged
+from typer.testing import CliRunner
+
+from carom import Scene
+from carom.cli import app
+from carom.errors import InputError, UnknownNameError
+from carom.limits import MOST_DISCS
+from carom.runs.job import Answer, Method, Status
+from carom.runs.pool import InProcess, Lane
+from carom.runs.scoring import Measures, score_journal
+from carom.studies.bench.axes import ErrorKind
+from carom.studies.bench.convergence import Convergence
+from carom.studies.bench.growth import GrowthPoint, growth, same_method
+from carom.studies.bench.noise import NoiseProbe, Spread
+from carom.studies.bench.options import BenchPlan, GrowthOptions, step_series
+from carom.studies.bench.result import Bench, Point, cheapest, pareto_front
+from carom.studies.bench.rounds import CellTiming, TimeScene, timing_journal
+from carom.studies.bench.run import work_precision
+from carom.studies.bench.series import geometric_steps
+
+SCENE = tomli_w.dumps(
+    staged("mine & yours", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5).model_dump()
+)
+
+
+@pytest.fixture
+def scene() -> Scene:
+    return staged("oblique", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5)
+
+
+def point(engine: str, seconds: float, error: float, missed: int = 0) -> Point:
+    spread = Spread(seconds, seconds, seconds)
+    timing = CellTiming(100, 3, spread, spread, spread, 0.0, spread, spread, None, None)
+    return Point(engine, "tuned", 0.01, error, error, error, 1, 1, missed, 0, timing=timing)
+
+
+def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
+    """Between 1/60 and 1/10000 six steps lie evenly on a logarithmic axis, rounded to whole frames a second."""
+    steps = step_series("1/60..1/10000:6")
+    assert [round(1 / step) for step in steps] == [60, 167, 464, 1292, 3594, 10000]
+    assert step_series("1/60..1/10000") == steps
+    assert geometric_steps(0.1, 0.0125, 4) == pytest.approx([0.1, 0.05, 0.025, 0.0125])
+    assert geometric_steps(0.0125, 0.1, 4) == geometric_steps(0.1, 0.0125, 4)
+    assert step_series("1/240") == (1 / 240,)
+
+
+@pytest.mark.parametrize("text", ["1/60..", "1/60..1/600:1", "1/60..1/600:x", "1/60..0", "..", "1/60..1/600:-2"])
+def test_a_series_that_is_none_is_refused(text: str) -> None:
+    """A series with a missing end, one step or no number is refused with the text itself."""
+    with pytest.raises(InputError, match=rf"^--dt must be .*, got '{re.escape(text)}'"):
+        BenchPlan.said({"dts": [text]})
+
+
+def test_the_front_is_what_nothing_beats() -> None:
+    """Of points (time, error), the front holds those with no faster one as exact; a miss is no accuracy at all."""
+    a, b, c, d = point("a", 1, 0.1), point("b", 2, 0.2), point("c", 3, 0.01), point("d", 0.5, 0.0, missed=1)
+    assert pareto_front([a, b, c, d]) == (a, c)
+    assert pareto_front([a, point("e", 1.5, 0.1 - 1e-16)]) == (a,)
+    assert cheapest([a, b, c, d], 0.1) == a
+    assert cheapest([a, b, c, d], 0.05) == c
+    assert cheapest([a, b, c, d], 0.001) is None
+
+
+@pytest.mark.long
+def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
+    """PIT converges with order 1, PIC is exact, each point is timed and held against PIT; all of it can be resumed."""
+    plan = BenchPlan(engines=("pit", "pic"), dts=(1 / 60, 1 / 240, 1 / 960), profiles=("tuned",), phases=2, rounds=3)
+
+    def run(resume: bool) -> Bench:
+        with (
+            score_journal(tmp_path / "journal.jsonl", resume=resume) as journal,
+            timing_journal(tmp_path / "timings.jsonl", resume=resume) as timings,
+        ):
+            return work_precision([scene], plan, InProcess(), notes=journal, timings=timings)
+
+    first = run(resume=False)
+    again = run(resume=True)
+    assert first.scenes == again.scenes
+    assert len(measured_in(tmp_path / "journal.jsonl")) == 12
+    with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
+        bench = work_precision([scene], replace(plan, timing=False), InProcess(), notes=journal)
+    assert bench.scenes[0].noise is None
+    found = {curve.engine: curve for curve in first.scenes[0].curves}
+    assert found["pic"].order.verdict is Convergence.EXACT
+    assert found["pit"].order.exponent == pytest.approx(1.0, abs=0.35)
+    for curve in found.values():
+        for entry in curve.points:
+            assert entry.timing is not None
+            assert entry.timing.rounds >= 3
+            assert entry.timing.ratio is not None
+            assert entry.timing.whole_s.median >= entry.timing.advance_s.median
+    assert {entry.timing and entry.timing.ratio for entry in found["pit"].points} == {Spread(1.0, 1.0, 1.0)}
+
+
+@pytest.mark.long
+def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
+    """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
+    coarse, fine = (Method("pit", "tuned"), 1 / 60), (Method("pit", "tuned"), 1e-5)
+    with Lane() as lane:
+        timing = TimeScene(scene, (coarse, fine), rounds=3, budget_s=0.5).answer(lane).value
+    assert timing is not None
+    assert "budget" in dict(timing.untimed)[fine]
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("hostile")
+def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> None:
+    """An abort in the timing pass is a reason of one configuration; the others are timed."""
+    aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
+    with Lane() as lane:
+        timing = TimeScene(scene, (aborts, pit), rounds=3).answer(lane).value
+    assert timing is not None
+    assert "SIGABRT" in dict(timing.untimed)[aborts]
+    assert dict(timing.timings)[pit].rounds == 3
+
+
+def test_noise_is_measured_by_fixed_work() -> None:
+    """The probe's work takes some time, and its scatter is that of what was taken."""
+    probe = NoiseProbe()
+    for _ in range(5):
+        probe.take()
+    noise = probe.noise()
+    assert noise.probes == 5
+    assert noise.work_s > 0
+    assert noise.worst >= 1
+
+
+def test_a_plan_that_can_not_be_is_refused(scene: Scene) -> None:
+    """No scene, two of one name, an unknown profile or a target of 0 are refused before anything runs."""
+    plan = BenchPlan(engines=("pit",))
+    for scenes, wrong, error, words in (
+        ([], plan, InputError, "no scene"),
+        ([scene, scene], plan, InputError, "two scenes have the name 'oblique'"),
+        ([scene], replace(plan, profiles=("best",)), UnknownNameError, "profile 'best'"),
+    ):
+        with pytest.raises(error, match=words):
+            work_precision(scenes, wrong, InProcess())
+    for name, value in (("target", 0.0), ("budget_s", math.nan), ("rounds", 0)):
+        words = f"{name} must be .*, got {value:g}"
+        with pytest.raises(InputError, match=words):
+            replace(plan, **{name: value})  # type: ignore[arg-type] # of the field's own type
+
+
+@pytest.mark.long
+def test_growth_runs_more_and_more_discs_and_says_what_it_left_out() -> None:
+    """Each size has time, memory and a ratio to PIT; a size beyond the budget has a reason instead of them."""
+    found = growth(GrowthOptions(["pit", "pic"], sizes=(2, 40), budget_s=60.0))
+    for curve in found.curves:
+        ran = [entry for entry in curve.points if not entry.reason]
+        assert [entry.discs for entry in ran][:2] == [2, 40]
+        assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
+    pit = next(curve for curve in found.curves if curve.engine == "pit")
+    (curve,) = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3)).curves
+    assert "judged by 40 discs" in curve.points[-1].reason or "budget" in curve.points[-1].reason
+    assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
+    with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
+        growth(GrowthOptions(["pit"], sizes=(0,)))
+
+
+def test_a_power_law_is_fitted_through_one_method_alone() -> None:
+    """Where more discs take less time, another method took over: only what follows belongs together."""
+    times = [1.0, 3.0, 0.1, 0.4, 1.2]
+    points = [GrowthPoint(10 ** (k + 2), 0.0, seconds, 1.0, 1.0) for k, seconds in enumerate(times)]
+    assert same_method(points) == points[2:]
+    assert same_method(points[2:]) == points[2:]
+
+
+@pytest.mark.long
+def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
+    """A file of one's own becomes a page with diagrams, machine, versions and the command; names are escaped."""
+    pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
+    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
+    path.write_text(SCENE)
+    arguments = [
+        "bench",
+        str(path),
+        "-e",
+        "pit",
+        "-e",
+        "pic",
+        "--dt",
+        "1/60..1/960:3",
+        "--phases",
+        "1",
+        "--axes",
+        "error-time",
+    ]
+    result = CliRunner().invoke(app, [*arguments, "--rounds", "3", "--out", str(out), "-j", "1"])
+    assert result.exit_code == 0, result.output
+    assert "an error of 0.001" in result.output
+    page = (out / "index.html").read_text()
+    assert page.count("<svg") == 2  # with preparation, and without
+    assert "mine &amp; yours" in page
+    assert "mine & yours" not in page
+    assert "CPython" in page
+    png, svg = (next(out.glob(f"mine*yours*-error-time.{kind}")) for kind in ("png", "svg"))
+    assert png.read_bytes().startswith(b"\x89PNG")
+    assert svg.read_text().startswith("<svg xmlns=")
+    assert "<a " not in svg.read_text()  # what leads to a place of the page leads nowhere from a file
+    content = json.loads((out / "bench.json").read_text())
+    assert content["scenes"][0]["scene"] == "mine & yours"
+    again = CliRunner().invoke(app, [*arguments, "--out", str(out)])
+    assert again.exit_code == 2
+    assert "--resume" in again.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("bench",), "name the scenes to bench"),
+        (("bench", "paper/missed", "--axes", "time-error"), "'time-error' is not one of 'error-time', 'error-dt'"),
+        (("bench", "paper/missed", "--dt", "1/60..x"), "--dt must be a number of seconds"),
+        (("bench", "--grow", "paper/missed"), "takes no scene, got 'paper/missed'"),
+        (("advise", "paper/missed", "--direction-error", "1"), "--direction-error must be an angle such as 1deg"),
+        (("advise", "paper/*"), "and advice is for one"),
+        (("advise", "paper/missed", "--miss-probability", "2"), "--miss-probability must be 0 or more and below 1"),
+    ],
+)
+def test_bad_usage_is_a_sentence(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    """Every bad argument ends in one sentence that names it, with exit code 2."""
+    extra = ["--out", str(tmp_path)] if arguments[0] == "bench" else []
+    result = CliRunner().invoke(app, [*arguments, *extra])
+    assert result.exit_code == 2, result.output
+    assert words in " ".join(result.output.split())
+
+
+def measured_in(path: Path) -> list[tuple[float, Measures]]:
+    with score_journal(path, resume=True) as journal:
+        return [(r.key.dt_s, r.answer.value) for r in journal.entries.values() if r.answer.value is not None]
+
+
+@pytest.fixture
+def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
+    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
+    with score_journal(tmp_path / "journal.jsonl") as journal:
+        work_precision([scene], plan, InProcess(), notes=journal)
+        ran = next(iter(journal.entries.values()))
+        assert ran.answer.value is not None
+        unmeasured = replace(ran.answer.value, total=replace(ran.answer.value.total, velocity=math.nan))
+        journal.add(
+            [
+                replace(ran, key=replace(ran.key, dt_s=0.5), answer=Answer(Status.RAN, value=unmeasured)),
+                replace(ran, key=replace(ran.key, dt_s=1.0), answer=Answer(Status.CRASHED, "by SIGABRT")),
+            ]
+        )
+    errors = [(dt_s, measures.total.velocity) for dt_s, measures in measured_in(tmp_path / "journal.jsonl")]
+    monkeypatch.chdir(tmp_path)
+    names = {"json": json, "np": np, "Path": Path, "errors": errors}
+    exec(documented("jobs ="), names)  # noqa: S102 - our own documentation
+    return names
+
+
+def documented(start: str) -> str:
+    """Return the line of docs/bench.md that begins so."""
+    lines = (Path(__file__).parents[4] / "docs" / "bench.md").read_text().splitlines()
+    return next(line for line in lines if line.startswith(start))
+
+
+def test_numpy_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
+    """The documented line gives the errors of what ran to the bit."""
+    found = eval(documented("np."), jobs)  # noqa: S307 - our own documentation
+    assert found.tobytes() == np.array([error for _, error in jobs["errors"]]).tobytes()
+
+
+def test_pandas_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
+    """The documented line gives a frame with a row a job, whose errors are numbers."""
+    jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
+    frame = eval(documented("pd."), jobs)  # noqa: S307 - our own documentation
+    found = frame["answer.value.total.velocity"].to_numpy(float)
+    assert found.tobytes() == np.array([*(error for _, error in jobs["errors"]), math.nan]).tobytes()
+    assert frame["key.method.engine"].tolist() == ["pit"] * 4
+
+
+def test_duckdb_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
+    """The documented query finds the largest error of each step, to the bit."""
+    jobs["duckdb"] = pytest.importorskip("duckdb", reason="duckdb is not installed")
+    found = eval(documented("duckdb."), jobs).fetchall()  # noqa: S307 - our own documentation
+    assert repr(sorted(found)) == repr(sorted(("pit", dt_s, error) for dt_s, error in jobs["errors"]))
+
+
+def test_every_error_has_its_words() -> None:
+    """Each kind of error says in words what it is, for an axis and in full."""
+    assert len({kind.meaning for kind in ErrorKind}) == len({kind.label for kind in ErrorKind}) == len(ErrorKind)
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("heard_interrupts")
+def test_ctrl_c_ends_a_bench_with_a_sentence_and_leaves_its_journal(tmp_path: Path) -> None:
+    """Interrupted, a bench says where the finished cells are and how to go on, with exit code 130."""
+    path, out = tmp_path / "my-scene.toml", tmp_path / "out"
+    path.write_text(SCENE)
+    command = [sys.executable, "-m", "carom", "bench", str(path), "-e", "pit", "--dt", "1/60..1/100000:256"]
+    with subprocess.Popen(
+        [*command, "--out", str(out), "--budget", "600"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        deadline = time.monotonic() + 300
+        journal = out / "journal.jsonl"
+        while time.monotonic() < deadline and not (journal.exists() and journal.read_bytes().count(b"\n") > 1):
+            time.sleep(0.05)
+        process.send_signal(signal.SIGINT)
+        try:
+            _, errors = process.communicate(timeout=120)
+        finally:
+            process.kill()  # of no effect on one that has ended
+    assert process.returncode == 130
+    assert "--resume goes on from there" in errors
+    assert "Traceback" not in errors
+    assert measured_in(journal), journal.read_text()

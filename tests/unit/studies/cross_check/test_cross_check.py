@@ -1,0 +1,382 @@
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged, wall_at
+
+import carom
+from carom import Disc, Scene, Wall
+from carom.comparator import Grade, Verdict
+from carom.errors import AdapterError, InputError, UnknownNameError
+from carom.runs import reference
+from carom.runs.job import Answer, Job, Method, Status, Task
+from carom.runs.observe import Observe
+from carom.runs.options import Options, default_dts
+from carom.runs.plan import plan_of
+from carom.runs.pool import InProcess
+from carom.runs.timing import Measure
+from carom.scenes import catalogue
+from carom.studies.cross_check import run as execute
+from carom.studies.cross_check.observed import observed_journal
+from carom.trace import Outcome, Trace
+
+pytestmark = pytest.mark.usefixtures("hostile")
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Two discs that meet head-on after one second."""
+    return staged("meeting", disc_at(0, 0, 1, 0), disc_at(3, 0, -1, 0), duration_s=2.0)
+
+
+def statuses(results: carom.Results) -> dict[str, Status]:
+    return {row.job.engine: row.status for row in results.rows}
+
+
+def tried(scenes: list[Scene], *engines: str) -> carom.Results:
+    """Each engine's tuned profile in steps of 0.1 s, in this process and untimed."""
+    return carom.cross_check(scenes, engines, dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess())
+
+
+def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
+    """An engine that aborts, exits or raises is a row with its reason; every other row is as if it had run alone."""
+    results = carom.cross_check(
+        [scene], ["pic", "pit", "aborts", "exits", "raises"], dts=[0.1], profiles=["tuned"], timing=False
+    )
+    assert statuses(results) == {
+        "pic": Status.RAN,
+        "pit": Status.RAN,
+        "aborts": Status.CRASHED,
+        "exits": Status.CRASHED,
+        "raises": Status.FAILED,
+    }
+    reasons = {row.job.engine: row.reason for row in results.rows}
+    assert "SIGABRT" in reasons["aborts"]
+    assert "assertion failed in solver.c:42" in reasons["aborts"]
+    assert "exit code 7" in reasons["exits"]
+    assert "ZeroDivisionError: inertia" in reasons["raises"]
+    assert next(row.grade for row in results.rows if row.job.engine == "pic") is Grade.EXACT
+
+
+@pytest.mark.long
+def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
+    """An engine that gives no answer in time is ended, and its row says after how long."""
+    results = carom.cross_check([scene], ["hangs"], dts=[0.1], profiles=["tuned"], timing=False, time_limit_s=1.5)
+    assert statuses(results) == {"hangs": Status.TIMED_OUT}
+    assert "1.5 s" in results.rows[0].reason
+
+
+class HangsWhenTimed(InProcess):
+    """A pool in which no engine but PIT answers when it is timed."""
+
+    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        if any(isinstance(task, Measure) and task.engine != "pit" for task in tasks):
+            return iter([Answer(Status.TIMED_OUT, "no answer within 3 s")] * len(tasks))
+        return super().ask_each(tasks)
+
+
+def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> None:
+    """An engine that hangs when its steps are timed keeps the run that was observed, and the others their times."""
+    results = carom.cross_check([scene], ["pit", "pic"], dts=[0.1], profiles=["tuned"], pool=HangsWhenTimed())
+    rows = {row.job.engine: row for row in results.rows}
+    hung = rows["pic"]
+    assert hung.untimed == "timed out: no answer within 3 s"
+    assert hung.reason == ""
+    assert (hung.status, hung.timing) == (Status.RAN, None)
+    assert hung.trace is not None
+    assert rows["pit"].status is Status.RAN
+    assert rows["pit"].timing is not None
+
+
+def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
+    """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
+    row = tried([scene], "goes-nan").rows[0]
+    assert row.trace is not None
+    assert row.trace.outcome is Outcome.NON_FINITE
+    assert row.grade is Grade.WRONG
+    assert np.isfinite(row.trace.final_position_m).all()
+
+
+def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
+    """An engine that warns of its state is cut short with its own words, and what came before is kept."""
+    row = tried([scene], "warns").rows[0]
+    assert row.trace is not None
+    assert row.trace.outcome is Outcome.WARNED
+    assert row.trace.counts["steps"] == 2
+    assert row.score is not None
+    assert row.score.verdicts[0] is Verdict.CUT_SHORT
+    assert "BADQACC" in row.score.findings[0].reason
+
+
+def test_chatter_and_litter_stay_with_the_engine(
+    scene: Scene, capfd: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What an engine prints reaches neither standard output nor error, and its log file not the working folder."""
+    here = tmp_path / "here"
+    here.mkdir()
+    monkeypatch.chdir(here)
+    carom.run(scene, "litters", dt=0.5)
+    assert capfd.readouterr() == ("", "")
+    assert list(here.iterdir()) == []
+
+
+def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
+    """A missing engine, a broken adapter and a scene beyond the declared capabilities each give their reason."""
+    walled = Scene(name="walled", discs=scene.discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=1)
+    fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(11, 0), radius_m=1)], duration_s=1)
+    soft = Scene(name="soft", discs=scene.discs, restitution=0.25, duration_s=1)
+    falling = Scene(name="falling", discs=scene.discs, gravity_m_s2=(0, -9.81), duration_s=1)
+    results = tried([walled, fast, soft, falling], "missing", "only-discs", "broken")
+    reasons = {(row.job.scene.name, row.job.engine): (row.status, row.reason) for row in results.rows}
+    assert reasons["walled", "missing"][0] is Status.UNAVAILABLE
+    assert "pip install surely-not-installed" in reasons["walled", "missing"][1]
+    assert reasons["walled", "broken"][0] is Status.UNAVAILABLE
+    assert "has no attribute 'broken'" in reasons["walled", "broken"][1]
+    for name, words in (
+        ("walled", "walls"),
+        ("fast", "11 m/s, and this method's limit is 10 m/s"),
+        ("soft", "restitution is 0.25"),
+        ("falling", "gravity"),
+    ):
+        status, reason = reasons[name, "only-discs"]
+        assert status is Status.UNSUPPORTED
+        assert words in reason
+
+
+def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
+    """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
+    falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
+    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False, pool=InProcess())
+    for row in results.rows:
+        assert row.trace is not None
+        assert row.trace.final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
+        assert row.trace.final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
+
+
+@pytest.mark.long
+def test_what_comes_after_rest_is_not_scored() -> None:
+    """Where PIC ends because a ball has come to rest, nobody is held to what would follow, and the score says so."""
+    ball = Disc(position_m=(0, 2), radius_m=1)
+    floor = Wall(point_m=(0, 0), normal=(0, 1))
+    scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
+    results = carom.cross_check([scene], ["pic", "pit"], timing=False, dts=[1 / 60], pool=InProcess())
+    # It closes at 4, 1 and 1/4 m/s. The third is less than 2.5 g / 60, which a step can't tell from rest, and comes at
+    # t0 + 2 v0 / g (e + e^2), with t0 = v0 / g = 1/2.
+    rest_s = 0.5 * (1 + 2 * (0.25 + 0.25**2))
+    for row in results.rows:
+        assert row.score is not None
+        assert row.score.horizon_s == pytest.approx(rest_s, rel=1e-12)
+        assert (row.score.grade is Grade.EXACT) == (row.job.engine == "pic")
+
+
+@pytest.mark.long
+def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
+    """`carom.run` raises one error whose message holds engine, profile, step, scene and reason."""
+    with pytest.raises(AdapterError, match=r"aborts \(tuned, dt = 0.1 s\) on 'meeting': crashed: .*SIGABRT"):
+        carom.run(scene, "aborts", dt=0.1)
+    with pytest.raises(AdapterError, match="unavailable: surely_not_installed is not installed"):
+        carom.run(scene, "missing", dt=0.1)
+
+
+def test_run_gives_the_trace_of_the_method_itself(scene: Scene) -> None:
+    """PIC through the seam, in another process, gives PIC's own impacts and final state to the bit."""
+    direct, through = carom.solve_pic(scene), carom.run(scene, "pic", dt=1 / 60)
+    assert (direct.impacts == through.impacts).all()
+    assert (direct.final_velocity_m_s == through.final_velocity_m_s).all()
+    assert through.settings["form"] == "event-driven"
+    assert through.samples is not None
+    assert through.samples.position_m.shape == (121, 2, 2)
+
+
+def test_pit_through_the_seam_is_pit(scene: Scene) -> None:
+    """PIT through the seam finds the impacts that PIT finds when called directly."""
+    direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
+    assert (direct.impacts == through.impacts).all()
+
+
+def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
+    """However small the step, a trace holds a few thousand states, evenly spaced, the first at time 0."""
+    scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
+    samples = carom.run(scene, "pic", dt=1e-4).samples
+    assert samples is not None
+    assert 2048 < len(samples.time_s) <= 4097
+    assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("dt", [0.0, -1.0, math.nan, math.inf])
+def test_a_step_that_is_no_step_is_refused(scene: Scene, dt: float) -> None:
+    """A step that is not a positive number is refused by name and value, before any engine starts."""
+    with pytest.raises(InputError, match="dt"):
+        carom.run(scene, "pit", dt=dt)
+    with pytest.raises(InputError, match=r"dts\[1\]"):
+        carom.cross_check([scene], ["pit"], dts=[0.1, dt])
+
+
+def test_unknown_names_are_refused_with_what_there_is(scene: Scene) -> None:
+    """An unknown engine or profile is refused with the names that exist."""
+    with pytest.raises(
+        UnknownNameError, match=r"no engine is named 'pimunk'; did you mean 'pymunk'\? there are: .*pymunk"
+    ):
+        carom.cross_check([scene], ["pimunk"])
+    with pytest.raises(UnknownNameError, match="profile 'fast'; there are: default, tuned"):
+        carom.cross_check([scene], ["pit"], profiles=["fast"])
+
+
+def test_no_scene_and_two_of_one_name_are_refused(scene: Scene) -> None:
+    """A cross-check needs a scene, and scenes that a report can tell apart."""
+    with pytest.raises(InputError, match="no scene"):
+        carom.cross_check([], ["pit"])
+    with pytest.raises(InputError, match="two scenes have the name 'meeting'"):
+        carom.cross_check([scene, scene], ["pit"])
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"engine_names": "pit"}, "engines must be a list, also where there is one of them, got 'pit'"),
+        ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
+        ({"dts": 0.1}, "dts must be a list, also where there is one of them, got 0.1"),
+        ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
+        ({"jobs": 0}, "jobs must be a whole number from 1 to 1024, got 0"),
+        ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
+        ({"scenes": [7]}, "scenes[0] must be a Scene, or one of the catalogue or its name, got 7"),
+    ],
+)
+def test_what_is_no_list_is_refused_by_name_and_value(scene: Scene, given: dict[str, Any], said: str) -> None:
+    """Each option says what it must be and what it got, before any engine starts."""
+    with pytest.raises(InputError, match=re.escape(said)):
+        carom.cross_check(**{"scenes": [scene], "engine_names": ["pit"], **given})
+
+
+def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
+    """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
+    assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
+    results = carom.cross_check([scene], ["pit"], timing=False, pool=InProcess())
+    assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
+
+
+def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
+    """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, pool=InProcess())
+    assert [(row.job.engine, row.job.profile) for row in results.rows] == [
+        ("pic", "default"),
+        ("pic", "tuned"),
+        ("pit", "tuned"),
+    ]
+
+
+def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
+    """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
+    calls: list[tuple[int, int, str]] = []
+    results = carom.cross_check(
+        [scene],
+        ["pic", "pit"],
+        dts=[0.1],
+        profiles=["tuned"],
+        progress=lambda *call: calls.append(call),
+        pool=InProcess(),
+    )
+    ratios = {row.job.engine: row.time_ratio for row in results.rows}
+    assert ratios["pit"] == 1.0
+    assert ratios["pic"] is not None
+    assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
+    assert [done for done, _, _ in calls] == [1, 2, 3, 4]
+    assert {total for _, total, _ in calls} == {4}
+
+
+@pytest.mark.long
+def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where PIT crashes, a sampled method is not graded, and its row says that there was nothing to compare it with."""
+    monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
+    row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
+    assert row.grade is Grade.UNGRADED
+    assert row.score is not None
+    assert Verdict.UNCOMPARED in row.score.verdicts
+
+
+def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scene of more impacts than a cross-check follows is unsupported everywhere, with how far it got."""
+    monkeypatch.setattr(reference, "MOST_IMPACTS", 100)
+    endless = staged(
+        "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
+    )
+    row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
+    assert row.status is Status.UNSUPPORTED
+    assert "100 impacts come before" in row.reason
+
+
+def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
+    """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
+    results = carom.cross_check(
+        [scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False, pool=InProcess()
+    )
+    failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
+    assert "KeyError: 'no such'" in failed["default"]
+    assert "setting 'list' of profile 'tuned'" in failed["tuned"]
+    assert statuses(results)["pit"] is Status.RAN
+
+
+def contents(trace: Trace) -> dict[str, object]:
+    """Return what a trace holds, arrays with their types as bytes."""
+    parts = {"samples": trace.samples, "local_truth": trace.local_truth}
+    values: dict[str, object] = {**vars(trace), **dict.fromkeys(parts)}
+    for part, held in parts.items():
+        values |= {f"{part}.{name}": value for name, value in (vars(held).items() if held else ())}
+    return {
+        # By what it is shown as: NaN is the same in both.
+        name: (value.dtype, value.shape, value.tobytes()) if isinstance(value, np.ndarray) else repr(value)
+        for name, value in values.items()
+    }
+
+
+def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What was observed before a cross-check was ended is not run again, and its rows are the same to the bit."""
+    options = Options(["pic", "pit"], [0.1], phases=2, timing=False)
+    plan, path = plan_of([scene], options, InProcess()), tmp_path / "journal.jsonl"
+    whole = execute.execute(plan, InProcess())
+
+    def end(done: int, _total: int, _what: str) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), observed_journal(path, options.stamp) as journal:
+        execute.execute(plan, InProcess(), notes=journal, progress=end)
+    before = len(path.read_bytes().splitlines()) - 1
+    ran: list[Job] = []
+    carry_out = Observe.carry_out
+
+    def noted(task: Observe) -> Trace:
+        ran.append(task.job)
+        return carry_out(task)
+
+    monkeypatch.setattr(Observe, "carry_out", noted)
+    with observed_journal(path, options.stamp, resume=True) as journal:
+        again = execute.execute(plan, InProcess(), notes=journal)
+    assert before == 3
+    assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
+    for one, other in zip(whole.rows, again.rows, strict=True):
+        assert one.trace is not None
+        assert other.trace is not None
+        assert contents(one.trace) == contents(other.trace)
+        assert repr(one.score) == repr(other.score)
+        assert one.spread == other.spread
+
+
+def test_a_run_of_other_options_is_not_gone_on_with(tmp_path: Path) -> None:
+    """A journal of other steps is refused, and the message says which; how many jobs run at a time does not matter."""
+    path = tmp_path / "journal.jsonl"
+    options = Options(["pit"], [0.1], jobs=1, timing=False)
+    with observed_journal(path, options.stamp) as journal:
+        execute.execute(plan_of([catalogue()["paper/late"]], options, InProcess()), InProcess(), notes=journal)
+    observed_journal(path, replace(options, jobs=2).stamp, resume=True).close()
+    with pytest.raises(InputError, match=r"its dts is \[0.1\], and this one's \[0.2\]"):
+        observed_journal(path, replace(options, dts=[0.2]).stamp, resume=True)

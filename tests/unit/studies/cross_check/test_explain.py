@@ -1,0 +1,168 @@
+"""The plan in words: what is skipped, and why."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from tests.forms import needs_extension, plain_form
+
+from carom.errors import UnknownNameError
+from carom.runs import reference
+from carom.runs.job import Answer, Job, Status, Task
+from carom.runs.observe import Observe
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
+from carom.runs.pool import InProcess
+from carom.scenes import catalogue
+from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.run import cross_check, execute
+
+
+def plan(name: str, **options: Any) -> str:
+    return "\n".join(explain(plan_of([catalogue()[name]], Options(**options), InProcess())))
+
+
+def test_two_discs_need_no_queue() -> None:
+    """Of two discs the plan says that the closed form is enough, and how many frames PIT looks at."""
+    text = plan("paper/late", engines=["pit"])
+    assert "the closed form, without queue or cells" in text
+    looked_at = re.search(r"(\d+) of 24 frames are looked at", text)
+    assert looked_at is not None
+    assert 0 < int(looked_at[1]) < 24
+    assert "none are kept, as no report is written" not in text
+    assert "pit default: skipped: another profile has the very same settings" in text
+
+
+@needs_extension
+def test_the_form_that_runs_is_the_one_that_is_told() -> None:
+    """PIC's compiled kernel is told where it runs, and all pairs in plain Python where there is no extension."""
+    found = "13 impacts in 13 predictions"
+    assert f"PIC: event-driven, in the compiled kernel with cells: {found}" in plan("classics/box", engines=["pit"])
+    with plain_form():
+        assert f"PIC: event-driven over all pairs, in plain Python: {found}" in plan("classics/box", engines=["pit"])
+
+
+def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:
+    """What a cross-check leaves out since it is not installed the plan leaves out as well, and says how to get it."""
+    found = plan_of([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcess())
+    gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
+    text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
+    assert "gone is not run: gone is not installed; pip install gone" in text
+    assert "gone tuned" not in text
+
+
+def test_what_is_not_drawn_is_not_kept() -> None:
+    """Without a report no states are kept, and the plan says so."""
+    assert "none are kept, as no report is written" in plan("paper/late", engines=["pit"], samples=False)
+
+
+def test_an_engine_is_followed_while_anything_can_happen() -> None:
+    """After the last impact of two discs an engine is stopped; in a box it is followed to the end."""
+    assert "stopped once their own state shows nothing but free flight" in plan("paper/late", engines=["pit"])
+    assert "followed through all 60 steps" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
+
+
+def test_a_falling_scene_is_planned_like_any_other() -> None:
+    """Under gravity PIC has a form of its own, and PIT looks at every frame, since no bound tells it which to skip."""
+    text = plan("gravity/falling-pair", engines=["pit"], dts=[1 / 60])
+    assert "PIC: event-driven along parabolas" in text
+    assert "75 of 75 frames are looked at; " in text
+
+
+def test_phases_that_can_be_run_are_counted() -> None:
+    """The plan counts the phases to which the scene can be shifted."""
+    assert "phases: 5 of 5" in plan("paper/late", engines=["pit"], phases=5)
+
+
+def test_an_engine_that_is_not_known_is_refused() -> None:
+    """An unknown engine is an error, not an empty plan."""
+    with pytest.raises(UnknownNameError, match="no engine is named 'nonsense'"):
+        plan("paper/late", engines=["nonsense"])
+
+
+class Noting(InProcess):
+    """Starts no engine: notes which jobs it is asked for."""
+
+    def __init__(self) -> None:
+        self.jobs: list[Job] = []
+
+    def ask_each(self, tasks: Sequence[Task[Any]]) -> Iterator[Answer[Any]]:
+        for task in tasks:
+            assert isinstance(task, Observe)
+            self.jobs.append(task.job)
+            yield Answer(Status.FAILED, "noted")
+
+
+@pytest.mark.usefixtures("hostile")
+@pytest.mark.parametrize(
+    ("options", "most_impacts"),
+    [
+        ({}, reference.MOST_IMPACTS),
+        ({"profiles": ["all"]}, 3),
+        ({"profiles": ["located"]}, reference.MOST_IMPACTS),
+        ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS),
+    ],
+    ids=["default", "all", "located", "steps"],
+)
+def test_what_is_explained_is_what_is_run(
+    options: dict[str, Any], most_impacts: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """For every scene, what the plan says is run is what engines are asked for, and what it skips are rows that say so.
+
+    PIT runs at each step, asked for or not; of a scene without a reference nothing is run.
+    """
+    monkeypatch.setattr(reference, "MOST_IMPACTS", most_impacts)
+    engines = ["pit", "pymunk", "box2d", "only-discs", "missing", "broken", "bad-profile"]
+    chosen = Options(engines, timing=False, samples=False, certified=False, **options)
+    for entry in catalogue().values():
+        planned, pool = plan_of([entry], chosen, InProcess()), Noting()
+        rows = execute(planned, pool).rows
+        lines = dict(line.strip().split(": ", maxsplit=1) for line in explain(planned))
+        if "nothing is run" in lines:
+            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["nothing is run"])}
+            assert pool.jobs == []
+            continue
+        told = {f"pit tuned at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
+        for method in {row.job.method for row in rows}:
+            own = [row for row in rows if row.job.method == method]
+            fate = lines[f"{method.engine} {method.profile}"]
+            runs = re.match(r"run at ([\d.e, -]+) s", fate)
+            told |= {f"{method.engine} {method.profile} at {dt} s" for dt in (runs[1].split(", ") if runs else ())}
+            refused = [row for row in own if row.reason != "noted"]
+            assert all(
+                fate == f"skipped: {row.reason}" or f"skipped at {row.job.dt_s:.6g} s: {row.reason}" in fate
+                for row in refused
+            )
+            assert bool(refused) == ("skipped" in fate)
+        asked = [f"{job.engine} {job.profile} at {job.dt_s:.6g} s" for job in pool.jobs]
+        assert sorted(asked) == sorted(told)
+        there = {f"{row.job.engine} {row.job.profile}" for row in rows}
+        others = [
+            lines[f"{info.name} {profile}"]
+            for info in planned.engines
+            for profile in info.profiles
+            if profile in planned.profiles and f"{info.name} {profile}" not in there
+        ]
+        assert set(others) <= {"skipped: another profile has the very same settings"}
+
+
+def test_a_plan_of_no_jobs_says_so() -> None:
+    """Where no engine has any of the usual profiles nothing is run, and each profile says that it is not there."""
+    without = replace(
+        plan_of([catalogue()["paper/late"]], Options(["pymunk"]), InProcess()), jobs=(), profiles=("absent",)
+    )
+    lines = list(explain(without))
+    assert lines[-1] == "  pymunk absent: skipped: it has no such profile"
+    assert not any(line.startswith("  PIT at") for line in lines)
+
+
+def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where PIC has more impacts than a cross-check follows, the plan says that nothing is run, in the rows' words."""
+    monkeypatch.setattr(reference, "MOST_IMPACTS", 3)
+    row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcess()).rows[0]
+    assert row.status is Status.UNSUPPORTED
+    assert f"nothing is run: {row.reason}" in plan("classics/gas", engines=["pit"])

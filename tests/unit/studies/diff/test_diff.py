@@ -1,0 +1,278 @@
+"""What a diff must say of two cross-checks: what was planted between them, where and how large, and nothing else."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+from tests.planted.faults import DT, ROW, SPEED, replayed
+from typer.testing import CliRunner
+
+from carom import solve_pic, solve_pit
+from carom.cli import app
+from carom.comparator import Grade, compare
+from carom.errors import InputError
+from carom.pages.grid import Mark
+from carom.pages.records import records
+from carom.pages.records_line import records_schema
+from carom.pages.render.html import html
+from carom.pages.render.markdown import markdown
+from carom.runs.environment import Environment
+from carom.runs.job import Job, Method, Status
+from carom.runs.results import Results, Row
+from carom.scenes import find_scenes
+from carom.studies.diff.document import MOST_ROWS, diff_document
+from carom.studies.diff.run import Diff, Kind, diff
+from carom.trace import Trace
+
+Engines = dict[str, Trace | Status]
+Write = Callable[..., Path]
+
+REFERENCE = solve_pic(ROW)
+PIT = solve_pit(ROW, frame_rate_hz=1 / DT)
+
+
+def sideways(size: float, *, bits: int = 64, **settings: float) -> Trace:
+    """The right run, but that the last disc leaves its impact with a velocity across of so many parts of the speed.
+
+    By hand: that velocity, and the final one, are off by `size`, the energy by its square, the instants by nothing, and
+    the place after the 0.75 s to the end, over the radius of 0.5 m, by 0.75 * 4 / 0.5 = 6 times as much.
+    """
+    impacts = REFERENCE.impacts.copy()
+    impacts["velocity_second_after"][-1, 1] += size * SPEED
+    return replace(replayed(REFERENCE, impacts), float_bits=bits, settings=settings)
+
+
+@pytest.fixture
+def write(tmp_path: Path) -> Write:
+    """Writes the records of a cross-check of one scene by engines, each a trace or why it was not run."""
+
+    def write(name: str, engines: Engines, *, versions: dict[str, str] | None = None) -> Path:
+        rows = []
+        for engine, ran in engines.items():
+            job = Job(ROW, Method(engine, "tuned"), DT)
+            if isinstance(ran, Status):
+                rows.append(Row(job, ran, f"{engine} gave no answer"))
+            else:
+                rows.append(Row(job, Status.RAN, trace=ran, score=compare(REFERENCE, ran, sampling=PIT)))
+        here = Environment("2026-01-02T03:04:05+00:00", "0.1.0", "CPython 3.11", "Linux", "CPU", 2, versions or {})
+        path = tmp_path / f"{name}.jsonl"
+        results = Results(tuple(rows), {ROW.name: REFERENCE}, {}, (), here, "carom run", 1.0)
+        path.write_text(records(results), encoding="utf-8")
+        return path
+
+    return write
+
+
+def only(found: Diff) -> Any:
+    (change,) = found.changes
+    return change
+
+
+def numbers(found: Diff) -> dict[str, tuple[float, float]]:
+    """Before and after by the name of the number."""
+    return {measure.name: (measure.old, measure.new) for measure in only(found).measures}
+
+
+def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_named(write: Write) -> None:
+    """It is the one change, with scene, engine and the numbers that follow by hand; the command ends with 1."""
+    old = write("old", {"mine": sideways(0.0), "other": sideways(0.0)})
+    new = write("new", {"mine": sideways(1e-3), "other": sideways(0.0)})
+    found = diff(old, new)
+    change = only(found)
+    assert (change.kind, change.scene, change.method, change.dt_s) == (Kind.WORSE, "row", "mine tuned", DT)
+    assert found.unchanged == 1
+    shown = numbers(found)
+    for name, size in (("velocity error", 1e-3), ("final velocity", 1e-3), ("final position", 6e-3)):
+        assert list(shown[name]) == pytest.approx([0.0, size], rel=1e-9, abs=1e-12), name
+    assert list(shown["energy error"]) == pytest.approx([0.0, 1e-6], rel=1e-6, abs=1e-12)
+    assert "time error" not in shown
+    assert "direction error" not in shown  # 0.06 degrees
+    assert any(cause.startswith("velocities after an impact are off (by up to 0.001 ") for cause in change.causes)
+    done = CliRunner().invoke(app, ["diff", str(old), str(new)])
+    assert done.exit_code == 1, done.output
+    for words in ("1 worse; 1 cell without a change.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
+        assert words in " ".join(done.output.split())
+
+
+def test_the_same_regression_is_found_between_runs_that_had_errors_before(write: Write) -> None:
+    """From 0.02 to 0.021 the grade stays, the number tells, and both numbers are written apart."""
+    found = diff(write("old", {"mine": sideways(0.02)}), write("new", {"mine": sideways(0.021)}))
+    change = only(found)
+    assert change.kind is Kind.WORSE
+    assert change.old is change.new
+    assert "velocity error 0.02 → 0.021" in [str(measure) for measure in change.measures]
+    assert change.violates(Grade[change.new.name])
+    assert not change.violates(Grade.WRONG)
+
+
+def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of two runs that turn a disc wrongly, inaccurate both, the one that does so by more is the worse one."""
+    scene = find_scenes(["spin/slide"])[0].scene
+    right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
+
+    def turned(by: float) -> Trace:
+        assert right.spins is not None
+        assert right.final_spin_rad_s is not None
+        spins = right.spins.copy()
+        spins["first_after"][-1] += by
+        return replace(right, spins=spins, final_spin_rad_s=right.final_spin_rad_s + by, dt_s=DT)
+
+    monkeypatch.setattr(f"{__name__}.REFERENCE", right)
+    monkeypatch.setattr(f"{__name__}.PIT", pit)
+    monkeypatch.setattr(f"{__name__}.ROW", scene)
+    change = only(diff(write("old", {"mine": turned(0.1)}), write("new", {"mine": turned(0.5)})))
+    assert (change.kind, change.old, change.new) == (Kind.WORSE, Mark.INACCURATE, Mark.INACCURATE)
+    assert {"spin error", "final spin"} <= {measure.name for measure in change.measures}
+    assert diff(write("a", {"mine": turned(0.1)}), write("b", {"mine": turned(0.1)})).changes == ()
+
+
+def test_better_is_not_worse(write: Write) -> None:
+    """The same two the other way round are better: nothing is violated, and the command ends with 0."""
+    for size in (0.0, 0.02):
+        old, new = write("old", {"mine": sideways(size + 1e-3)}), write("new", {"mine": sideways(size)})
+        assert only(diff(old, new)).kind is Kind.BETTER
+        done = CliRunner().invoke(app, ["diff", str(old), str(new), "--fail-on", "close"])
+        assert done.exit_code == 0, done.output
+
+
+def test_a_run_against_itself_has_no_change(results: Results, tmp_path: Path) -> None:
+    """Every cell of a whole cross-check is as it was: that is said, and nothing else."""
+    path = tmp_path / "results.jsonl"
+    path.write_text(records(results), encoding="utf-8")
+    found = diff(tmp_path, path)
+    assert (found.changes, found.around) == ((), ())
+    done = CliRunner().invoke(app, ["diff", str(tmp_path), str(path)])
+    assert done.exit_code == 0
+    assert done.output.startswith("No change: ")
+    assert len(done.output.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("bits", "size", "changes"), [(64, 1e-13, 0), (64, 1e-10, 1), (32, 1e-6, 0), (32, 1e-4, 1)])
+def test_rounding_of_the_floats_declared_is_no_change(write: Write, bits: int, size: float, changes: int) -> None:
+    """What lies within the rounding of an engine's own floats is no change, and what lies beyond is one."""
+    old, new = write("old", {"mine": sideways(0.0, bits=bits)}), write("new", {"mine": sideways(size, bits=bits)})
+    assert len(diff(old, new).changes) == changes
+
+
+def test_narrower_floats_hide_nothing(write: Write) -> None:
+    """An engine that goes from 64 to 32 bits is held to the 64 that it had."""
+    old, new = write("old", {"mine": sideways(0.0)}), write("new", {"mine": sideways(1e-7, bits=32)})
+    assert only(diff(old, new)).kind is Kind.WORSE
+
+
+def test_an_impact_missed_is_worse_before_any_error_is(write: Write) -> None:
+    """A run that misses the last impact is worse than one with errors, and that it is missed is counted."""
+    missing = replayed(REFERENCE, REFERENCE.impacts[:-1].copy())
+    found = diff(write("old", {"mine": sideways(0.02)}), write("new", {"mine": missing}))
+    assert only(found).kind is Kind.WORSE
+    assert numbers(found)["impacts missed"] == (0.0, 1.0)
+    back = diff(write("old", {"mine": missing}), write("new", {"mine": sideways(0.5)}))
+    assert only(back).kind is Kind.BETTER
+
+
+def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> None:
+    """A cell without an answer any more is worse, and violates; one that was not there is neither better nor worse."""
+    right = sideways(0.0)
+    old = write("old", {"a": right, "b": right, "c": Status.CRASHED, "e": Status.UNSUPPORTED, "f": right})
+    new = write("new", {"a": right, "b": Status.CRASHED, "c": right, "d": right, "e": Status.UNSUPPORTED})
+    found = diff(old, new)
+    kinds = {change.method: change.kind for change in found.changes}
+    assert list(kinds.items()) == [  # the worst first
+        ("b tuned", Kind.WORSE),
+        ("f tuned", Kind.VANISHED),
+        ("d tuned", Kind.APPEARED),
+        ("c tuned", Kind.BETTER),
+    ]
+    assert [change.method for change in found.changes if change.violates(Grade.WRONG)] == ["b tuned"]
+    assert "b gave no answer" in found.changes[0].causes
+
+
+def test_causes_name_settings_and_versions(write: Write) -> None:
+    """A setting that is another, and another version of the engine, stand beside what they may have led to."""
+    old = write("old", {"mine": sideways(0.0, iterations=10.0)}, versions={"Mine": "1.0", "numpy": "2.0"})
+    new = write("new", {"mine": sideways(1e-3, iterations=20.0)}, versions={"Mine": "1.1", "numpy": "2.1"})
+    found = diff(old, new)
+    assert "settings: iterations 10.0 → 20.0" in only(found).causes
+    assert "version: Mine 1.0 → 1.1" in only(found).causes
+    assert found.around == ("Mine 1.0 → 1.1", "numpy 2.0 → 2.1")
+
+
+def test_engines_of_other_names_are_matched(write: Write) -> None:
+    """Where both runs have one method these are held against each other, and else those that are named."""
+    right, wrong = sideways(0.0), sideways(1e-3)
+    assert only(diff(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
+    old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
+    assert only(diff(old, new, ("a", "b"))).method == "a tuned → b tuned"
+    assert only(diff(old, new, ("x/tuned", "b/tuned"))).method == "x tuned → b tuned"
+    with pytest.raises(InputError, match="has no 'c'; it has a/tuned and x/tuned"):
+        diff(old, new, ("c", "b"))
+
+
+def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
+    """Two runs that have no cell in common, as where an engine is not installed, must not pass for no change."""
+    right = sideways(0.0)
+    with pytest.raises(InputError, match="no cell was run in both"):
+        diff(write("old", {"a": right, "b": right}), write("new", {"c": right, "d": right}))
+    with pytest.raises(InputError, match="or an engine was not available"):
+        diff(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
+
+
+def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
+    """Markdown and page begin with the sum; a name is text in both; what is too much for one is on the other."""
+    engines: Engines = {f"<b>{k}|": sideways(0.0) for k in range(MOST_ROWS + 2)}
+    found = diff(write("old", engines), write("new", {name: sideways(1e-3) for name in engines}))
+    document = diff_document(found, "old", "new")
+    text, page = markdown(document), html(document)
+    assert text.startswith(f"# Carom diff: old → new\n\n{MOST_ROWS + 2} worse; 0 cells without a change.")
+    assert "2 more are not shown" in text
+    assert "<b>" not in text.replace("\\<", "")
+    assert page.count("&lt;b&gt;") >= MOST_ROWS + 2
+    assert "<b>0" not in page
+
+
+def test_the_published_schema_is_the_one_of_the_code() -> None:
+    """The file that is published equals what the code generates, and is a valid schema in strict JSON."""
+    published = resources.files("carom").joinpath("results.schema.json").read_text(encoding="utf-8")
+    assert published == json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False) + "\n"
+    jsonschema.Draft202012Validator.check_schema(records_schema())
+
+
+@pytest.mark.long
+def test_the_schema_holds_for_what_is_written_and_for_no_less(results: Results) -> None:
+    """Each line of a cross-check keeps to the schema; one without a field, or of another format, does not."""
+    check = jsonschema.Draft202012Validator(records_schema())
+    lines = [json.loads(line) for line in records(results).splitlines()]
+    for line in lines:
+        check.validate(line)
+        for name in line:
+            assert not check.is_valid({key: value for key, value in line.items() if key != name}), name
+    head, row = lines[0], next(line for line in lines[1:] if line["total"])
+    assert not check.is_valid({**head, "format": head["format"] + 1})
+    assert not check.is_valid({**row, "dt_s": None})
+    assert not check.is_valid({**row, "total": {**row["total"], "velocity": "NaN"}})
+    assert not check.is_valid({**row, "grade": "good"})
+
+
+def test_the_schema_knows_every_field_that_is_written(results: Results) -> None:
+    """No line has a field that the schema does not name."""
+    parts = records_schema()["$defs"]
+    for k, line in enumerate(map(json.loads, records(results).splitlines())):
+        assert set(line) == set(parts["RowLine" if k else "Summary"]["properties"])
+
+
+def test_a_number_that_is_not_finite_is_worse(write: Write) -> None:
+    """NaN in a velocity, which JSON has no number for, is told in words and is worse than any error."""
+    broken = sideways(0.0)
+    broken.impacts.flags.writeable = True
+    broken.impacts["velocity_second_after"][-1] = np.nan
+    found = diff(write("old", {"mine": sideways(0.02)}), write("new", {"mine": broken}))
+    assert only(found).kind is Kind.WORSE
+    assert "a number is NaN or infinite: new" in [str(measure) for measure in only(found).measures]

@@ -1,0 +1,133 @@
+"""A bench, a campaign, advice and growth put together by hand, of the eleven methods of a default install."""
+
+from __future__ import annotations
+
+import math
+
+from carom.registry import EngineInfo
+from carom.runs.environment import Environment
+from carom.runs.job import Method
+from carom.scene import Disc, Scene
+from carom.studies.advise.run import (
+    Advice,
+    Advised,
+    Cause,
+    ClosedForm,
+    Demand,
+    HardImpact,
+    SearchEnding,
+    StepRange,
+    StepTrial,
+)
+from carom.studies.advise.sampling_limit import PairLimit, Window
+from carom.studies.bench.convergence import fit_order
+from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
+from carom.studies.bench.noise import Noise, Spread
+from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.rounds import CellTiming
+from carom.studies.stress import run as campaign
+from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+
+METHODS = (
+    Method("pic", "default"),
+    Method("pic", "tuned"),
+    Method("pit", "tuned"),
+    *(Method(engine, name) for engine in ("box2d", "mujoco", "pybullet", "pymunk") for name in ("default", "tuned")),
+)
+STEPS = (1 / 24, 1 / 67, 1 / 186, 1 / 517, 1 / 1438, 1 / 4000)
+HERE = Environment("2026-01-02T03:04:05+00:00", "0.1.0", "CPython 3.11", "Linux", "A processor", 2, {})
+
+
+def scene(name: str = "paper/late") -> Scene:
+    """Return two discs that meet."""
+    moving = Disc(position_m=(-1.0, 0.0), velocity_m_s=(3.0, 0.2), radius_m=0.3)
+    return Scene(name=name, discs=[moving, Disc(position_m=(1.0, 0.2), radius_m=0.3)], duration_s=1.0)
+
+
+def point(method: Method, k: int) -> Point:
+    """Return a point whose error is that of sampling, of a method that loses an impact at the coarsest step."""
+    rank = METHODS.index(method)
+    error = 0.0 if method.engine == "pic" else 0.03 * STEPS[k] * (1 + rank / 10)
+    run_s = (1e-6 if method.engine == "pic" else 1e-6 / STEPS[k]) * (1 + rank)
+    clock = Spread(run_s, 0.9 * run_s, 1.2 * run_s)
+    timing = CellTiming(24 << k, 7, clock, clock, clock, 1e-7, clock, clock, clock, clock)
+    missed = int(k == 0 and method.engine == "mujoco")
+    return Point(method.engine, method.profile, STEPS[k], error, error / 2, error / 9, 4, 4, missed, 0, timing=timing)
+
+
+def bench(*names: str) -> Bench:
+    """Return a bench of scenes of these names, or of one."""
+    plan, found = BenchPlan(), []
+    for name in names or ("paper/late",):
+        curves = []
+        for method in METHODS:
+            own = tuple(point(method, k) for k in range(len(STEPS)))
+            order = fit_order([p.dt_s for p in own if p.sound], [p.error for p in own if p.sound])
+            curves.append(Curve(method.engine, method.profile, own, order, cheapest(own, plan.target)))
+        every = [p for curve in curves for p in curve.points]
+        front = pareto_front([p for p in every if p.engine != "pic"])
+        noise = Noise(1e-3, 0.05, 1.4, 100)
+        found.append(SceneBench(scene(name), tuple(curves), front, cheapest(every, plan.target), noise, 7, HERE.date))
+    return Bench(tuple(found), plan, (), HERE, "carom bench paper/late", 80.0)
+
+
+def spot(line: Line, method: Method) -> Spot:
+    """Return a cell: PIC stands, a default breaks at once, and the others half way."""
+    found = (f"scenes/{line.name}-{method.engine}-{method.profile}.toml",)
+    good = method.engine == "pic"
+    if line.kind == "relation":
+        ending = SpotEnding.HOLDS if good else SpotEnding.FAILS
+        return Spot(line.kind, line.name, method.name, ending, 0.0 if good else 0.1, scenes=found)
+    if line.kind == "complaint":
+        ending = SpotEnding.DOES_NOT if good else SpotEnding.STILL_DOES
+        return Spot(
+            line.kind, line.name, method.name, ending, 0.0 if good else 2.0, reason="1 impact missed", scenes=found
+        )
+    first, last = line.ladder[0], line.ladder[-1]
+    if good:
+        return Spot(line.kind, line.name, method.name, SpotEnding.STANDS, last, last, 1e-16, scenes=found)
+    if method.profile == "default":
+        return Spot(line.kind, line.name, method.name, SpotEnding.NEVER_STOOD, first, reason="no impact", scenes=found)
+    middle = [value for value in line.ladder if value > 0][len(line.ladder) // 2]
+    return Spot(line.kind, line.name, method.name, SpotEnding.GIVES_WAY, middle, first, 1e-3, "no impact", found)
+
+
+def campaign_results() -> StressResults:
+    """Return the quick form of a campaign, whole."""
+    lines = tuple(campaign.listing(quick=True))
+    names = dict.fromkeys(method.engine for method in METHODS)
+    engines = {name: EngineInfo(name, name, "1.0", "", None, {}, "carom") for name in names}
+    spots = {(line.name, method.name): spot(line, method) for line in lines for method in METHODS}
+    return StressResults(lines, METHODS, engines, spots, HERE, "carom stress --quick", True, 87.1)
+
+
+def advice() -> Advice:
+    """Return what the adviser says of two discs: all found, except for MuJoCo's default that never meets the demand."""
+    answers = []
+    for method in METHODS[3:]:
+        last = 0.01 / (1 + METHODS.index(method) // 2)  # two and two tie
+        first = [StepTrial(last * 2**k, 8, 9, 8, 9, 0.9, 40) for k in (2, 1)]
+        fine = [
+            StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
+        ]
+        never = StepRange(fine[0], fine[-1].dt_s, first[-1], (), ())
+        lost = method == Method("mujoco", "default")
+        whole = StepRange(None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
+        ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
+        answers.append(Advised(method, (*first, *fine), never, whole, ending))
+    limit = PairLimit(Window.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
+    hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
+    closed = ClosedForm(0.148, 0.0055)
+    return Advice(scene(), Demand(math.radians(1.0)), 1, (hardest,), closed, None, tuple(answers), (), 8, 400_000)
+
+
+def growth() -> Growth:
+    """Return how cost grows: as the number of discs."""
+    curves = []
+    for method in METHODS[1:]:
+        rank = METHODS.index(method)
+        costs = ((n, 1e-5 * n * rank, 1e4 * n * rank) for n in (2, 10, 100, 1000, 10_000))
+        own = tuple(GrowthPoint(n, 1e-3, run_s, grown, 6e7 + grown, 1.0) for n, run_s, grown in costs)
+        curves.append(GrowthCurve(method.engine, method.profile, own, (1.0, 0.9, 1.1), (1.0, 0.9, 1.1)))
+    return Growth(tuple(curves), (), HERE, 300.0, "carom bench --grow", 100.0)

@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from carom import load_scene, run
+from carom.errors import InputError, UnknownNameError
+from carom.pages.render.terminal import terminal
+from carom.studies.stress import run as campaign
+from carom.studies.stress.document import stress_document, write_stress
+from carom.studies.stress.run import JOURNAL, listing, stress
+from carom.studies.stress.spots import SpotEnding, StressResults
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("stress")
+
+
+@pytest.fixture(scope="module")
+def results(folder: Path) -> StressResults:
+    """A small campaign, through worker processes: one line of each kind, on our own two methods."""
+    names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
+    return stress(names, ["pic", "pit"], out=folder, quick=True, jobs=1, command="carom stress")
+
+
+def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
+    """No cell is empty: it has a number and the file that shows it, or a reason for having none."""
+    assert len(results.spots) == len(results.lines) * len(results.methods)
+    for spot in results.spots.values():
+        assert spot.value is not None or spot.reason
+        assert spot.value is None or spot.scenes
+
+
+def test_the_methods_are_told_apart(results: StressResults) -> None:
+    """PIC stands any speed, PIT gives way between one and a few radii a step, and gravity is a reason."""
+    cells = results.spots
+    assert cells["tunnelling", "pic/tuned"].ending is SpotEnding.STANDS
+    fell = cells["tunnelling", "pit/tuned"]
+    assert fell.ending is SpotEnding.GIVES_WAY
+    assert fell.value is not None
+    # Head-on, the approaching half of the chord is two radii: no frame need lie there beyond that.
+    assert 1.0 < fell.value <= 10.0
+    assert cells["reversal", "pic/tuned"].ending is SpotEnding.HOLDS
+    assert cells["mujoco-441", "pic/tuned"].ending is SpotEnding.DOES_NOT
+    assert cells["mujoco-441", "pit/tuned"].ending is SpotEnding.STILL_DOES
+    assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
+
+
+def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
+    """Running the file beside PIT's number shows the miss that the cell tells of."""
+    scene = load_scene(folder / results.spots["tunnelling", "pit/tuned"].scenes[0])
+    assert len(run(scene, "pit", dt=1.0 / scene.frame_rate_hz).impacts) == 0
+
+
+@pytest.mark.long
+def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Path, monkeypatch: object) -> None:
+    """Taken up again, a campaign that is finished yields the same cells and runs nothing."""
+    assert isinstance(monkeypatch, pytest.MonkeyPatch)
+    monkeypatch.setattr(campaign.TableCell, "answer", lambda *_: pytest.fail("a finished cell was run again"))
+    names = [line.name for line in results.lines]
+    again = stress(names, ["pic", "pit"], out=folder, quick=True, resume=True, command="carom stress")
+    assert again.spots == results.spots
+
+
+def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
+    """A folder that no campaign has written into is left as it is, and the message names what lies there."""
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
+        stress(["small"], ["pit"], out=tmp_path, quick=True)
+    assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.long
+def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
+    """Ctrl-C after the first cell leaves that cell in the journal, which a resumed campaign takes from it."""
+
+    def interrupt(done: int, total: int, what: str) -> None:
+        raise KeyboardInterrupt(f"{done} of {total}: {what}")
+
+    with pytest.raises(KeyboardInterrupt):
+        stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, jobs=1, progress=interrupt)
+    finished = (tmp_path / JOURNAL).read_text().splitlines()
+    assert len(finished) >= 2, "the stamp and a cell"
+    done: list[int] = []
+    stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, resume=True, progress=lambda d, _t, _w: done.append(d))
+    assert done == [1, 2, 3], "all are counted, those of the journal too"
+    assert (tmp_path / JOURNAL).read_text().splitlines()[: len(finished)] == finished
+
+
+def test_an_unknown_name_is_refused(tmp_path: Path) -> None:
+    """An unknown attack or engine is refused before anything runs, with what there is."""
+    with pytest.raises(UnknownNameError, match="grazing"):
+        stress(["grasing"], out=tmp_path)
+    with pytest.raises(UnknownNameError, match="pybullet"):
+        stress(["grazing"], ["bullet"], out=tmp_path)
+    assert not (tmp_path / JOURNAL).exists()
+
+
+def test_no_two_lines_share_a_name() -> None:
+    """Every attack, relation, check and complaint has a name of its own, since the command line takes them by name."""
+    names = [line.name for line in listing()]
+    assert len(set(names)) == len(names)
+
+
+def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -> None:
+    """HTML, Markdown and JSON are written whole; the JSON is strict and has every cell."""
+    page = write_stress(results, tmp_path)
+    content = json.loads((tmp_path / "stress.json").read_text(), parse_constant=pytest.fail)
+    assert [line["name"] for line in content["lines"]] == [line.name for line in results.lines]
+    assert all(len(line["cells"]) == len(results.methods) for line in content["lines"])
+    markdown, html = (tmp_path / "stress.md").read_text(), page.read_text()
+    for line in results.lines:
+        assert line.name in markdown
+        assert line.name in html
+    assert "scenes/tunnelling.pit.tuned.toml" in html
+    assert "tunnelling.pit.tuned.toml" in markdown
+
+
+def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
+    """A row a method, in full a table for each kind of line that there is, and what was found in plain sentences."""
+    kinds = ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
+    for full in (False, True):
+        shown = list(terminal(stress_document(results), 160, full=full))
+        headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
+        assert headings == ["What became of each method", *(kinds if full else ())]
+        assert any(isinstance(item, str) and item.startswith("Of 1 attack ") for item in shown)

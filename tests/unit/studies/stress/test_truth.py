@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged
+
+from carom import Disc, Scene
+from carom.scenes import CatalogueScene, Tag, catalogue
+from carom.studies.stress.truth import UndecidedError, true_motion
+
+KNOWN = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONSERVED, Tag.GRAVITY}]
+
+
+@pytest.mark.parametrize("entry", KNOWN, ids=lambda entry: entry.name)
+def test_the_true_motion_is_the_known_answer(entry: CatalogueScene) -> None:
+    """Brute force in decimals agrees with every closed form of the catalogue to the rounding of its floats."""
+    motion, known, scene = true_motion(entry.scene), entry.known, entry.scene
+    assert [(i.first, i.second) for i in motion.impacts] == [(i.first, i.second) for i in known.impacts]
+    assert [i.time_s for i in motion.impacts] == pytest.approx(
+        [i.time_s for i in known.impacts], abs=1e-13 * scene.duration_s
+    )
+    speed = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    assert np.allclose(motion.final_velocity_m_s, known.final_velocity_m_s or (), rtol=0, atol=1e-12 * speed)
+    assert motion.convention == (Tag.CONVENTION in entry.tags)
+
+
+def graze(offset_m: float) -> Scene:
+    """Stage two discs of contact distance 1 whose paths pass at this offset."""
+    return staged("graze", disc_at(-2.0, 0.0, 1.0, 0.0), disc_at(0.0, offset_m), duration_s=4.0)
+
+
+def test_the_last_bit_decides_a_graze() -> None:
+    """At one unit in the last place below the contact distance there is an impact, at the contact distance none."""
+    assert len(true_motion(graze(math.nextafter(1.0, 0.0))).impacts) == 1
+    assert not true_motion(graze(1.0)).impacts
+
+
+def test_a_collapse_has_no_true_motion() -> None:
+    """More impacts than allowed are refused with the number, not followed for ever."""
+    discs = [
+        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.25)
+        for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))
+    ]
+    with pytest.raises(UndecidedError, match="more than 50 impacts"):
+        true_motion(Scene(name="collapse", discs=discs, restitution=0.05, duration_s=2.0), most_impacts=50)
+
+
+@pytest.mark.parametrize(
+    ("named", "field"),
+    [
+        ("gravity", {"gravity_m_s2": (0, -10)}),
+        ("friction", {"friction": 0.3}),
+        ("tangential restitution", {"friction": 0.3, "tangential_restitution": 0.5}),
+    ],
+)
+def test_what_is_not_worked_out_is_refused(named: str, field: dict[str, Any]) -> None:
+    """The true motion under gravity or friction is not worked out, and that is said."""
+    discs = [Disc(position_m=(x, 1.0), radius_m=0.5) for x in (0.0, 2.0)]
+    scene = Scene(name="beyond", discs=discs, duration_s=1.0, **field)
+    with pytest.raises(UndecidedError, match=named):
+        true_motion(scene)

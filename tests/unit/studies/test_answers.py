@@ -1,0 +1,196 @@
+"""What bench, stress and advise say first: one screen for the engines of a default install, true to the numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+from tests.unit.pages.test_terminal import printed
+from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
+
+from carom.cli.ascii_signs import ERRORS
+from carom.pages import wording
+from carom.pages.document import Document, Medium, Table
+from carom.runs.job import Method
+from carom.studies.advise.document import advice_document
+from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
+from carom.studies.bench.document import bench_document
+from carom.studies.bench.growth_document import growth_document
+from carom.studies.bench.result import Curve
+from carom.studies.bench.tables import method_table
+from carom.studies.stress.document import stress_document
+from carom.studies.stress.spots import Line, Spot, SpotEnding
+
+DOCUMENTS: dict[str, Callable[[], Document]] = {
+    "bench": lambda: bench_document(bench()),
+    "bench of several scenes": lambda: bench_document(bench("paper/late", "paper/missed")),
+    "growth": lambda: growth_document(growth()),
+    "stress": lambda: stress_document(campaign_results()),
+    "advice": lambda: advice_document(advice()),
+}
+
+
+@pytest.fixture(params=DOCUMENTS, scope="module")
+def document(request: pytest.FixtureRequest) -> Document:
+    """Each of the documents, of every method of a default install."""
+    return DOCUMENTS[request.param]()
+
+
+def test_the_answer_is_one_screen(document: Document) -> None:
+    """At 80 columns no answer is longer than 24 lines, which leaves one for the path of the report."""
+    lines = printed(document, 80)
+    assert len(lines) <= 24, "\n".join(lines)
+    rows = METHODS[3:] if document.title == "Carom: advice" else METHODS[2:]  # PIT is no engine to take
+    assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in rows)
+
+
+@pytest.mark.parametrize(("width", "full"), [(60, False), (120, False), (200, False), (60, True), (120, True)])
+def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """No line is longer than the terminal, and no name of a method is cut."""
+    lines = printed(document, width, full=full)
+    assert max(map(len, lines)) <= width
+    assert any(line.startswith("pybullet default ") for line in lines)
+
+
+def test_ascii_has_a_sign_for_all_of_it(document: Document) -> None:
+    """Where the output is no more than ASCII nothing raises, and nothing becomes a question mark."""
+    text = "\n".join(printed(document, 80)).encode("ascii", ERRORS).decode()
+    assert "?" not in text
+
+
+def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
+    """The sentence and the row name the point of least run time below the target, with its step and its cost."""
+    below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
+    best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
+    spent = wording.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
+    text = " ".join(" ".join(printed(bench_document(bench()), 80)).split())
+    assert f"is {best.engine} ({best.profile}) at {wording.step(best.dt_s)}: {spent} ms" in text
+    assert f"{spent} at {wording.step(best.dt_s).removesuffix(' s')}" in text
+    assert "no engine reaches an error of 1e-6" in text
+
+
+def test_the_bench_says_why_points_are_missing() -> None:
+    """Beside the number of points that were not scored stands the reason, or, of several, where they are told."""
+    scene = bench().scenes[0]
+    curves = [replace(c, points=(replace(c.points[0], reason="out of time"), *c.points[1:])) for c in scene.curves]
+
+    def said(*chosen: Curve) -> str:
+        text = printed(bench_document(replace(bench(), scenes=(replace(scene, curves=chosen),))), 80)
+        return " ".join(" ".join(text).split())
+
+    all_points = sum(len(curve.points) for curve in curves)
+    assert f"({len(curves)} not scored of {all_points} points: out of time)" in said(*curves)
+    curves[0] = replace(curves[0], points=(*curves[0].points[:-1], replace(curves[0].points[-1], reason="crashed")))
+    assert f"({len(curves) + 1} not scored of {all_points} points, and the page says why)" in said(*curves)
+
+
+def said(found: Advice) -> str:
+    """What the terminal says of advice, in one line."""
+    return " ".join(" ".join(printed(advice_document(found), 80)).split())
+
+
+def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
+    """Both answers name every method of the longest step, the word tie and the rate; one alone has no tie."""
+    found = advice()
+    text = said(found)
+    passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
+    longest = max(dt_s for dt_s, _ in passing)
+    names = [f"{m.engine} {m.profile}" for dt_s, m in passing if dt_s == longest]
+    tie = f"{wording.listed(names)}{' tie' if len(names) > 1 else ''}, {wording.number(1 / longest, 4)} a second"
+    assert text.count(tie) == 2
+    alone = replace(found, answers=found.answers[:1])
+    assert "tie" not in said(alone)
+
+
+def test_what_the_adviser_can_not_know_is_not_said() -> None:
+    """No bound is claimed, no row is PIC's or PIT's, and what never ran has no step at which it fails."""
+    found = advice()
+    text = said(found)
+    assert "at least" not in text
+    assert "at most" not in text
+    lines = printed(advice_document(found), 80)
+    assert not any(line.startswith(("pic ", "pit ")) for line in lines)
+    assert "Looking once a step (PIT), as a yardstick: 6.757 and 181.8 a second, by closed form." in text
+    one = found.answers[0]
+    never = replace(one.never_misses, fails=None)
+    refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
+    (row,) = rows(replace(found, answers=(refused,)))
+    assert row.count("refused") == 2
+    unable = Unable(Method("box2d", "default"), "the scene has walls")
+    assert "Not searched: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
+
+
+def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> None:
+    """A search that its budget ended is named with the budget; of a curve with a hole both sides are told."""
+    found = advice()
+    one = found.answers[0]
+    stopped = replace(one, ending=SearchEnding.BUDGET)
+    assert "400000 engine steps each (--budget): box2d default" in said(replace(found, answers=(stopped,)))
+    coarse, fails = one.trials[0], one.trials[1]
+    holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
+    text = said(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
+    rates = [wording.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
+    assert f"Not monotone: steps of box2d default miss none at {rates[0]} a second, and not at {rates[1]}." in text
+    assert text.count("Not monotone") == 1
+    (row,) = rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
+    assert row.split()[4] == "unfinished"
+    finest = one.trials[-1]
+    nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
+    assert "Steps that also keep directions to 1°: no answer was found, for any engine." in said(
+        replace(found, answers=(replace(one, demand=nothing),))
+    )
+    (row,) = rows(replace(found, answers=(replace(one, demand=nothing),)))
+    assert row.split()[4:6] == ["none", wording.number(1 / finest.dt_s, 4)]
+    untried = StepRange(None, math.nan, None, (), ())
+    (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
+    assert row.split()[2:] == ["n/a"] * 5
+
+
+def rows(found: Advice) -> list[str]:
+    """The lines of the table that are about a method."""
+    names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
+    return [line for line in printed(advice_document(found), 120) if any(map(line.startswith, names))]
+
+
+@pytest.mark.parametrize(
+    ("ending", "stands_at", "depth"),
+    [
+        (SpotEnding.STANDS, 1e-4, 1.0),
+        (SpotEnding.NEVER_STOOD, None, 0.0),
+        (SpotEnding.GIVES_WAY, 1.0, 0.0),
+        (SpotEnding.GIVES_WAY, 0.01, 0.4),
+        (SpotEnding.GIVES_WAY, 1e-4, 0.8),
+        (SpotEnding.NOT_RUN, None, None),
+    ],
+)
+def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
+    ending: SpotEnding, stands_at: float | None, depth: float | None
+) -> None:
+    """On an axis of four decades and a 0 beyond them, each decade is a fifth of the bar."""
+    line = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4, 0.0))
+    found = line.depth(Spot("attack", "gap", "pit/tuned", ending, stands_at=stands_at))
+    assert found == (None if depth is None else pytest.approx(depth))
+
+
+def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
+    """Each link of the tables has a row of its name, with the file and the command that show the number."""
+    sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
+    tables = [block for section in sections for block in section.shown(Medium.PAGE) if isinstance(block, Table)]
+    cells = [cell for table in tables for row in table.shown(Medium.PAGE)[1] for cell in row]
+    links = {cell.link for cell in cells if cell.link.startswith("#")}
+    assert links == {f"#{cell.anchor}" for cell in cells if cell.anchor}
+    row = next(row for table in tables for row in table.shown(Medium.PAGE)[1] if row[0].anchor == "grazing/pit/tuned")
+    assert row[-1].text == "carom run scenes/grazing-pit-tuned.toml -e pit -p tuned"
+
+
+def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
+    """Of six steps of which one was scored, and finds all, the table says 1 of 1."""
+    whole = bench().scenes[0]
+    curve = whole.curves[0]
+    unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
+    short = replace(curve, points=(curve.points[0], *unscored))
+    table = method_table(replace(whole, curves=(short,)), (1e-3,))
+    columns, (line,) = table.shown(Medium.MARKDOWN)
+    assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"

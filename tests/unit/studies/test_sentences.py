@@ -1,0 +1,189 @@
+"""No sentence is said of a run that its numbers do not support: each is tried on runs for which it is not true."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from tests.stage import disc_at, staged, wall_at
+from tests.unit.studies.examples import METHODS, campaign_results, growth
+
+from carom import Results, Scene, cross_check, solve_pic
+from carom.comparator import compare
+from carom.pages.document import Lines, Text
+from carom.pages.grid import build_grid
+from carom.pages.replay import impact_rows
+from carom.runs.options import Options
+from carom.runs.plan import plan_of
+from carom.runs.pool import InProcess
+from carom.scenes import find_scenes
+from carom.studies.bench.growth_document import growth_document
+from carom.studies.cross_check.document import ABOUT, cross_check_document
+from carom.studies.cross_check.explain import explain
+from carom.studies.cross_check.price import price_section, prices
+from carom.studies.cross_check.trend import trend_sections
+from carom.studies.stress.document import stress_document
+from carom.studies.stress.spots import SpotEnding
+
+#: Nothing happens, PIT and all; and two discs that look once a step finds late.
+NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)
+LATE = staged("late", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
+THUD = staged(
+    "thud", disc_at(0, 2), wall_at(0, 0, 0, 1), gravity_m_s2=(0.0, -9.81), wall_restitution=0.0, duration_s=2.0
+)
+
+
+def checked(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
+    """Return a cross-check of some scenes."""
+    return cross_check(scenes, engines, profiles=["tuned"], timing=False, pool=InProcess())
+
+
+def as_foreign(results: Results) -> Results:
+    """Return the results with PIT's rows as those of somebody else's engine, so that it has a price."""
+    rows = [
+        dataclasses.replace(row, job=dataclasses.replace(row.job, method=type(row.job.method)("toy", "tuned")))
+        for row in results.rows
+        if row.job.engine == "pit"
+    ]
+    return dataclasses.replace(results, rows=(*results.rows, *rows))
+
+
+def price_said(results: Results) -> str:
+    """Return what the section of prices says in sentences."""
+    section = price_section(prices(build_grid(results)))
+    return " ".join(block.text for block in section.blocks if isinstance(block, Text) and "Sampling" in block.text)
+
+
+def test_sampling_is_the_whole_of_an_error_only_where_there_is_one() -> None:
+    """Of a scene in which PIT is exact, too, nobody is said to have an error that is sampling's."""
+    assert "whole" not in price_said(as_foreign(checked(NOTHING)))
+    both = section_text(as_foreign(checked(NOTHING, LATE)))
+    assert "sampling is the whole of it of toy tuned in 1 of 1 scene" in both
+
+
+def section_text(results: Results) -> str:
+    """Return all sentences of the section of prices."""
+    section = price_section(prices(build_grid(results)))
+    return " ".join(block.text for block in section.blocks if isinstance(block, Text))
+
+
+def lead(results: Results) -> str:
+    return " ".join(cross_check_document(results).lead)
+
+
+def test_a_certified_reference_is_not_without_a_proof() -> None:
+    """Without a known answer PIC has no proof of its own, unless it is certified to the last impact."""
+    three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
+    options = {"profiles": ["tuned"], "timing": False, "pool": InProcess()}
+    without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
+    assert "without a proof of its own" in lead(without)
+    pytest.importorskip("flint")
+    proven = cross_check([three], ["pit"], certified=True, **options)  # type: ignore[arg-type] # as above
+    assert "of 1 of 1 scene every impact of PIC is certified" in lead(proven)
+
+
+def trend_said(results: Results) -> str:
+    (section,) = trend_sections(results, build_grid(results))
+    texts = [block.text for block in section.blocks if isinstance(block, Text)]
+    return " ".join(texts + [line for block in section.blocks if isinstance(block, Lines) for line in block.items])
+
+
+def test_a_trend_says_no_more_than_was_run() -> None:
+    """PIT's velocities of a head-on impact are right at the steps that were run; without a median there is no trend."""
+    head_on = staged("head-on", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s=2.0)
+    said = trend_said(checked(head_on))
+    assert "PIT's velocities are right there at every step that was run" in said
+    assert "there are no medians" in said
+    assert "as many of these as a method found an impact in" in trend_said(checked(LATE))
+
+
+def stress_lead(endings: dict[str, SpotEnding]) -> str:
+    """Return the sentences of a campaign in which all spots of some engines end so, and all others stand or hold."""
+    found = campaign_results()
+    spots = {
+        (line, method): dataclasses.replace(
+            spot,
+            ending=endings.get(
+                method.partition("/")[0], SpotEnding.STANDS if spot.kind == "attack" else SpotEnding.HOLDS
+            ),
+        )
+        for (line, method), spot in found.spots.items()
+    }
+    return " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
+
+
+def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
+    """A method that supports few scenes stands in few: that is no defeat, and it is named apart."""
+    found = campaign_results()
+    line = next(line.name for line in found.lines if line.kind == "attack")
+    spots = {
+        key: dataclasses.replace(spot, ending=SpotEnding.NOT_RUN)
+        if key[1] == "pymunk/tuned" and spot.kind == "attack" and spot.line != line
+        else spot
+        for key, spot in found.spots.items()
+    }
+    said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
+    assert (
+        "Not ranked, as not every attack could be run: 1 method: pymunk (tuned) stood 0 of the 1 that it ran." in said
+    )
+    assert "pymunk (tuned) fewest" not in said
+
+
+def test_of_methods_that_stand_alike_none_stands_most() -> None:
+    """Where all stand as many attacks, nobody is said to stand most."""
+    said = stress_lead({})
+    attacks = sum(line.kind == "attack" for line in campaign_results().lines)
+    assert f"Of {attacks} attacks {len(METHODS)} methods stood {attacks} each." in said
+
+
+def test_the_only_method_is_not_the_fastest_of_one() -> None:
+    """A method alone is told with its cost, and has no rank."""
+    whole = growth()
+    alone = dataclasses.replace(whole, curves=whole.curves[:1])
+    assert any("is the fastest of" in sentence for sentence in growth_document(whole).lead)
+    said = growth_document(alone).lead
+    assert not any("fastest" in sentence for sentence in said)
+    assert any("ms a step" in sentence for sentence in said)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -> None:
+    """An impact that the reference has once: from its own state before the bodies meet, or that state is not known."""
+    reference = solve_pic(LATE)
+    row = next(row for row in checked(LATE).rows if row.job.engine == "pit")
+    trace = row.trace
+    assert trace is not None
+    assert trace.state_before is not None
+    assert trace.effective_time_s is not None
+    again = [0, 0]
+    states = trace.state_before[again].copy()
+    if not known:
+        states["position_first"] = states["position_second"] = float("nan")
+    effective_s = trace.effective_time_s[again]
+    doubled = dataclasses.replace(
+        trace, impacts=trace.impacts[again], state_before=states, effective_time_s=effective_s
+    )
+    rows = impact_rows(reference, doubled, compare(reference, doubled))
+    (cause,) = (row["cause"] for row in rows if row["flag"] == "invented")
+    assert "errors before" not in cause
+    assert cause.startswith("from its own state before, these bodies do meet" if known else "not told apart")
+
+
+def plan_said(scene: Scene) -> str:
+    """Return what the plan of a run says that engines do."""
+    plan = plan_of([scene], Options(engines=["pit"]), InProcess())
+    return next(line for line in explain(plan) if line.strip().startswith("engines: "))
+
+
+def test_a_plan_promises_no_free_flight_that_does_not_come() -> None:
+    """Under gravity no velocity stays, at rest neither; and where nothing is met there is no last impact."""
+    assert "followed through all 120 steps" in plan_said(THUD)
+    assert "PIC ends at 0.553 s, where a disc rests" in plan_said(THUD)
+    assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
+    assert plan_said(NOTHING).endswith("PIC's discs meet nothing from the start on")
+    assert "last impact at" in plan_said(LATE)
+
+
+def test_the_introduction_is_true_of_a_head_on_impact() -> None:
+    """Found late, discs that meet head-on leave in the right direction: the wrong one is of those off centre."""
+    assert "those that meet off centre in the wrong direction" in ABOUT

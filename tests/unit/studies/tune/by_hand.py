@@ -1,0 +1,34 @@
+"""What a search finds on the group `classics`, and what profiles written by hand do there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from carom.runs.job import Method
+from carom.runs.pool import LocalPool
+from carom.runs.reference import reference_of, reference_trace
+from carom.scenes import find_scenes
+from carom.studies.tune.judge import Jury
+from carom.studies.tune.merit import Merit, merit_of
+from carom.studies.tune.options import TuneOptions
+from carom.studies.tune.run import tune
+from carom.trace import Trace
+
+
+def merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:
+    """Return the merit of what is found from the shipped settings, and that of each profile."""
+    scenes = [entry.scene for entry in find_scenes(["classics"])]
+    traces = {scene: trace for scene in scenes if isinstance(trace := reference_trace(scene), Trace)}
+    ends = {scene.name: reference_of(trace, None).horizon_s for scene, trace in traces.items()}
+    with LocalPool() as pool:
+        steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
+        jury = Jury(steps, {name: end_s for name, end_s in ends.items() if end_s is not None}, pool)
+        written = [merit_of(jury.judge(Method(engine, profile), scenes)) for profile in profiles]
+    return tune(engine, scenes, TuneOptions(trials=trials)).best.merit, written
+
+
+def assert_as_good(found: Merit, written: Sequence[Merit]) -> None:
+    """Hold what is found to no more scenes wrong, and no fewer exact or close, than with any of the profiles."""
+    for profile in written:
+        assert found.wrong <= profile.wrong
+        assert found.behind <= profile.behind

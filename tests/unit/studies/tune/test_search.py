@@ -1,0 +1,177 @@
+"""The search on a toy engine, of which it is known by construction which settings are the best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import cast
+
+import pytest
+
+from carom import Disc, Scene
+from carom.adapter import Knob
+from carom.comparator import Grade
+from carom.errors import InputError
+from carom.runs.job import Method
+from carom.runs.pool import InProcess
+from carom.scenes import find_scenes
+from carom.studies.tune.judge import Jury, tune_journal
+from carom.studies.tune.merit import Judged
+from carom.studies.tune.search import Found, KnobSearch
+from carom.studies.tune.space import Space, values_of
+from carom.trace import Setting
+
+KNOBS = {
+    "threshold": Knob(0.0, 1.0),
+    "slop": Knob(1e-9, 1e-3, log=True),
+    "mode": Knob(choices=("plain", "swept", "odd")),
+    "iterations": Knob(1, 100, log=True),
+    "idle": Knob(0.0, 1.0),
+}
+SPACE = Space({name: values_of(knob) for name, knob in KNOBS.items()})
+SHIPPED: dict[str, Setting] = {"threshold": 1.0, "slop": 1e-3, "mode": "plain", "iterations": 8, "idle": 0.5}
+SCENES = [
+    Scene(name=f"scene {k}", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1.0)
+    for k in range(6)
+]
+
+
+class Toy:
+    """A jury of an engine that needs threshold 0, mode swept and a slop as small as it gets; no other knob matters.
+
+    Half of the scenes are slow and wrong above a threshold of 0; the others are sampled at best unless swept, and then
+    as far off as the slop is large.
+    """
+
+    def __init__(self) -> None:
+        self.judged: list[tuple[Method, int]] = []
+
+    def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+        """Return what comes of some scenes."""
+        self.judged.append((method, len(scenes)))
+        settings = {**SHIPPED, **dict(method.tried)}
+        found = []
+        for scene in scenes:
+            if SCENES.index(scene) % 2 and float(settings["threshold"]) > 0:
+                found.append(Judged(Grade.WRONG, missed=1))
+            elif settings["mode"] != "swept":
+                found.append(Judged(Grade.INACCURATE if settings["mode"] == "odd" else Grade.SAMPLED, 1.0))
+            else:
+                found.append(Judged(Grade.CLOSE, float(settings["slop"])))
+        return found
+
+
+@cache
+def searched(seed: int = 0, again: int = 0) -> tuple[Found, KnobSearch, Toy]:
+    """Return what is found in 60 trials; another number for `again` searches again."""
+    del again
+    toy = Toy()
+    search = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, toy))
+    return search.run(60, seed), search, toy
+
+
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(1, 6))])
+def test_the_best_settings_are_found_and_no_others(seed: int) -> None:
+    """Whatever the seed, the three settings that matter are found, and none that does nothing is among them."""
+    best, _, _ = searched(seed)
+    assert dict(best.tried) == {"threshold": 0.0, "mode": "swept", "slop": 1e-9}
+    assert (best.merit.wrong, best.merit.behind) == (0, 0)
+
+
+def test_settings_that_only_help_together_are_found() -> None:
+    """Where either of two settings alone makes another scene wrong, and both make none so, both are found.
+
+    As Planck's slop and the skin of its walls: a small slop alone finds instants, and invents an impact at a wall.
+    """
+
+    class Valley(Toy):
+        def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+            tried = dict(method.tried)
+            fine, bare = tried.get("slop") == 1e-9, tried.get("threshold") == 0.0
+            found = {
+                (True, True): [Judged(Grade.CLOSE, 1e-6)] * 6,
+                (True, False): [Judged(Grade.WRONG), *[Judged(Grade.CLOSE, 1e-6)] * 5],
+                (False, True): [Judged(Grade.WRONG), *[Judged(Grade.SAMPLED, 1.0)] * 5],
+                (False, False): [Judged(Grade.SAMPLED, 1.0)] * 6,
+            }[fine, bare]
+            return [found[SCENES.index(scene)] for scene in scenes]
+
+    # So few trials that it can't be luck: no more than each knob alone.
+    best = KnobSearch(Method("toy", "default"), SPACE, SCENES, cast(Jury, Valley())).run(2 * len(KNOBS), 0)
+    assert dict(best.tried) == {"slop": 1e-9, "threshold": 0.0}
+
+
+def test_a_trial_that_can_not_come_up_to_the_best_is_given_up() -> None:
+    """Some trials end before the last scene, and each of them was worse at that point than the best at the end."""
+    best, search, toy = searched()
+    assert search.given_up > 0
+    scenes: dict[Method, int] = {}
+    for method, count in toy.judged:
+        scenes[method] = scenes.get(method, 0) + count
+    early = [method for method, count in scenes.items() if count < len(SCENES)]
+    assert len(early) == search.given_up
+    assert all(best.rank < (search.tried(_point(method))[0], 0) for method in early)
+
+
+def _point(method: Method) -> dict[str, int]:
+    return SPACE.point(method.tried)
+
+
+def test_the_same_seed_asks_for_the_same_trials() -> None:
+    """A search that goes on by its journal asks what it asked before, which only holds if nothing else decides."""
+    assert searched(1)[2].judged == searched(1, again=1)[2].judged
+
+
+def test_nothing_is_judged_twice() -> None:
+    """No settings are judged again on scenes on which they were."""
+    _, search, toy = searched()
+    methods = [method for method, _ in toy.judged]
+    assert len({*methods}) == search.trials + 1
+
+
+def test_nothing_better_leaves_the_first_profile() -> None:
+    """Where no knob does anything, what is found is the profile that it began with."""
+    idle = Space({"idle": SPACE.values["idle"]})
+    search = KnobSearch(Method("toy", "default"), idle, SCENES, cast(Jury, Toy()))
+    assert search.run(10, 0) is search.begun
+
+
+def test_an_engine_without_knobs_is_refused() -> None:
+    """An adapter that declares none leaves nothing to turn, which is said."""
+    with pytest.raises(InputError, match="the adapter of toy declares no knobs"):
+        KnobSearch(Method("toy", "default"), Space({}), SCENES, cast(Jury, Toy()))
+
+
+def test_values_of_a_knob_have_its_ends_and_its_kind() -> None:
+    """A range is tried at its very ends, whole numbers once each, and by ratios where the knob says so."""
+    assert values_of(KNOBS["threshold"])[0::16] == (0.0, 1.0)
+    slop = [float(value) for value in values_of(KNOBS["slop"])]
+    assert (slop[0], slop[-1]) == (1e-9, 1e-3)
+    ratios = [b / a for a, b in pairwise(slop)]
+    assert ratios == pytest.approx([1e6 ** (1 / 16)] * 16)
+    assert values_of(Knob(1, 4)) == (1, 2, 3, 4)
+    assert values_of(KNOBS["mode"]) == ("plain", "swept", "odd")
+
+
+def test_a_search_goes_on_from_its_journal(tmp_path: Path) -> None:
+    """What a journal holds is not run again: the same method on the same scenes asks the engine for nothing."""
+    scenes = [entry.scene for entry in find_scenes(["classics/miss", "classics/oblique-3-4-5"])]
+    steps = {scene: 1 / scene.frame_rate_hz for scene in scenes}
+    method = Method("pymunk", "default", (("iterations", 3),))
+    path = tmp_path / "journal.jsonl"
+    with InProcess() as pool, tune_journal(path) as journal:
+        before = Jury(steps, {}, pool, journal).judge(method, scenes)
+    assert [one.grade for one in before] == [Grade.UNGRADED, Grade.SAMPLED]  # the first has no impact to be graded by
+    with tune_journal(path, resume=True) as journal:
+        again = Jury(steps, {}, _Idle(), journal).judge(method, scenes)
+    assert repr(again) == repr(before)  # NaN of the scene without an impact is unequal to itself
+
+
+class _Idle(InProcess):
+    """A pool that must not be asked for anything."""
+
+    def ask_each(self, tasks: Sequence[object]) -> object:  # type: ignore[override] # it only fails
+        """Fail."""
+        raise AssertionError(tasks)
