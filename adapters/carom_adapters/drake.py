@@ -29,6 +29,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.drake_code import code
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter
 
 __all__ = ["adapter"]
@@ -238,4 +239,5 @@ adapter = EngineAdapter(
         ),
     },
     world=DrakeWorld,
+    code=code,
 )

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import importlib
 import math
-import subprocess
-import sys
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from tests.adapters.pasted import State, adapters_end, programs_end
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
+from carom.registry import adapter_points, load_adapter
 from carom.scenes import all_scenes
 
 Named = Callable[[str], Adapter]
-State = NDArray[np.float64]
 
 WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
+#: Their programs are run in tests/engines.
+OTHERS = ["rapier", "dart", "drake", "planck", "matter", "box2d3", "jolt", "rapier2d"]
 
 #: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
 CORNER = Scene(
@@ -46,25 +47,6 @@ SCENES = {
     "box": all_scenes()["classics/box"].scene,
     "bullet": all_scenes()["classics/bullet"].scene,
 }
-
-
-def adapters_end(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> State:
-    """Return x, y, vx, vy and spin of each disc after the steps that cover the scene."""
-    world = adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))
-    world.advance(scene.step_count(dt_s))
-    seen = world.observe()
-    world.close()
-    spin = np.zeros(len(scene.discs)) if seen.spin_rad_s is None else seen.spin_rad_s
-    return np.column_stack([seen.position_m, seen.velocity_m_s, spin])
-
-
-def programs_end(text: str, folder: Path) -> State:
-    """Run a program as anybody would who has saved it, and return what it prints."""
-    file = folder / "pasted.py"
-    file.write_text(text)
-    done = subprocess.run([sys.executable, "-W", "ignore", str(file)], capture_output=True, text=True, check=True)
-    rows = [line for line in done.stdout.splitlines() if line[:1] in "-.0123456789"]
-    return np.array([[float(word) for word in row.split()] for row in rows])
 
 
 def models_end(text: str, scene: Scene, steps: int) -> State:
@@ -110,3 +92,25 @@ def test_what_is_pasted_gives_the_adapters_digits(
     assert np.isfinite(expected).all()
     assert (np.abs(expected[:, 2:4]) > 0).any()
     np.testing.assert_array_equal(found, expected)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_an_engine_that_is_not_installed_has_its_settings_to_paste(name: str) -> None:
+    """Its adapter writes a program of the engine's alone, in Python or as a module of node, without the engine."""
+    adapter = load_adapter(name)
+    assert isinstance(adapter, CodedAdapter)
+    for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
+        text = adapter.code(SCENES["box"], adapter.profiles[profile].settings(1 / 60), "A heading.")
+        assert "carom" not in text.lower()
+        if text.startswith("#"):
+            compile(text, name, "exec")
+        else:
+            assert not re.search(r"\bserve\b", text)
+            defined = set(re.findall(r"(?:const|function|class) (\w+)", text))
+            assert {"Clock", "contactOf", "pairOf", "wallBody"} <= defined
+
+
+def test_every_engine_that_comes_with_carom_writes_code() -> None:
+    """None is left out; Carom's own methods have no settings to paste."""
+    own = {name for name, point in adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
+    assert own == {*WRITING, *OTHERS}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
+from carom_adapters.dart.code import code
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
@@ -57,4 +58,5 @@ adapter = EngineAdapter(
         "located": located("DART's own collision detector", _tuned, CHAIN),
     },
     world=DartWorld,
+    code=code,
 )

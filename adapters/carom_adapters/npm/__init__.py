@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from carom.program.adapter import program_adapter
+from carom_adapters.npm.code import NpmAdapter
 
 __all__ = ["box2d3", "jolt", "matter", "planck", "rapier2d"]
 
 _HERE = Path(__file__).parent
 
-box2d3 = program_adapter(_HERE / "box2d3/engine.toml")
-jolt = program_adapter(_HERE / "jolt/engine.toml")
-matter = program_adapter(_HERE / "matter/engine.toml")
-planck = program_adapter(_HERE / "planck/engine.toml")
-rapier2d = program_adapter(_HERE / "rapier2d/engine.toml")
+box2d3 = NpmAdapter(_HERE / "box2d3/engine.toml")
+jolt = NpmAdapter(_HERE / "jolt/engine.toml")
+matter = NpmAdapter(_HERE / "matter/engine.toml")
+planck = NpmAdapter(_HERE / "planck/engine.toml")
+rapier2d = NpmAdapter(_HERE / "rapier2d/engine.toml")

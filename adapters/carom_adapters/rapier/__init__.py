@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.rapier.code import code
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 
@@ -105,4 +106,5 @@ adapter = EngineAdapter(
         ),
     },
     world=_world,
+    code=code,
 )

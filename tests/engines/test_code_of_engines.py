@@ -1,0 +1,80 @@
+"""Settings to paste of the engines that `make engines` installs: each program gives the adapter's own digits."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.adapters.pasted import adapters_end, programs_end
+
+import carom_adapters.npm
+from carom import Disc, Scene, Wall
+from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
+from carom.scenes import all_scenes
+
+Named = Callable[[str], Adapter]
+
+#: Adapters of packages, and of programs of node.
+PYTHON, NODE = ("rapier", "dart", "drake"), ("planck", "matter", "box2d3", "jolt", "rapier2d")
+NPM = Path(carom_adapters.npm.__file__).parent
+
+
+def corner(restitution: float, wall_restitution: float, friction: float = 0.0) -> Scene:
+    """Discs in a corner, under gravity, one of them immovable."""
+    return Scene(
+        name="a corner",
+        discs=[
+            Disc(position_m=(0.6, 1.0), velocity_m_s=(2.0, -1.0), radius_m=0.2, mass_kg=1.5),
+            Disc(position_m=(1.5, 0.9), velocity_m_s=(-1.0, 0.5), radius_m=0.3),
+            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf),
+        ],
+        walls=[Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 0), normal=(1, 0.1))],
+        restitution=restitution,
+        wall_restitution=wall_restitution,
+        friction=friction,
+        wall_friction=friction,
+        gravity_m_s2=(0.0, -9.81),
+        duration_s=1.0,
+    )
+
+
+#: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
+SCENES = {
+    "lossy walls": corner(0.9, 0.8),
+    "lossy discs": corner(0.7, 0.9),
+    "rough": corner(0.9, 0.8, friction=0.3),
+    "elastic": corner(1.0, 1.0),
+    "multiple": all_scenes()["paper/multiple"].scene,
+    "box": all_scenes()["classics/box"].scene,
+    "bullet": all_scenes()["classics/bullet"].scene,
+}
+
+
+@pytest.mark.parametrize("name", [*PYTHON, *NODE])
+def test_what_is_pasted_gives_the_adapters_digits(named: Named, name: str, tmp_path: Path) -> None:
+    """The program of each profile, run without Carom, ends with every digit of the adapter, on three scenes or more."""
+    adapter = named(name)
+    assert isinstance(adapter, CodedAdapter)
+    if name in NODE:  # a module of node finds its engine beside it
+        shutil.copy(NPM / "package.json", tmp_path)
+        (tmp_path / "node_modules").symlink_to(NPM / "node_modules")
+    for profile in (one for one in adapter.profiles.values() if not one.located):
+        compared = 0
+        for scene in SCENES.values():
+            dt_s = 1 / scene.frame_rate_hz
+            if unsupported_reason(scene, profile.capabilities or adapter.capabilities, dt_s, located=False):
+                continue
+            expected = adapters_end(adapter, scene, next(k for k, v in adapter.profiles.items() if v is profile), dt_s)
+            text = adapter.code(scene, profile.settings(dt_s), "Two lines --\nof a heading.")
+            assert "carom" not in text.lower()
+            found = programs_end(text, tmp_path, node=name in NODE)
+            if Need.SPIN not in scene.needs and Need.FRICTION not in scene.needs:
+                expected[:, 4] = found[:, 4] = 0.0  # nobody asks how a disc turns that nothing turns
+            assert (np.abs(expected[:, 2:4]) > 0).any()
+            np.testing.assert_array_equal(found, expected)
+            compared += 1
+        assert compared >= 3
